@@ -1,0 +1,16 @@
+# Flags for our own targets only; nothing is set globally.
+function(knead_configure target)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  set_target_properties(${target} PROPERTIES CXX_EXTENSIONS OFF)
+  target_compile_options(
+    ${target}
+    PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
+            -Wimplicit-fallthrough -Werror
+            # The same bits from every compiler: no contraction of a * b + c (architecture, decision 3).
+            -ffp-contract=off)
+  if(KNEAD_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${KNEAD_SANITIZE} -fno-omit-frame-pointer
+                                             -fno-sanitize-recover=all)
+    target_link_options(${target} PUBLIC -fsanitize=${KNEAD_SANITIZE})
+  endif()
+endfunction()

@@ -1,0 +1,76 @@
+// A 3-vector over any scalar: float, double, a dual number or a SIMD pack.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+namespace knead {
+
+template <class T>
+struct Vec3 {
+  T x{};
+  T y{};
+  T z{};
+
+  constexpr Vec3() = default;
+  constexpr Vec3(T x_, T y_, T z_) : x(x_), y(y_), z(z_) {}
+
+  // Converts every component, e.g. double to float (rounded to nearest) or a scalar to a dual number.
+  template <class U>
+  constexpr explicit Vec3(const Vec3<U>& v) : x(static_cast<T>(v.x)), y(static_cast<T>(v.y)), z(static_cast<T>(v.z)) {}
+
+  constexpr T& operator[](std::size_t i) { return i == 0 ? x : (i == 1 ? y : z); }
+  constexpr const T& operator[](std::size_t i) const { return i == 0 ? x : (i == 1 ? y : z); }
+
+  constexpr Vec3& operator+=(const Vec3& b) { return *this = *this + b; }
+  constexpr Vec3& operator-=(const Vec3& b) { return *this = *this - b; }
+  constexpr Vec3& operator*=(const T& s) { return *this = *this * s; }
+
+  friend constexpr Vec3 operator+(const Vec3& a, const Vec3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+  friend constexpr Vec3 operator-(const Vec3& a, const Vec3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+  friend constexpr Vec3 operator-(const Vec3& a) { return {-a.x, -a.y, -a.z}; }
+  friend constexpr Vec3 operator*(const Vec3& a, const T& s) { return {a.x * s, a.y * s, a.z * s}; }
+  friend constexpr Vec3 operator*(const T& s, const Vec3& a) { return a * s; }
+  friend constexpr Vec3 operator/(const Vec3& a, const T& s) { return {a.x / s, a.y / s, a.z / s}; }
+  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+};
+
+using Vec3d = Vec3<double>;
+using Vec3f = Vec3<float>;
+
+template <class T>
+constexpr T dot(const Vec3<T>& a, const Vec3<T>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+template <class T>
+constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+template <class T>
+constexpr T norm2(const Vec3<T>& a) {
+  return dot(a, a);
+}
+
+template <class T>
+T norm(const Vec3<T>& a) {
+  using std::sqrt;
+  return sqrt(norm2(a));
+}
+
+// a / |a|. The caller guarantees |a| > 0.
+template <class T>
+Vec3<T> normalized(const Vec3<T>& a) {
+  return a / norm(a);
+}
+
+inline bool is_finite(const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
+
+// Some unit vector orthogonal to a, chosen without discontinuous cancellation. The caller guarantees |a| > 0.
+inline Vec3d any_orthogonal(const Vec3d& a) {
+  const Vec3d helper = std::abs(a.x) < 0.6 * norm(a) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
+  return normalized(cross(a, helper));
+}
+
+}  // namespace knead
