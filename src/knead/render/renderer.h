@@ -1,0 +1,52 @@
+// Draws a scene with OpenGL: clay under a studio's soft light, with glassy tool surfaces.
+//
+// Light falls in from some hundred directions, each with its own shadow map, so that folds darken and the shape stands
+// in its own soft shadow: ambient occlusion without a screen-space guess. Translucent surfaces are sorted per pixel by
+// depth peeling (Everitt, "Interactive order-independent transparency", 2001).
+#pragma once
+
+#include <memory>
+
+#include "knead/render/image.h"
+#include "knead/render/scene.h"
+
+namespace knead::render {
+
+enum class Shading { smooth, flat };
+
+struct Options {
+  int width = 1600;
+  int height = 1200;
+  Color background{1, 1, 1, 1};  // alpha 0: a transparent picture
+  Shading shading = Shading::smooth;
+  double crease_angle_deg = 40;   // smooth shading stops at edges that bend more than this
+  bool wireframe = false;         // the polygons' edges, as thin dark lines
+  bool ambient_occlusion = true;  // off: no shadows at all, and much faster
+  bool ground = true;             // the soft shadow on a ground plane under the shapes
+  int light_samples = 128;        // directions of light; valid: 16 to 1024
+  int supersampling = 2;          // samples per pixel along each side; valid: 1 to 4
+  double point_radius = 0;        // of a point cloud's discs, in scene units; 0: by the cloud's size and count
+};
+
+// A picture of the scene, drawn in a context of its own that needs no window. The same bits on the same driver. Throws
+// InvalidInput for options or a camera outside their ranges, std::runtime_error where there is no OpenGL 3.3 to be had.
+// Cost: light_samples drawings of the shapes, and width * height * light_samples lookups.
+Image render(const Scene& scene, const Options& options);
+
+// The same for many pictures, or in a context that the caller owns and has made current: keeps its programs. Every call
+// leaves OpenGL's default framebuffer bound and its other state unspecified.
+class Renderer {
+ public:
+  Renderer();  // throws std::runtime_error where the current context is below OpenGL 3.3
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  Image render(const Scene& scene, const Options& options);
+
+ private:
+  struct Programs;
+  std::unique_ptr<Programs> programs_;
+};
+
+}  // namespace knead::render

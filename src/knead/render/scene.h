@@ -1,0 +1,86 @@
+// What a picture shows, as plain values. Nothing here needs OpenGL.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "knead/math/box.h"
+#include "knead/math/vec3.h"
+#include "knead/mesh/mesh.h"
+#include "knead/render/camera.h"
+
+namespace knead::render {
+
+// sRGB, each from 0 to 1; alpha 1 is opaque.
+struct Color {
+  float red = 1;
+  float green = 1;
+  float blue = 1;
+  float alpha = 1;
+
+  friend bool operator==(const Color&, const Color&) = default;
+};
+
+inline constexpr Color kClay{0.80f, 0.71f, 0.62f, 1};
+inline constexpr Color kInnerRed{0.85f, 0.10f, 0.08f, 0.30f};
+inline constexpr Color kOuterGreen{0.10f, 0.62f, 0.20f, 0.16f};
+
+// An opaque surface, or a point cloud where the mesh has no faces. The mesh is not owned: it must outlive the call of
+// render. A vertex or face that is not finite is left out. The inside (the back of the faces) has its own colour, so
+// that open shapes read well.
+struct Shape {
+  const Mesh* mesh = nullptr;
+  Color color = kClay;
+  Color back_color{0.50f, 0.56f, 0.64f, 1};
+  bool use_mesh_colors = false;      // the vertex attribute "color" where the mesh has one, instead of color
+  std::vector<Color> vertex_colors;  // one per vertex, or empty; goes before use_mesh_colors
+};
+
+// A glassy shell, e.g. the surface r = r_inner of a tool: alpha is its opacity seen face on; the rim is denser. The
+// line where it meets a shape is drawn in the same colour.
+struct TranslucentSurface {
+  Mesh mesh;
+  Color color = kInnerRed;
+};
+
+// Solid; its length includes the head. Where a shape hides it, it shines through faintly. Length or radius zero:
+// nothing.
+struct Arrow {
+  Vec3d from;
+  Vec3d to;
+  double radius = 0.01;  // of the shaft; the head is 2.4 times as wide
+  Color color{0.20f, 0.25f, 0.85f, 1};
+};
+
+// A round rod along a polyline (an axis, a path, a ring); shines through like an arrow.
+struct Line {
+  std::vector<Vec3d> points;
+  double radius = 0.005;
+  bool closed = false;
+  Color color{0.15f, 0.15f, 0.20f, 1};
+};
+
+// Takes away the side dot(normal, x) > offset. The cut through a closed shape is shown flat, in its own colour.
+struct Clip {
+  Vec3d normal{1, 0, 0};
+  double offset = 0;
+  Color color{0.86f, 0.42f, 0.30f, 1};
+};
+
+struct Scene {
+  std::vector<Shape> shapes;
+  std::vector<TranslucentSurface> surfaces;
+  std::vector<Arrow> arrows;
+  std::vector<Line> lines;
+  std::optional<Clip> clip;  // shapes only
+  Camera camera;
+};
+
+// The points of a circle, for Line (closed). axis need not be a unit vector but is not zero.
+std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, int points = 96);
+
+// The box of the shapes, or of all that the scene shows, in its own coordinates.
+Box shapes_box(const Scene& scene);
+Box scene_box(const Scene& scene);
+
+}  // namespace knead::render
