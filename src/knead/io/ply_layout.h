@@ -1,0 +1,37 @@
+// What the header of a PLY file declares, and where the vertices are.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "knead/mesh/mesh.h"
+
+namespace knead {
+
+struct PlyProperty {
+  std::string name;
+  NumberType type = NumberType::float32;  // of the number, or of the list's items
+  bool is_list = false;
+  NumberType count_type = NumberType::uint8;  // of a list's length
+  std::size_t type_begin = 0;                 // the bytes of the word for `type` in the header
+  std::size_t type_end = 0;
+};
+
+struct PlyElement {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+enum class PlyEncoding { ascii, little_endian, big_endian };
+
+struct PlyLayout {
+  PlyEncoding encoding = PlyEncoding::ascii;
+  std::vector<PlyElement> elements;
+  std::size_t body_begin = 0;          // the byte after the header
+  std::size_t vertex_element = 0;      // index of the element "vertex"
+  std::vector<std::size_t> row_begin;  // the first byte of each vertex, then the byte after the last
+};
+
+}  // namespace knead

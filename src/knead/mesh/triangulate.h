@@ -1,0 +1,31 @@
+// Polygons cut into triangles.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/mesh/mesh.h"
+
+namespace knead {
+
+using Triangle = std::array<std::uint32_t, 3>;  // three vertices, counter-clockwise seen from outside
+
+// The triangles of every face, face after face: a face of n corners gives n - 2 of them (none for n < 3).
+// Triangles and convex polygons are cut as a fan from their first corner, others by ear clipping in the plane of the
+// polygon's mean normal (Meisters 1975). A polygon that has no proper cut (self-crossing, flat, without area) or that
+// would take more than about 10^7 tests is cut as a fan where ears run out; nothing is dropped, nothing fails.
+std::vector<Triangle> triangulate(const Mesh& mesh);
+
+// The face that each triangle of triangulate(mesh) comes from.
+std::vector<std::uint32_t> triangle_faces(const Mesh& mesh);
+
+// One polygon with at least three corners: appends its triangles.
+void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon,
+                         std::vector<Triangle>& triangles);
+
+// The normal of a closed polygon, twice its area long: sum of the cross products of its corners (Newell).
+Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon);
+
+}  // namespace knead
