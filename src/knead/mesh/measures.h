@@ -55,9 +55,4 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 // What is odd about a mesh, a sentence each, e.g. "1 edge has more than two faces"; empty for a sound closed one.
 std::vector<std::string> describe_oddities(const Measures& measures);
 
-// Triangles that the deformation turned over: those whose normal opposes the mean of the vertex normals of its three
-// corners (a negative dot product) with the positions `after`, but not with `before`. A triangle without area has no
-// normal and opposes nothing. The triangles are those of `mesh` with the positions `before`.
-std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after);
-
 }  // namespace knead

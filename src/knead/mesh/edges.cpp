@@ -1,0 +1,40 @@
+#include "knead/mesh/edges.h"
+
+#include <algorithm>
+
+namespace knead {
+namespace {
+
+// Calls visit(use) for every traversal, in the order of corners.
+template <class Visit>
+void for_each_use(const Mesh& mesh, Visit visit) {
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::uint32_t begin = mesh.face_begin[f];
+    const std::uint32_t end = mesh.face_begin[f + 1];
+    for (std::uint32_t corner = begin; corner < end; ++corner) {
+      const std::uint32_t next = corner + 1 < end ? corner + 1 : begin;
+      const std::uint32_t a = mesh.corner_vertex[corner];
+      const std::uint32_t b = mesh.corner_vertex[next];
+      if (a != b) visit(EdgeUse{std::min(a, b), std::max(a, b), corner, next, a < b});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<EdgeUse> edge_uses(const Mesh& mesh) {
+  std::vector<std::size_t> begin(mesh.vertex_count() + 1, 0);
+  for_each_use(mesh, [&](const EdgeUse& use) { ++begin[use.low + 1]; });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<EdgeUse> uses(begin.back());
+  std::vector<std::size_t> cursor(begin.begin(), begin.end() - 1);
+  for_each_use(mesh, [&](const EdgeUse& use) { uses[cursor[use.low]++] = use; });
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    std::sort(
+        uses.begin() + static_cast<std::ptrdiff_t>(begin[v]), uses.begin() + static_cast<std::ptrdiff_t>(begin[v + 1]),
+        [](const EdgeUse& a, const EdgeUse& b) { return a.high != b.high ? a.high < b.high : a.corner < b.corner; });
+  }
+  return uses;
+}
+
+}  // namespace knead

@@ -1,0 +1,147 @@
+#include "knead/mesh/measures.h"
+
+#include <algorithm>
+
+#include "knead/mesh/edges.h"
+#include "knead/mesh/triangulate.h"
+
+namespace knead {
+namespace {
+
+VolumeAndArea sum_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                            const Vec3d& origin) {
+  double volume6 = 0;
+  double area2 = 0;
+  for (const Triangle& t : triangles) {
+    const Vec3d a = positions[t[0]] - origin;
+    const Vec3d b = positions[t[1]] - origin;
+    const Vec3d c = positions[t[2]] - origin;
+    volume6 += dot(a, cross(b, c));
+    area2 += norm(cross(b - a, c - a));
+  }
+  return {volume6 / 6, area2 / 2};
+}
+
+Vec3d center_of(const Box& box) { return box.empty() ? Vec3d{} : box.center(); }
+
+void count_triangles(const Mesh& mesh, Measures& m) {
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  m.triangles = triangles.size();
+  const VolumeAndArea sums = sum_triangles(triangles, mesh.positions, center_of(m.box));
+  m.volume = sums.volume;
+  m.area = sums.area;
+  for (const Triangle& t : triangles) {
+    if (is_degenerate(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]])) ++m.degenerate_triangles;
+  }
+}
+
+// The corners around a vertex that lie in one fan of faces form one set: faces hang together across shared edges.
+DisjointSets find_fans(const Mesh& mesh, std::span<const EdgeUse> uses) {
+  DisjointSets fans(mesh.corner_vertex.size());
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
+    const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
+    for (std::size_t i = 1; i < edge.size(); ++i) {
+      fans.join(corner_at_low(edge[0]), corner_at_low(edge[i]));
+      fans.join(corner_at_high(edge[0]), corner_at_high(edge[i]));
+    }
+  });
+  return fans;
+}
+
+// Boundary edges that meet in one fan belong to one loop.
+std::size_t count_boundary_loops(std::span<const EdgeUse> uses, DisjointSets& fans, std::size_t corners) {
+  DisjointSets loops(corners);
+  std::vector<std::uint32_t> members;
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() != 1) return;
+    members.push_back(fans.find(edge[0].corner));
+    loops.join(members.back(), fans.find(edge[0].next_corner));
+  });
+  for (std::uint32_t& member : members) member = loops.find(member);
+  std::sort(members.begin(), members.end());
+  return static_cast<std::size_t>(std::unique(members.begin(), members.end()) - members.begin());
+}
+
+void count_edges(std::span<const EdgeUse> uses, Measures& m) {
+  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
+    ++m.edges;
+    if (edge.size() == 1) ++m.boundary_edges;
+    if (edge.size() == 2 && edge[0].upward == edge[1].upward) ++m.misoriented_edges;
+    if (edge.size() > 2) ++m.nonmanifold_edges;
+  });
+}
+
+void count_vertices(const Mesh& mesh, DisjointSets& fans, Measures& m) {
+  constexpr std::uint32_t kNone = 0xffffffffu;
+  std::vector<std::uint32_t> first_fan(mesh.vertex_count(), kNone);
+  std::vector<bool> nonmanifold(mesh.vertex_count(), false);
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    const std::uint32_t v = mesh.corner_vertex[c];
+    const std::uint32_t fan = fans.find(static_cast<std::uint32_t>(c));
+    if (first_fan[v] == kNone) first_fan[v] = fan;
+    if (first_fan[v] != fan) nonmanifold[v] = true;
+  }
+  m.unused_vertices = static_cast<std::size_t>(std::count(first_fan.begin(), first_fan.end(), kNone));
+  m.nonmanifold_vertices = static_cast<std::size_t>(std::count(nonmanifold.begin(), nonmanifold.end(), true));
+}
+
+std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
+  DisjointSets sets(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    for (const std::uint32_t v : mesh.face(f)) sets.join(mesh.face(f)[0], v);
+  }
+  std::size_t roots = 0;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) roots += sets.find(v) == v ? 1 : 0;
+  return roots - unused_vertices;  // an unused vertex is a set of its own
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+}  // namespace
+
+bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const double longest2 = std::max({norm2(b - a), norm2(c - b), norm2(a - c)});
+  return !(norm(cross(b - a, c - a)) > 1e-12 * longest2);
+}
+
+Measures measure(const Mesh& mesh) {
+  Measures m;
+  m.vertices = mesh.vertex_count();
+  m.faces = mesh.face_count();
+  m.box = bounding_box(mesh.positions);
+  count_triangles(mesh, m);
+  const std::vector<EdgeUse> uses = edge_uses(mesh);
+  count_edges(uses, m);
+  DisjointSets fans = find_fans(mesh, uses);
+  count_vertices(mesh, fans, m);
+  m.boundary_loops = count_boundary_loops(uses, fans, mesh.corner_vertex.size());
+  m.components = count_components(mesh, m.unused_vertices);
+  m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
+            static_cast<std::int64_t>(m.faces);
+  return m;
+}
+
+VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
+  return sum_triangles(triangulate(mesh), positions, center_of(bounding_box(positions)));
+}
+
+std::vector<std::string> describe_oddities(const Measures& m) {
+  std::vector<std::string> list;
+  const auto say = [&](std::size_t count, const char* one, const char* many) {
+    if (count > 0) list.push_back(counted(count, one, many));
+  };
+  if (m.faces == 0) list.push_back("no faces: a point cloud");
+  if (m.faces > 0) say(m.unused_vertices, "vertex is in no face", "vertices are in no face");
+  say(m.boundary_edges, "edge has one face only (the mesh is open)", "edges have one face only (the mesh is open)");
+  say(m.nonmanifold_edges, "edge has more than two faces", "edges have more than two faces");
+  say(m.nonmanifold_vertices, "vertex joins several fans of faces", "vertices join several fans of faces");
+  say(m.misoriented_edges, "edge has two faces of opposite orientation",
+      "edges have two faces of opposite orientation");
+  say(m.degenerate_triangles, "triangle has no area", "triangles have no area");
+  return list;
+}
+
+}  // namespace knead
