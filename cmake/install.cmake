@@ -1,0 +1,22 @@
+# `cmake --install` puts the library, its headers and the command under the prefix, and the package that makes
+# find_package(knead) work there (tests/consumer proves it).
+include(CMakePackageConfigHelpers)
+
+set(KNEAD_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/knead)
+
+set(libraries knead_core)
+if(TARGET knead_render)
+  list(APPEND libraries knead_render)
+endif()
+install(TARGETS ${libraries} EXPORT kneadTargets FILE_SET HEADERS)
+install(EXPORT kneadTargets NAMESPACE knead:: DESTINATION ${KNEAD_PACKAGE_DIR})
+if(TARGET knead)
+  install(TARGETS knead)
+endif()
+
+configure_package_config_file(cmake/kneadConfig.cmake.in ${PROJECT_BINARY_DIR}/kneadConfig.cmake
+                              INSTALL_DESTINATION ${KNEAD_PACKAGE_DIR})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/kneadConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/kneadConfig.cmake ${PROJECT_BINARY_DIR}/kneadConfigVersion.cmake
+        DESTINATION ${KNEAD_PACKAGE_DIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

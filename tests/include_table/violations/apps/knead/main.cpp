@@ -1,0 +1,5 @@
+// Read by include_table_test.sh --self-test only, never compiled.
+#include "apps/knead/options.h"
+#include "apps/studio/window.h"  // wrong
+#include "knead/session/session.h"
+#include "options.h"

@@ -1,0 +1,13 @@
+// Read by include_table_test.sh --self-test only, never compiled.
+#pragma once
+
+#include <vector>
+
+#include <knead/session/session.h>  // wrong
+#include "../math/box.h"            // wrong
+#include "knead/field/inner.h"
+#include "knead/kitchen/sink.h"  // wrong
+#include "knead/math/vec3.h"
+#include "knead/mesh/mesh.h"  // wrong
+#include "support/random.h"   // wrong
+#include "vec3.h"             // wrong

@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# Which room may include which: reads every #include of src/knead and apps and holds it against the table below.
+#   include_table_test.sh [ROOT]       check the tree under ROOT (default: this repository)
+#   include_table_test.sh --self-test  prove that each kind of violation is found
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+
+# room: the rooms it may include besides itself. Tests (*_test.cpp) may include any room and tests/support.
+readonly table='
+math:
+field:   math
+flow:    math field
+mesh:    math
+io:      math mesh
+remesh:  math mesh
+tool:    math field flow mesh
+session: math field flow mesh io remesh tool
+gpu:     math field flow
+render:  math mesh
+'
+
+# shellcheck disable=SC2016  # awk's own dollar signs
+# Prints "FILE:LINE: what is wrong" for every include that the table does not allow.
+readonly checker='
+function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what }
+function check_room(target) {
+  if (!(target in rooms)) complain("\"" path "\": no room " target)
+  else if (room != "" && !is_test && target != room && !((room, target) in allowed))
+    complain(room " must not include " target " (\"" path "\")")
+}
+function check_app(target) {
+  if (app != target) complain((app == "" ? room : app) " must not include the application " target)
+}
+BEGIN {
+  for (n = split(table, line, "\n"); n > 0; --n) {
+    if (split(line[n], half, ":") == 0) continue
+    rooms[half[1]]
+    for (k = split(half[2], name, " "); k > 0; --k) allowed[half[1], name[k]]
+  }
+}
+FNR == 1 {
+  split(FILENAME, part, "/")
+  room = part[1] == "src" ? part[3] : ""
+  app = part[1] == "apps" ? part[2] : ""
+  is_test = FILENAME ~ /_test\.cpp$/
+  if (room != "" && !(room in rooms)) complain("not in a room of the table")
+}
+/^[ \t]*#[ \t]*include[ \t]*["<]/ {
+  quoted = $0 ~ /include[ \t]*"/
+  path = $0
+  sub(/^[^"<]*["<]/, "", path)
+  sub(/[">].*$/, "", path)
+  split(path, part, "/")
+  if (path ~ /(^|\/)\.\.\//) complain("\"" path "\": write the path from src/ or the own folder, not with ..")
+  else if (part[1] == "knead") check_room(part[2])
+  else if (part[1] == "apps") check_app(part[2])
+  else if (part[1] == "support") { if (!is_test) complain("only tests may include \"" path "\"") }
+  else if (quoted && room != "") complain("\"" path "\": write \"knead/ROOM/HEADER\", or <HEADER> for another library")
+}
+'
+
+violations() {
+  (cd "$1" && find src/knead apps -mindepth 2 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
+    xargs -0 -r awk -v table="$table" "$checker")
+}
+
+check() {
+  local found
+  found=$(violations "$1")
+  [[ -z $found ]] && return 0
+  printf '%s\n' "$found" >&2
+  echo "The table of who may include whom is in ${BASH_SOURCE[0]}; move the code to the right room instead." >&2
+  return 1
+}
+
+# tests/include_table/violations is a tree in which every line that breaks the table ends in "// wrong".
+self_test() {
+  local tree=$here/include_table/violations
+  diff <(cd "$tree" && grep -rn '// wrong$' src apps | cut -d: -f1,2 | sort) \
+    <(violations "$tree" | cut -d: -f1,2 | sort) ||
+    { echo "expected (<) and found (>) violations differ, see above" >&2; return 1; }
+}
+
+if [[ ${1:-} == --self-test ]]; then self_test; else check "${1:-$here/..}"; fi
