@@ -12,7 +12,7 @@ namespace knead {
 using ScalarFunction = std::function<double(const Vec3d&)>;
 
 struct PolygoniseOptions {
-  double cell = 0;       // edge of the cubic grid cells, > 0; at most 8192 of them along each side of the box
+  double cell = 0;       // edge of the cubic grid cells, > 0; at most 4096 of them along each side of the box
   double lipschitz = 0;  // |f(p) - f(q)| <= lipschitz |p - q|, e.g. 1 for a distance bound; 0: not known
   int relaxations = 8;   // rounds that even out the triangles and pull the vertices back onto the surface; 0 to 100
 };

@@ -1,0 +1,111 @@
+#include "knead/mesh/polygonise_relax.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace knead::polygonise_detail {
+namespace {
+
+// What the quadrilaterals say about a vertex.
+struct Surroundings {
+  Vec3d normal;  // not of unit length
+  Vec3d sum;     // of the neighbours
+  double count = 0;
+};
+
+std::vector<Surroundings> survey(const QuadSurface& surface) {
+  std::vector<Surroundings> around(surface.positions.size());
+  for (const Quad& quad : surface.quads) {
+    const auto p = [&](std::size_t i) { return surface.positions[quad[i]]; };
+    const Vec3d normal = cross(p(2) - p(0), p(3) - p(1));
+    for (std::size_t i = 0; i < 4; ++i) {
+      Surroundings& s = around[quad[i]];
+      s.normal += normal;
+      s.sum += p((i + 1) % 4);  // every edge is met once in each direction
+      s.count += 1;
+    }
+  }
+  return around;
+}
+
+// The largest of the steps d, d/2, d/4, d/8 along `direction` that does not make |f| grow; p where none does.
+Vec3d guarded_step(const ScalarFunction& f, const Vec3d& p, double value, const Vec3d& step) {
+  double t = 1;
+  for (int i = 0; i < 4; ++i, t *= 0.5) {
+    const Vec3d q = p + step * t;
+    if (std::abs(f(q)) <= std::abs(value)) return q;
+  }
+  return p;
+}
+
+Vec3d gradient(const ScalarFunction& f, const Vec3d& p, double value, double h) {
+  return Vec3d{f({p.x + h, p.y, p.z}) - value, f({p.x, p.y + h, p.z}) - value, f({p.x, p.y, p.z + h}) - value} / h;
+}
+
+Vec3d limited(const Vec3d& v, double length) {
+  const double size = norm(v);
+  return size <= length ? v : v * (length / size);
+}
+
+// One Newton step along the gradient, at most half a cell.
+Vec3d newton(const ScalarFunction& f, const Vec3d& p, double cell) {
+  const double value = f(p);
+  const Vec3d g = gradient(f, p, value, 1e-5 * cell);
+  const double steepness = norm2(g);
+  if (!(steepness > 0) || !std::isfinite(steepness) || !std::isfinite(value)) return p;
+  return guarded_step(f, p, value, limited(g * (-value / steepness), 0.5 * cell));
+}
+
+// One step towards the neighbours within the tangent plane.
+Vec3d smoothed(const Vec3d& p, const Surroundings& around) {
+  const double size = norm2(around.normal);
+  const Vec3d move = around.sum / around.count - p;
+  return size > 0 ? p + (move - around.normal * (dot(move, around.normal) / size)) * 0.6 : p;
+}
+
+void project(QuadSurface& surface, const ScalarFunction& f, double cell, int steps) {
+  for (Vec3d& p : surface.positions) {
+    for (int i = 0; i < steps; ++i) p = newton(f, p, cell);
+  }
+}
+
+double smallest_angle_cosine(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const auto cosine = [](const Vec3d& u, const Vec3d& v) {
+    const double size = std::sqrt(norm2(u) * norm2(v));
+    return size > 0 ? dot(u, v) / size : 1.0;
+  };
+  return std::max({cosine(b - a, c - a), cosine(a - b, c - b), cosine(a - c, b - c)});
+}
+
+}  // namespace
+
+void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int rounds) {
+  const std::vector<Vec3d> home = surface.positions;
+  project(surface, f, cell, 2);
+  for (int round = 0; round < rounds; ++round) {
+    const std::vector<Surroundings> around = survey(surface);
+    for (std::size_t i = 0; i < home.size(); ++i) {
+      const Vec3d p = smoothed(surface.positions[i], around[i]);
+      surface.positions[i] = newton(f, home[i] + limited(p - home[i], cell), cell);
+    }
+  }
+  project(surface, f, cell, 2);
+}
+
+Mesh split_quads(const QuadSurface& surface) {
+  Mesh mesh;
+  mesh.positions = surface.positions;
+  mesh.face_begin.reserve(2 * surface.quads.size() + 1);
+  mesh.corner_vertex.reserve(6 * surface.quads.size());
+  for (const Quad& q : surface.quads) {
+    const auto p = [&](std::size_t i) { return surface.positions[q[i]]; };
+    const double even = std::max(smallest_angle_cosine(p(0), p(1), p(2)), smallest_angle_cosine(p(0), p(2), p(3)));
+    const double odd = std::max(smallest_angle_cosine(p(1), p(2), p(3)), smallest_angle_cosine(p(1), p(3), p(0)));
+    const std::size_t s = even <= odd ? 0 : 1;
+    mesh.add_face(std::array{q[s], q[s + 1], q[s + 2]});
+    mesh.add_face(std::array{q[s], q[s + 2], q[(s + 3) % 4]});
+  }
+  return mesh;
+}
+
+}  // namespace knead::polygonise_detail
