@@ -66,7 +66,8 @@ inline double row_sum_norm(const Mat3d& m) {
   return std::fmax(row(m.row0), std::fmax(row(m.row1), row(m.row2)));
 }
 
-// The matrix exponential, by scaling and squaring of the Taylor series; relative accuracy about 1e-14 for norms up to 10.
+// The matrix exponential, by scaling and squaring of the Taylor series; relative accuracy about 1e-14 for norms up
+// to 10.
 inline Mat3d exp(const Mat3d& m) {
   int squarings = 0;
   double scale = 1;

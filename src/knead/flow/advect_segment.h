@@ -1,0 +1,136 @@
+// advect for one segment in one scalar. Internal to the flow room: instantiated in advect_float.cpp and
+// advect_double.cpp.
+#pragma once
+
+#include "knead/flow/advect.h"
+#include "knead/flow/closed_form.h"
+#include "knead/flow/path_line.h"
+#include "knead/math/parallel.h"
+
+namespace knead::detail {
+
+template <class S>
+AdvectResult advect_segment(const Segment& segment, std::span<Vec3d> points, const AdvectOptions& options);
+
+extern template AdvectResult advect_segment<float>(const Segment&, std::span<Vec3d>, const AdvectOptions&);
+extern template AdvectResult advect_segment<double>(const Segment&, std::span<Vec3d>, const AdvectOptions&);
+
+inline bool within(const Cylinder& cylinder, const Vec3d& x) {
+  const Vec3d d = x - cylinder.point;
+  const Vec3d across = d - cylinder.direction * dot(cylinder.direction, d);
+  return norm2(across) <= cylinder.radius * cylinder.radius;
+}
+
+// The displacement of x over the segment, as if it had no cylinder.
+template <class S, class Kernel>
+Vec3d displacement_without_cylinder(const Segment& segment, PathLine<S, Kernel>& line, const Vec3d& x,
+                                    PathLineStats& stats) {
+  const std::optional<double> contact = next_contact(segment, x, segment.begin);
+  if (const std::optional<Vec3d> known = closed_form(segment, x)) {
+    return contact ? *known : Vec3d{};
+  }
+  return contact ? line.run(x, *contact, stats) : Vec3d{};
+}
+
+template <class S, class Kernel>
+AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span<Vec3d> points,
+                         const AdvectOptions& options) {
+  constexpr std::size_t kGrain = 1024;
+  const Tableau& method = tableau(options.integrator);
+  const Coefficients<S> coefficients(method);
+  Segment to_start = segment;  // whether a point belongs to the cylinder is known at t = 0
+  to_start.end = 0;
+  std::atomic<std::uint64_t> accepted{0};
+  std::atomic<std::uint64_t> rejected{0};
+  std::atomic<std::uint64_t> evaluations{0};
+  std::atomic<bool> complete{true};
+  const auto chunk = [&](std::size_t begin, std::size_t end) {
+    if (options.progress != nullptr && options.progress->cancel) return;
+    PathLine<S, Kernel> line(segment, kernel, method, coefficients, options.tolerance);
+    PathLine<S, Kernel> line_to_start(to_start, kernel, method, coefficients, options.tolerance);
+    PathLineStats chunk_stats;
+    for (std::size_t i = begin; i < end; ++i) {
+      PathLineStats stats;
+      Vec3d& x = points[i];
+      if (segment.cylinder) {
+        const Vec3d start = x + displacement_without_cylinder(to_start, line_to_start, x, stats);
+        if (!within(*segment.cylinder, start)) continue;
+      }
+      const Vec3d displacement = displacement_without_cylinder(segment, line, x, stats);
+      if (displacement != Vec3d{}) x += displacement;
+      if (!options.steps.empty()) options.steps[i] += stats.accepted;
+      accepted += stats.accepted;
+      rejected += stats.rejected;
+      evaluations += stats.evaluations;
+      if (!stats.complete) complete = false;
+    }
+    if (options.progress != nullptr) options.progress->done += end - begin;
+  };
+  parallel_for(points.size(), kGrain, options.threads, chunk);
+  AdvectStatus status = complete ? AdvectStatus::done : AdvectStatus::step_limit;
+  if (options.progress != nullptr && options.progress->cancel) status = AdvectStatus::cancelled;
+  return {status, accepted, rejected, evaluations};
+}
+
+template <class S, class M>
+auto convert_motion(const M& motion) {
+  if constexpr (std::is_same_v<M, Translation<double>>) {
+    return static_cast<Translation<S>>(motion);
+  } else if constexpr (std::is_same_v<M, Rotation<double>>) {
+    return static_cast<Rotation<S>>(motion);
+  } else if constexpr (std::is_same_v<M, Twist<double>>) {
+    return static_cast<Twist<S>>(motion);
+  } else if constexpr (std::is_same_v<M, Strain<double>>) {
+    return static_cast<Strain<S>>(motion);
+  } else {
+    return motion;
+  }
+}
+
+template <class S, class R>
+auto convert_region(const R& region) {
+  if constexpr (std::is_same_v<R, Ball<double>>) {
+    return static_cast<Ball<S>>(region);
+  } else if constexpr (std::is_same_v<R, Capsule<double>>) {
+    return static_cast<Capsule<S>>(region);
+  } else if constexpr (std::is_same_v<R, HalfSpace<double>>) {
+    return static_cast<HalfSpace<S>>(region);
+  } else if constexpr (std::is_same_v<R, PointSet<double>>) {
+    return static_cast<PointSet<S>>(region);
+  } else {
+    return region;
+  }
+}
+
+// Calls body with the field as a SingleField of the right types: the dispatch on the variants, once per segment.
+template <class S, class Body>
+auto with_field(const Segment& segment, const Field& field, const Body& body) {
+  return std::visit(
+      [&](const auto& m, const auto& r) {
+        auto motion = convert_motion<S>(m);
+        auto region = convert_region<S>(r);
+        return body(SingleField<S, decltype(motion), decltype(region)>{
+            std::move(motion), std::move(region), static_cast<Thresholds<S>>(field.thresholds), field.center,
+            Vec3<S>(segment.displacement), segment.time_law == TimeLaw::blended});
+      },
+      field.motion, field.region);
+}
+
+template <class S>
+AdvectResult advect_segment(const Segment& segment, std::span<Vec3d> points, const AdvectOptions& options) {
+  if (segment.fields.size() == 1) {
+    return with_field<S>(segment, segment.fields.front(),
+                         [&](const auto& kernel) { return advect_with<S>(kernel, segment, points, options); });
+  }
+  FieldSum<S> sum;
+  for (const Field& field : segment.fields) {
+    sum.parts.push_back(with_field<S>(segment, field, [](const auto& kernel) {
+      using Part = typename FieldSum<S>::Part;
+      return Part{[kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.velocity(x0, moved, t); },
+                  [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.turning(x0, moved, t); }};
+    }));
+  }
+  return advect_with<S>(sum, segment, points, options);
+}
+
+}  // namespace knead::detail

@@ -1,0 +1,127 @@
+#include "knead/flow/closed_form.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "knead/math/sincos.h"
+
+namespace knead {
+
+namespace {
+
+// d turned about the unit axis by the angle, minus d; without cancellation for small angles.
+Vec3d turn_displacement(const Vec3d& d, const Vec3d& axis, double angle) {
+  const double half_sine = sincos(0.5 * angle).sin;
+  const Vec3d d_perp = d - axis * dot(axis, d);
+  return cross(axis, d) * sincos(angle).sin - d_perp * (2 * half_sine * half_sine);
+}
+
+bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 1e-24 * norm2(a) * norm2(b); }
+
+// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis: a sinusoid
+// level + cosine cos(phi) + sine sin(phi). For half a turn or more, its greatest value at all.
+double greatest_over_turn(const Vec3d& n, const Vec3d& axis, const Vec3d& d, double phi0, double phi1) {
+  const double level = dot(axis, n) * dot(axis, d);
+  const double cosine = dot(n, d) - level;
+  const double sine = dot(cross(axis, n), d);
+  const double amplitude = std::sqrt(cosine * cosine + sine * sine);
+  if (std::abs(phi1 - phi0) >= std::numbers::pi) return level + amplitude;
+  const SinCos<double> low = sincos(std::min(phi0, phi1));
+  const SinCos<double> high = sincos(std::max(phi0, phi1));
+  const bool rises = sine * low.cos - cosine * low.sin > 0;
+  const bool falls = sine * high.cos - cosine * high.sin < 0;
+  if (rises && falls) return level + amplitude;
+  return level + std::max(cosine * low.cos + sine * low.sin, cosine * high.cos + sine * high.sin);
+}
+
+// A translation with its tool: a point of the inner region rests in the tool's frame.
+std::optional<Vec3d> solve(const Translation<double>& motion, const auto& region, const Segment& segment,
+                           const Vec3d& x) {
+  const Field& field = segment.fields.front();
+  if (segment.time_law != TimeLaw::swept || motion.velocity != segment.displacement) return std::nullopt;
+  const Vec3d d = x - field.center - segment.displacement * segment.begin;
+  if (evaluate(region, d, segment.begin).value >= field.thresholds.inner) return std::nullopt;
+  return segment.displacement * (segment.end - segment.begin);
+}
+
+std::optional<Vec3d> solve(const Rotation<double>& motion, const Ball<double>& region, const Segment& segment,
+                           const Vec3d& x) {
+  const Field& field = segment.fields.front();
+  if (segment.displacement != Vec3d{0, 0, 0} || motion.companion != RotationGauge::radial) return std::nullopt;
+  const Vec3d d = x - field.center;
+  const double r = evaluate(region, d, 0.0).value;
+  const Weight<double> w = blend_weight(r, field.thresholds);
+  const double height = dot(motion.axis, d);
+  const double rho2 = norm2(d - motion.axis * height);
+  const double counter = r > 0 ? motion.gauge * w.derivative * (height * height + 0.5 * rho2) / (2 * r) : 0.0;
+  const double angle = motion.rate * (w.value + counter) * (segment.end - segment.begin);
+  return turn_displacement(d, motion.axis, angle);
+}
+
+// n.d over the path line of a point that turns about the axis by `angle` over the unit of time, while n turns by
+// turn_angle: in the point's frame n turns by turn_angle - angle, about the same axis.
+bool stays_inside(const Segment& segment, const HalfSpace<double>& region, const Vec3d& axis, const Vec3d& d,
+                  double angle) {
+  const bool turning = region.turn_angle != 0;
+  if (turning && !is_parallel(region.turn_axis, axis)) return false;
+  const double turn = turning ? region.turn_angle * (dot(region.turn_axis, axis) > 0 ? 1.0 : -1.0) : 0.0;
+  const double phi0 = segment.begin * turn;
+  const double phi1 = phi0 + (segment.end - segment.begin) * (turn - angle);
+  return greatest_over_turn(region.normal, axis, d, phi0, phi1) < segment.fields.front().thresholds.inner;
+}
+
+std::optional<Vec3d> solve(const Rotation<double>& motion, const HalfSpace<double>& region, const Segment& segment,
+                           const Vec3d& x) {
+  const Vec3d d = x - segment.fields.front().center;
+  if (segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
+  if (!stays_inside(segment, region, motion.axis, d, motion.rate)) return std::nullopt;
+  return turn_displacement(d, motion.axis, motion.rate * (segment.end - segment.begin));
+}
+
+std::optional<Vec3d> solve(const Twist<double>& motion, const HalfSpace<double>& region, const Segment& segment,
+                           const Vec3d& x) {
+  const Field& field = segment.fields.front();
+  const Vec3d d = x - field.center;
+  const double height = dot(motion.axis, d);
+  const double duration = segment.end - segment.begin;
+  if (segment.displacement != Vec3d{0, 0, 0} || region.turn_angle != 0) return std::nullopt;
+  if (!is_parallel(region.normal, motion.axis)) {
+    const double rate = motion.rate * height;
+    if (!stays_inside(segment, region, motion.axis, d, rate)) return std::nullopt;
+    return turn_displacement(d, motion.axis, rate * duration);
+  }
+  const Weight<double> w = blend_weight(dot(region.normal, d), field.thresholds);
+  const double counter = 0.25 * motion.gauge * w.derivative * dot(region.normal, motion.axis) * height;
+  return turn_displacement(d, motion.axis, motion.rate * height * (w.value + counter) * duration);
+}
+
+// |exp(t M) d|^2 is convex in t for a symmetric M: its greatest value is at an end.
+std::optional<Vec3d> solve(const Strain<double>& motion, const Ball<double>& /*region*/, const Segment& segment,
+                           const Vec3d& x) {
+  const Field& field = segment.fields.front();
+  const Mat3d& m = motion.matrix;
+  const bool symmetric = m.row0.y == m.row1.x && m.row0.z == m.row2.x && m.row1.z == m.row2.y;
+  if (segment.displacement != Vec3d{0, 0, 0} || !symmetric) return std::nullopt;
+  const Vec3d d = x - field.center;
+  if (norm(d) >= field.thresholds.inner) return std::nullopt;
+  const Vec3d moved = exp(m * (segment.end - segment.begin)) * d;
+  if (norm(moved) >= field.thresholds.inner) return std::nullopt;
+  return moved - d;
+}
+
+std::optional<Vec3d> solve(const auto& /*motion*/, const auto& /*region*/, const Segment& /*segment*/,
+                           const Vec3d& /*x*/) {
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x) {
+  if (segment.fields.size() != 1 || segment.time_law != TimeLaw::swept) return std::nullopt;
+  const Field& field = segment.fields.front();
+  return std::visit([&](const auto& motion, const auto& region) { return solve(motion, region, segment, x); },
+                    field.motion, field.region);
+}
+
+}  // namespace knead

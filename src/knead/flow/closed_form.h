@@ -1,0 +1,18 @@
+// Path lines that need no integration (method, section 3, "Exact facts").
+#pragma once
+
+#include <optional>
+
+#include "knead/flow/segment.h"
+
+namespace knead {
+
+// The displacement of the point x over the segment from segment.begin to segment.end where it is known in closed form:
+//   - a translation swept along with its tool, for a point of the rigid inner region: the tool's displacement, exactly;
+//   - a rotation in a ball about its centre, and a twist whose half-space's normal is parallel to its axis: every point
+//     turns about the axis at a constant rate;
+//   - a rotation, twist or symmetric strain, for points that stay in the inner region.
+// Nothing otherwise. The cylinder is not looked at.
+std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x);
+
+}  // namespace knead

@@ -1,0 +1,224 @@
+// One path line through one segment, integrated adaptively. Internal to the flow room.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "knead/flow/contact.h"
+#include "knead/flow/segment.h"
+#include "knead/flow/tableau.h"
+#include "knead/math/scalar.h"
+
+namespace knead::detail {
+
+// |dr/dt| at a resting point: how fast a region turns past it.
+template <class S>
+S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
+  if (region.turn_angle == S(0)) return S(0);
+  const Vec3<S> n = normal_at(region, static_cast<S>(t));
+  return std::abs(region.turn_angle * dot(cross(region.turn_axis, n), d));
+}
+
+template <class S>
+S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) {
+  return static_cast<S>(region.speed);
+}
+
+template <class S>
+S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
+  return S(0);
+}
+
+// One field with its numbers in the scalar S. The point that started at x0 and has moved by D is at x0 + D.
+template <class S, class M, class R>
+struct SingleField {
+  M motion;
+  R region;
+  Thresholds<S> thresholds;
+  Vec3d center;
+  Vec3<S> displacement;
+  bool blended = false;
+
+  Vec3<S> velocity(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    const auto s = static_cast<S>(t);
+    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
+    if (!blended) return knead::velocity(motion, region, thresholds, d - displacement * s, s);
+    return knead::velocity(motion, region, thresholds, d, s) * (S(1) - s) +
+           knead::velocity(motion, region, thresholds, d - displacement, s) * s;
+  }
+
+  // How fast the region passes a resting point by turning.
+  S turning(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    return turning_speed(region, Vec3<S>(x0 - center) + moved - displacement * static_cast<S>(t), t);
+  }
+};
+
+// Several fields, summed. Rare (a point set of several parts), so that an indirect call for each is no matter.
+template <class S>
+struct FieldSum {
+  struct Part {
+    std::function<Vec3<S>(const Vec3d&, const Vec3<S>&, double)> velocity;
+    std::function<S(const Vec3d&, const Vec3<S>&, double)> turning;
+  };
+  std::vector<Part> parts;
+
+  Vec3<S> velocity(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    Vec3<S> sum{};
+    for (const Part& part : parts) sum += part.velocity(x0, moved, t);
+    return sum;
+  }
+  S turning(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    S greatest{0};
+    for (const Part& part : parts) greatest = std::max(greatest, part.turning(x0, moved, t));
+    return greatest;
+  }
+};
+
+// The coefficients of a method in the scalar S.
+template <class S>
+struct Coefficients {
+  std::array<std::array<S, Tableau::kMaxStages>, Tableau::kMaxStages> a{};
+  std::array<S, Tableau::kMaxStages> b{};
+  std::array<S, Tableau::kMaxStages> e{};
+
+  explicit Coefficients(const Tableau& tableau) {
+    for (std::size_t i = 0; i < b.size(); ++i) {
+      b[i] = static_cast<S>(tableau.b[i]);
+      e[i] = static_cast<S>(tableau.e[i]);
+      for (std::size_t j = 0; j < b.size(); ++j) a[i][j] = static_cast<S>(tableau.a[i][j]);
+    }
+  }
+};
+
+struct PathLineStats {
+  std::uint32_t accepted = 0;
+  std::uint32_t rejected = 0;
+  std::uint64_t evaluations = 0;
+  bool complete = true;
+};
+
+// Integrates one path line. The state is the displacement D since the beginning, so that rounding is relative to how
+// far the point has moved; time is kept in double.
+template <class S, class Kernel>
+class PathLine {
+ public:
+  PathLine(const Segment& segment, const Kernel& kernel, const Tableau& tableau, const Coefficients<S>& coefficients,
+           double tolerance)
+      : segment_(segment),
+        kernel_(kernel),
+        tableau_(tableau),
+        coefficients_(coefficients),
+        tolerance_(static_cast<S>(tolerance)),
+        direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
+    double width = std::numeric_limits<double>::infinity();
+    for (const Field& field : segment.fields) width = std::min(width, field.thresholds.outer - field.thresholds.inner);
+    reach_ = static_cast<S>(0.2 * width);
+    if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
+    const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
+    carries_ = segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
+               motion->velocity == segment.displacement;
+  }
+
+  // The displacement of the point that is at x0 at the time t, at the segment's end.
+  Vec3d run(const Vec3d& x0, double t, PathLineStats& stats) {
+    x0_ = x0;
+    moved_ = {};
+    bool have_first = false;
+    S trial = static_cast<S>(std::abs(segment_.end - t));
+    while ((segment_.end - t) * direction_ > 0) {
+      if (!have_first) evaluate_stage(0, t, {}, stats);
+      have_first = true;
+      if (k_[0] == Vec3<S>{}) {
+        const std::optional<double> contact = next_contact(segment_, x0_ + Vec3d(moved_), t);
+        if (!contact) break;
+        if ((*contact - t) * direction_ > kLeastAdvance) {
+          t = *contact;
+          have_first = false;
+          continue;
+        }
+      }
+      if (carries_ && k_[0] == tool_velocity_) {  // at rest in the rigid core: it stays there
+        return Vec3d(moved_) + segment_.displacement * (segment_.end - t);
+      }
+      have_first = step(t, trial, stats);
+      if (!stats.complete) break;
+    }
+    return Vec3d(moved_);
+  }
+
+ private:
+  static constexpr double kLeastAdvance = 1e-9;
+  static constexpr std::uint32_t kStepLimit = 1'000'000;
+
+  void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
+    k_[stage] = kernel_.velocity(x0_, moved_ + offset, t);
+    ++stats.evaluations;
+  }
+
+  Vec3<S> combine(const std::array<S, Tableau::kMaxStages>& weights, int count) const {
+    Vec3<S> sum{};
+    for (int j = 0; j < count; ++j) sum += k_[j] * weights[j];
+    return sum;
+  }
+
+  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than a fifth of
+  // the intermediate region's width.
+  S longest_step(double t) const {
+    const S turning = kernel_.turning(x0_, moved_, t);
+    const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + turning;
+    return speed > S(0) ? reach_ / speed : std::numeric_limits<S>::infinity();
+  }
+
+  // Tries one step from t, of at most `trial`; on success advances t and the state. Returns whether k_[0] is still
+  // valid.
+  bool step(double& t, S& trial, PathLineStats& stats) {
+    const double remaining = std::abs(segment_.end - t);
+    double h = std::min<double>(trial, longest_step(t));
+    const bool last = h >= remaining;
+    if (last) h = remaining;
+    const S signed_h = static_cast<S>(direction_ * h);
+    for (int i = 1; i < tableau_.stages; ++i) {
+      evaluate_stage(i, t + direction_ * h * tableau_.c[i], combine(coefficients_.a[i], i) * signed_h, stats);
+    }
+    const Vec3<S> slope = combine(coefficients_.b, tableau_.stages);
+    const S error = norm(combine(coefficients_.e, tableau_.stages));
+    const S noise = S(8) * std::numeric_limits<S>::epsilon() * norm(slope);
+    const bool accept = error <= tolerance_ + noise;
+    trial = static_cast<S>(h) * step_factor(error);
+    stats.complete = (accept ? ++stats.accepted : ++stats.rejected) < kStepLimit;
+    if (!accept) return true;
+    moved_ += slope * signed_h;
+    t = last ? segment_.end : t + direction_ * h;
+    if (!tableau_.first_same_as_last) return false;
+    k_[0] = k_[tableau_.stages - 1];
+    return true;
+  }
+
+  // The error per unit of time falls with the step's error_order-th power, whose root is taken by square roots only.
+  S step_factor(S error) const {
+    const S ratio = tolerance_ / std::max(error, tolerance_ * S(1e-4));
+    const S root = tableau_.error_order == 2 ? std::sqrt(ratio) : std::sqrt(std::sqrt(ratio));
+    return std::clamp(S(0.9) * root, S(0.2), S(5));
+  }
+
+  const Segment& segment_;
+  const Kernel& kernel_;
+  const Tableau& tableau_;
+  const Coefficients<S>& coefficients_;
+  S tolerance_;
+  double direction_;
+  S reach_{0};
+  Vec3<S> tool_velocity_{};
+  bool carries_ = false;
+
+  Vec3d x0_{};
+  Vec3<S> moved_{};
+  std::array<Vec3<S>, Tableau::kMaxStages> k_{};
+};
+
+}  // namespace knead::detail

@@ -1,0 +1,129 @@
+#include "knead/flow/segment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "knead/math/error.h"
+
+namespace knead {
+
+namespace {
+
+constexpr double kUnitTolerance = 1e-9;
+
+// Throws InvalidInput with the message unless `good`.
+void require(bool good, const char* message) {
+  if (!good) throw InvalidInput(message);
+}
+
+bool is_unit(const Vec3d& v) { return is_finite(v) && std::abs(norm2(v) - 1) < kUnitTolerance; }
+
+void check(const Translation<double>& m) {
+  require(is_finite(m.velocity) && is_finite(m.axis) && std::isfinite(m.gauge),
+          "a translation has a number that is not finite");
+  require(m.gauge == 1 || is_unit(m.axis), "a translation with a gauge other than 1 needs an axis of unit length");
+}
+
+void check(const Rotation<double>& m) {
+  require(std::isfinite(m.rate) && std::isfinite(m.gauge), "a rotation has a number that is not finite");
+  require(is_unit(m.axis), "a rotation's axis must be of unit length");
+}
+
+void check(const Twist<double>& m) {
+  require(std::isfinite(m.rate) && std::isfinite(m.gauge), "a twist has a number that is not finite");
+  require(is_unit(m.axis), "a twist's axis must be of unit length");
+}
+
+void check(const Strain<double>& m) {
+  const double size = row_sum_norm(m.matrix);
+  require(std::isfinite(size), "a strain has a number that is not finite");
+  require(std::abs(trace(m.matrix)) <= kUnitTolerance * size, "a strain's matrix must be traceless");
+}
+
+void check(const CustomMotion& m) { require(m.evaluate != nullptr, "a custom motion has no function"); }
+
+void check(const Ball<double>& /*r*/) {}
+
+void check(const Capsule<double>& r) { require(is_finite(r.half_axis), "a capsule's half axis is not finite"); }
+
+void check(const HalfSpace<double>& r) {
+  require(std::isfinite(r.turn_angle), "a half-space has a number that is not finite");
+  require(is_unit(r.normal), "a half-space's normal must be of unit length");
+  require(r.turn_angle == 0 || is_unit(r.turn_axis), "a turning half-space's axis must be of unit length");
+}
+
+void check(const PointSet<double>& r) {
+  require(!r.points.empty() || !r.curves.empty(), "a point set is empty");
+  require(r.exponent >= 2 && r.exponent % 2 == 0, "a point set's exponent must be an even number of at least 2");
+  require(std::all_of(r.points.begin(), r.points.end(), is_finite), "a point set has a number that is not finite");
+  for (const std::vector<Vec3d>& curve : r.curves) {
+    require(curve.size() >= 2, "a curve needs two or more points");
+    require(std::all_of(curve.begin(), curve.end(), is_finite), "a curve has a number that is not finite");
+    require(std::adjacent_find(curve.begin(), curve.end()) == curve.end(), "a curve repeats a point");
+  }
+}
+
+void check(const CustomRegion& r) {
+  require(r.evaluate != nullptr, "a custom region has no function");
+  require(r.slope > 0 && r.speed >= 0, "a custom region needs a positive bound of its slope");
+}
+
+void check(const Field& field, const Segment& segment) {
+  require(is_finite(field.center), "a field's centre is not finite");
+  require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
+  std::visit([](const auto& motion) { check(motion); }, field.motion);
+  std::visit([](const auto& region) { check(region); }, field.region);
+  if (segment.time_law == TimeLaw::blended) {
+    const bool region =
+        std::holds_alternative<Ball<double>>(field.region) || std::holds_alternative<Capsule<double>>(field.region);
+    require(region && std::holds_alternative<Translation<double>>(field.motion),
+            "only a translation of a ball or capsule can be blended in time");
+  }
+}
+
+void check(const Segment& segment) {
+  require(!segment.fields.empty(), "it has no field");
+  require(is_finite(segment.displacement), "its displacement is not finite");
+  const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
+  require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");
+  if (segment.cylinder) {
+    require(is_finite(segment.cylinder->point) && is_unit(segment.cylinder->direction) && segment.cylinder->radius > 0,
+            "its cylinder needs a direction of unit length and a positive radius");
+  }
+  for (const Field& field : segment.fields) check(field, segment);
+}
+
+}  // namespace
+
+Flow inverse(const Flow& flow) {
+  Flow result = flow;
+  std::reverse(result.segments.begin(), result.segments.end());
+  for (Segment& segment : result.segments) std::swap(segment.begin, segment.end);
+  return result;
+}
+
+Flow prefix(const Flow& flow, double segments) {
+  const double clamped = std::clamp(segments, 0.0, static_cast<double>(flow.segments.size()));
+  const auto whole = static_cast<std::size_t>(clamped);
+  Flow result{{flow.segments.begin(), flow.segments.begin() + static_cast<std::ptrdiff_t>(whole)}};
+  const double rest = clamped - static_cast<double>(whole);
+  if (rest > 0) {
+    Segment part = flow.segments[whole];
+    part.end = part.begin + rest * (part.end - part.begin);
+    result.segments.push_back(part);
+  }
+  return result;
+}
+
+void validate(const Flow& flow) {
+  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+    try {
+      check(flow.segments[i]);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput("segment " + std::to_string(i + 1) + " of the flow: " + error.what());
+    }
+  }
+}
+
+}  // namespace knead
