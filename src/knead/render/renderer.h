@@ -12,6 +12,8 @@
 
 namespace knead::render {
 
+struct Programs;  // the compiled shaders (passes.h)
+
 enum class Shading { smooth, flat };
 
 struct Options {
@@ -45,7 +47,6 @@ class Renderer {
   Image render(const Scene& scene, const Options& options);
 
  private:
-  struct Programs;
   std::unique_ptr<Programs> programs_;
 };
 

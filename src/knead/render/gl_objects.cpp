@@ -1,0 +1,154 @@
+#include "knead/render/gl_objects.h"
+
+#include <array>
+#include <stdexcept>
+#include <vector>
+
+#include "knead/math/error.h"
+
+namespace knead::render {
+
+void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
+void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
+void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+void delete_shader(GLuint name) { glDeleteShader(name); }
+void delete_program(GLuint name) { glDeleteProgram(name); }
+
+Buffer make_buffer(GLenum target, const void* data, std::size_t bytes) {
+  GLuint name = 0;
+  glGenBuffers(1, &name);
+  glBindBuffer(target, name);
+  glBufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
+  return Buffer(name);
+}
+
+VertexArray make_vertex_array() {
+  GLuint name = 0;
+  glGenVertexArrays(1, &name);
+  glBindVertexArray(name);
+  return VertexArray(name);
+}
+
+namespace {
+
+struct PixelFormat {
+  GLenum format;
+  GLenum type;
+};
+
+// What glTexImage wants to hear about data that it is not given.
+PixelFormat pixel_format(GLenum internal_format) {
+  if (internal_format == GL_DEPTH_COMPONENT32F) return {GL_DEPTH_COMPONENT, GL_FLOAT};
+  if (internal_format == GL_RGBA8) return {GL_RGBA, GL_UNSIGNED_BYTE};
+  return {GL_RGBA, GL_FLOAT};
+}
+
+void set_filter(GLenum target, GLenum filter, GLenum wrap) {
+  glTexParameteri(target, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
+  glTexParameteri(target, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  glTexParameteri(target, GL_TEXTURE_WRAP_S, static_cast<GLint>(wrap));
+  glTexParameteri(target, GL_TEXTURE_WRAP_T, static_cast<GLint>(wrap));
+  glTexParameteri(target, GL_TEXTURE_MAX_LEVEL, 0);
+}
+
+void require_memory() {
+  if (glGetError() == GL_OUT_OF_MEMORY) {
+    throw InvalidInput("render: not enough graphics memory for a picture of this size; make it smaller");
+  }
+}
+
+}  // namespace
+
+Texture make_texture(int width, int height, GLenum internal_format) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  set_filter(GL_TEXTURE_2D, GL_NEAREST, GL_CLAMP_TO_EDGE);
+  const PixelFormat given = pixel_format(internal_format);
+  glTexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(internal_format), width, height, 0, given.format, given.type,
+               nullptr);
+  require_memory();
+  return texture;
+}
+
+Texture make_shadow_array(int size, int layers) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, name);
+  set_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, GL_CLAMP_TO_BORDER);
+  const std::array<float, 4> lit{1, 1, 1, 1};
+  glTexParameterfv(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BORDER_COLOR, lit.data());
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
+  glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_DEPTH_COMPONENT32F, size, size, layers, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+               nullptr);
+  require_memory();
+  return texture;
+}
+
+Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth) {
+  GLuint name = 0;
+  glGenFramebuffers(1, &name);
+  Framebuffer framebuffer(name);
+  glBindFramebuffer(GL_FRAMEBUFFER, name);
+  std::vector<GLenum> targets;
+  for (const Texture* color : colors) {
+    targets.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(targets.size()));
+    glFramebufferTexture(GL_FRAMEBUFFER, targets.back(), color->get(), 0);
+  }
+  if (depth != nullptr) glFramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth->get(), 0);
+  glDrawBuffers(static_cast<GLsizei>(targets.size()), targets.data());
+  return framebuffer;
+}
+
+namespace {
+
+using Shader = GlName<delete_shader>;
+
+[[noreturn]] void fail(const char* step, std::string log) {
+  throw std::runtime_error(std::string("render: the graphics driver could not ") + step +
+                           " a shader: " + log.substr(0, log.find('\n')));
+}
+
+Shader make_shader(GLenum kind, const std::string& source) {
+  Shader shader(glCreateShader(kind));
+  const char* text = source.c_str();
+  glShaderSource(shader.get(), 1, &text, nullptr);
+  glCompileShader(shader.get());
+  GLint done = GL_FALSE;
+  glGetShaderiv(shader.get(), GL_COMPILE_STATUS, &done);
+  if (done == GL_TRUE) return shader;
+  std::string log(1024, '\0');
+  glGetShaderInfoLog(shader.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
+  fail("compile", log);
+}
+
+}  // namespace
+
+Program make_program(const std::string& vertex, const std::string& fragment) {
+  const Shader first = make_shader(GL_VERTEX_SHADER, vertex);
+  const Shader second = make_shader(GL_FRAGMENT_SHADER, fragment);
+  Program program(glCreateProgram());
+  glAttachShader(program.get(), first.get());
+  glAttachShader(program.get(), second.get());
+  glLinkProgram(program.get());
+  GLint done = GL_FALSE;
+  glGetProgramiv(program.get(), GL_LINK_STATUS, &done);
+  if (done == GL_TRUE) return program;
+  std::string log(1024, '\0');
+  glGetProgramInfoLog(program.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
+  fail("link", log);
+}
+
+GLint uniform(const Program& program, const char* name) { return glGetUniformLocation(program.get(), name); }
+
+void bind_texture(const Program& program, const char* name, int unit, GLenum target, const Texture& texture) {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(target, texture.get());
+  glUniform1i(uniform(program, name), unit);
+}
+
+}  // namespace knead::render

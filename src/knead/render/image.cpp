@@ -1,0 +1,72 @@
+#include "knead/render/image.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "knead/math/error.h"
+
+// The one translation unit that holds stb's code, which is not written to our warnings.
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STBI_WRITE_NO_STDIO
+#define STB_IMAGE_WRITE_STATIC
+#include "stb_image_write.h"
+#pragma GCC diagnostic pop
+
+namespace knead::render {
+namespace {
+
+bool has_transparent_corner(const Image& image) {
+  const std::size_t row = 4 * static_cast<std::size_t>(image.width);
+  const std::size_t last_row = row * static_cast<std::size_t>(image.height - 1);
+  return image.pixels[3] < 255 || image.pixels[row - 1] < 255 || image.pixels[last_row + 3] < 255 ||
+         image.pixels[last_row + row - 1] < 255;
+}
+
+void check(const Image& image) {
+  const auto expected =
+      4 * static_cast<std::size_t>(std::max(image.width, 0)) * static_cast<std::size_t>(std::max(image.height, 0));
+  if (expected == 0 || image.pixels.size() != expected) {
+    throw InvalidInput("image: empty or of the wrong size; give width * height * 4 bytes");
+  }
+}
+
+}  // namespace
+
+std::string encode_png(const Image& image) {
+  check(image);
+  std::string bytes;
+  const auto append = [](void* context, void* data, int size) {
+    static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+  };
+  if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.pixels.data(), 4 * image.width) == 0) {
+    throw std::runtime_error("image: could not be encoded as PNG; make it smaller");
+  }
+  return bytes;
+}
+
+Image side_by_side(std::span<const Image> images) {
+  if (images.empty()) throw InvalidInput("side_by_side: no images; give at least one");
+  Image row;
+  for (const Image& image : images) {
+    check(image);
+    row.width += image.width;
+    row.height = std::max(row.height, image.height);
+  }
+  const bool transparent = std::any_of(images.begin(), images.end(), has_transparent_corner);
+  row.pixels.assign(4 * static_cast<std::size_t>(row.width) * static_cast<std::size_t>(row.height),
+                    transparent ? std::uint8_t{0} : std::uint8_t{255});
+  int left = 0;
+  for (const Image& image : images) {
+    const int top = (row.height - image.height) / 2;
+    for (int y = 0; y < image.height; ++y) {
+      const auto from = image.pixels.begin() + std::ptrdiff_t{4} * image.width * y;
+      std::copy_n(from, 4 * image.width, row.pixels.begin() + 4 * (std::ptrdiff_t{row.width} * (top + y) + left));
+    }
+    left += image.width;
+  }
+  return row;
+}
+
+}  // namespace knead::render

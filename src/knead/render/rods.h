@@ -1,0 +1,12 @@
+// Solid rods and arrows as triangles.
+#pragma once
+
+#include "knead/render/surface.h"
+
+namespace knead::render {
+
+// Appends the arrow or line to the surface. Parts of no length or radius, or not finite, are left out.
+void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface);
+void add_line(const Line& line, const Placement& placement, DrawSurface& surface);
+
+}  // namespace knead::render

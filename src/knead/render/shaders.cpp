@@ -1,0 +1,365 @@
+#include "knead/render/shaders.h"
+
+namespace knead::render {
+namespace {
+
+const char* const kVersion = "#version 330 core\n";
+
+// How a sample of the picture becomes a ray, and a depth becomes a point on it (view.h).
+const char* const kView = R"(
+uniform vec3 eye, forward, side, top;
+uniform vec2 range;        // near, far
+uniform float perspective;
+uniform vec2 samples;      // of the picture, wide and high
+
+vec3 screen_offset(vec2 at) {
+  vec2 p = 2.0 * at / samples - 1.0;
+  return p.x * side + p.y * top;
+}
+vec3 ray_origin(vec2 at) { return eye + (1.0 - perspective) * screen_offset(at); }
+vec3 ray_direction(vec2 at) { return forward + perspective * screen_offset(at); }
+float distance_at(float depth) {
+  float extent = range.y - range.x;
+  return perspective > 0.5 ? range.x * range.y / (range.y - depth * extent) : range.x + depth * extent;
+}
+float depth_at(float t) {
+  float extent = range.y - range.x;
+  return perspective > 0.5 ? range.y * (t - range.x) / (t * extent) : (t - range.x) / extent;
+}
+vec3 linear(vec3 srgb) {
+  return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb));
+}
+)";
+
+const char* const kSurfaceVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec4 color;
+layout(location = 3) in vec4 edge;
+uniform mat4 matrix;
+uniform vec4 clip;         // dot(clip.xyz, p) > clip.w is taken away
+uniform float point_size;  // in samples, at distance 1 in perspective
+out vec3 point;
+out vec3 surface_normal;
+out vec3 srgb;
+out vec3 edge_distance;
+void main() {
+  point = position;
+  surface_normal = normal;
+  srgb = color.rgb;
+  edge_distance = edge.xyz;
+  gl_Position = matrix * vec4(position, 1.0);
+  gl_PointSize = max(point_size / gl_Position.w, 1.5);
+  gl_ClipDistance[0] = clip.w - dot(clip.xyz, position);
+}
+)";
+
+// The G-buffer: reflectance under a square root, so that eight bits suffice; normal and 1 for "shape".
+const char* const kSurfaceInputs = R"(
+in vec3 point;
+in vec3 surface_normal;
+in vec3 srgb;
+in vec3 edge_distance;
+uniform vec3 back_srgb;
+uniform float wire_width;  // in samples; 0: no wires
+layout(location = 0) out vec4 reflectance;
+layout(location = 1) out vec4 normal_out;
+void write(vec3 color, vec3 n) {
+  reflectance = vec4(sqrt(color), 1.0);
+  normal_out = vec4(n, 1.0);
+}
+vec3 unit_normal() {
+  vec3 n = normalize(surface_normal);
+  return gl_FrontFacing ? n : -n;
+}
+float wire() {
+  vec3 d = edge_distance / max(fwidth(edge_distance), vec3(1e-8));
+  float nearest = min(d.x, min(d.y, d.z));
+  return 1.0 - smoothstep(0.5 * wire_width - 0.5, 0.5 * wire_width + 0.5, nearest);
+}
+)";
+
+const char* const kClayFragment = R"(
+void main() {
+  vec3 color = linear(gl_FrontFacing ? srgb : back_srgb);
+  if (wire_width > 0.0) color = mix(color, color * 0.08, wire());
+  write(color, unit_normal());
+}
+)";
+
+// A back face seen from the side that was cut away means that the ray went in through the cut: show that point instead.
+const char* const kCapFragment = R"(
+uniform vec4 clip;
+uniform vec3 cut_srgb;
+void main() {
+  gl_FragDepth = gl_FragCoord.z;
+  vec3 color = linear(gl_FrontFacing ? srgb : back_srgb);
+  if (wire_width > 0.0) color = mix(color, color * 0.08, wire());
+  vec3 n = unit_normal();
+  vec3 origin = ray_origin(gl_FragCoord.xy);
+  vec3 direction = ray_direction(gl_FragCoord.xy);
+  float toward = dot(clip.xyz, direction);
+  if (!gl_FrontFacing && toward < 0.0) {
+    float t = (clip.w - dot(clip.xyz, origin)) / toward;
+    color = linear(cut_srgb);
+    n = clip.xyz;
+    gl_FragDepth = clamp(depth_at(t), 0.0, 1.0);
+  }
+  write(color, n);
+}
+)";
+
+const char* const kDiscFragment = R"(
+void main() {
+  vec2 p = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
+  float r2 = dot(p, p);
+  if (r2 > 1.0) discard;
+  vec3 n = normalize(side) * p.x + normalize(top) * p.y - forward * sqrt(1.0 - r2);
+  write(linear(srgb), normalize(n));
+}
+)";
+
+const char* const kShadowVertex = R"(
+layout(location = 0) in vec3 position;
+uniform mat4x3 light;      // to 0..1 across, and 0 (near the light) to 1
+uniform vec4 clip;
+uniform float point_size;
+void main() {
+  gl_Position = vec4(2.0 * (light * vec4(position, 1.0)) - 1.0, 1.0);
+  gl_PointSize = max(point_size, 1.0);
+  gl_ClipDistance[0] = clip.w - dot(clip.xyz, position);
+}
+)";
+
+const char* const kFullScreenVertex = R"(
+void main() {
+  vec2 corner = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+  gl_Position = vec4(corner, 0.0, 1.0);
+}
+)";
+
+// Every sample of a pixel takes its own group of the lights; their mean has them all. Shapes get radiance; the ground
+// gets, in alpha, the light that it lacks, so that ground without shadow is exactly the background.
+const char* const kLightingFragment = R"(
+uniform sampler2D depth_map, reflectance_map, normal_map;
+uniform sampler2DArrayShadow shadow_maps;
+uniform mat4x3 light[LIGHTS];
+uniform vec3 direction[LIGHTS];
+uniform vec3 radiance[LIGHTS];
+uniform int light_count;
+uniform int side_groups;   // groups^(1/2)
+uniform float shadows;     // 1, or 0 for none
+uniform float offset;      // how far a point is lifted off its surface before it is looked up
+uniform vec4 ground;       // up, height
+uniform float with_ground;
+out vec4 lit;
+
+float visibility(int i, vec3 p) {
+  vec3 q = light[i] * vec4(p, 1.0);
+  return texture(shadow_maps, vec4(q.xy, float(i), min(q.z, 1.0)));
+}
+
+// Lambert's clay with a dull sheen (GGX of roughness 0.45, Schlick's Fresnel with 0.04).
+vec3 reflected(vec3 color, vec3 n, vec3 l, vec3 v, float nl) {
+  vec3 h = normalize(l + v);
+  float nh = clamp(dot(n, h), 0.0, 1.0);
+  float lh = clamp(dot(l, h), 0.05, 1.0);
+  const float a2 = 0.041;
+  float d = nh * nh * (a2 - 1.0) + 1.0;
+  float f = 0.04 + 0.96 * pow(1.0 - lh, 5.0);
+  return (color + vec3(f * a2 / (4.0 * d * d * max(lh * lh, 0.1)))) * nl;
+}
+
+void light_shape(vec3 p, vec3 v, int first, int step) {
+  vec3 n = normalize(texelFetch(normal_map, ivec2(gl_FragCoord.xy), 0).xyz);
+  if (dot(n, v) < 0.0) n = normalize(n - 1.02 * dot(n, v) * v);  // interpolated normals may lean away from the viewer
+  vec3 color = texelFetch(reflectance_map, ivec2(gl_FragCoord.xy), 0).rgb;
+  color *= color;
+  vec3 sum = vec3(0.0);
+  for (int i = first; i < light_count; i += step) {
+    float nl = dot(n, direction[i]);
+    if (nl <= 0.0) continue;
+    float seen = shadows > 0.5 ? visibility(i, p + offset * n) : 1.0;
+    if (seen > 0.0) sum += seen * radiance[i] * reflected(color, n, direction[i], v, nl);
+  }
+  lit = vec4(sum * float(step), 0.0);
+}
+
+void light_ground(vec3 p, int first, int step) {
+  float missing = 0.0;
+  for (int i = first; i < light_count; i += step) {
+    float nl = dot(ground.xyz, direction[i]);
+    if (nl <= 0.0) continue;
+    missing += (1.0 - visibility(i, p + offset * ground.xyz)) * nl * dot(radiance[i], vec3(0.3, 0.6, 0.1));
+  }
+  lit = vec4(0.0, 0.0, 0.0, missing * float(step));
+}
+
+void main() {
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  ivec2 within = texel % side_groups;
+  int first = within.y * side_groups + within.x;
+  int step = side_groups * side_groups;
+  float depth = texelFetch(depth_map, texel, 0).x;
+  vec3 origin = ray_origin(gl_FragCoord.xy);
+  vec3 ray = ray_direction(gl_FragCoord.xy);
+  lit = vec4(0.0);
+  if (depth < 1.0) {
+    light_shape(origin + distance_at(depth) * ray, -normalize(ray), first, step);
+  } else if (with_ground > 0.5 && dot(ground.xyz, ray) < -1e-4) {
+    float t = (ground.w - dot(ground.xyz, origin)) / dot(ground.xyz, ray);
+    if (t > 0.0) light_ground(origin + t * ray, first, step);
+  }
+}
+)";
+
+const char* const kBackdropFragment = R"(
+uniform sampler2D depth_map, light_map;
+uniform vec4 background;     // sRGB
+uniform float ground_light;  // what the ground gets without shadow
+out vec4 color;              // linear, multiplied by alpha
+void main() {
+  vec4 lit = texelFetch(light_map, ivec2(gl_FragCoord.xy), 0);
+  if (texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).x < 1.0) {
+    color = vec4(lit.rgb, 1.0);
+  } else {
+    float dark = clamp(0.85 * lit.a / ground_light, 0.0, 1.0);
+    vec3 behind = linear(background.rgb) * background.a;
+    color = vec4(behind * (1.0 - dark) + vec3(0.018, 0.015, 0.012) * dark, background.a + (1.0 - background.a) * dark);
+  }
+}
+)";
+
+// The light of things that neither cast nor catch shadows: a sky and the key light.
+const char* const kSimpleLight = R"(
+uniform vec3 sky_up, key;
+float diffuse(vec3 n) { return 0.52 + 0.18 * dot(n, sky_up) + 0.5 * max(dot(n, key), 0.0); }
+float shine(vec3 n, vec3 v, float power) { return pow(max(dot(n, normalize(key + v)), 0.0), power); }
+)";
+
+const char* const kRodFragment = R"(
+in vec3 point;
+in vec3 surface_normal;
+in vec3 srgb;
+uniform float opacity;
+layout(location = 0) out vec4 color;
+layout(location = 1) out vec4 normal_out;
+void main() {
+  vec3 n = normalize(surface_normal);
+  vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
+  color = vec4(linear(srgb) * diffuse(n) + 0.25 * shine(n, v, 60.0), 1.0) * opacity;
+  normal_out = vec4(0.0);  // no line where glass meets a rod
+}
+)";
+
+// The nearest layer behind those already drawn. Denser where it is seen edge on, as a thin shell is; the line in which
+// it meets a shape is found from the two depths and normals at this sample.
+const char* const kGlassFragment = R"(
+in vec3 point;
+in vec3 surface_normal;
+uniform sampler2D depth_map, normal_map, layer_map;
+uniform vec4 glass;        // sRGB, opacity
+uniform float pixel;       // size of a sample (view.h)
+uniform float line_width;  // in samples
+out vec4 color;
+
+float contact(vec3 n, vec3 ray, float t_glass, float t_shape) {
+  vec4 shape = texelFetch(normal_map, ivec2(gl_FragCoord.xy), 0);
+  if (shape.w < 0.5) return 0.0;
+  vec3 d = normalize(ray);
+  vec3 m = normalize(shape.xyz);
+  float nd = dot(n, d), md = dot(m, d);
+  if (abs(nd) < 1e-3 || abs(md) < 1e-3) return 0.0;
+  vec3 slope = (m - md * d) / md - (n - nd * d) / nd;
+  float away = (t_shape - t_glass) * length(ray) / max(length(slope), 0.02);
+  float samples_away = away / (pixel * mix(1.0, t_shape, perspective));
+  return 1.0 - smoothstep(line_width - 0.7, line_width + 0.7, samples_away);
+}
+
+void main() {
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  float opaque = texelFetch(depth_map, texel, 0).x;
+  float before = texelFetch(layer_map, texel, 0).x;
+  if (gl_FragCoord.z >= opaque || gl_FragCoord.z <= before) discard;
+  vec3 ray = ray_direction(gl_FragCoord.xy);
+  vec3 v = -normalize(ray);
+  vec3 n = normalize(surface_normal);
+  bool inside = dot(n, v) < 0.0;
+  if (inside) n = -n;
+  float rim = pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 3.0);
+  float alpha = mix(glass.a, max(glass.a, 0.85), rim) * (inside ? 0.75 : 1.0);
+  vec3 tint = linear(glass.rgb);
+  vec3 body = tint * mix(0.75 + 0.45 * diffuse(n), 0.75, rim);
+  float spark = inside ? 0.0 : 0.55 * shine(n, v, 90.0);
+  color = vec4(body * alpha + spark, clamp(alpha + spark, 0.0, 1.0));
+  float line = contact(n, ray, distance_at(gl_FragCoord.z), distance_at(opaque));
+  color = mix(color, vec4(tint * 0.6, 1.0), 0.9 * line);
+}
+)";
+
+const char* const kCopyFragment = R"(
+uniform sampler2D layer;
+out vec4 color;
+void main() { color = texelFetch(layer, ivec2(gl_FragCoord.xy), 0); }
+)";
+
+// `over` lies in front of `base`; both are multiplied by alpha. Rows are turned over: pictures begin at the top.
+const char* const kResolveFragment = R"(
+uniform sampler2D base, over;
+uniform int factor;
+uniform int height;
+out vec4 pixel;
+vec3 srgb_of(vec3 c) {
+  return mix(12.92 * c, 1.055 * pow(max(c, vec3(1e-8)), vec3(1.0 / 2.4)) - 0.055, step(vec3(0.0031308), c));
+}
+void main() {
+  ivec2 corner = ivec2(int(gl_FragCoord.x), height - 1 - int(gl_FragCoord.y)) * factor;
+  vec4 sum = vec4(0.0);
+  for (int y = 0; y < factor; ++y) {
+    for (int x = 0; x < factor; ++x) {
+      vec4 front = texelFetch(over, corner + ivec2(x, y), 0);
+      sum += front + (1.0 - front.a) * texelFetch(base, corner + ivec2(x, y), 0);
+    }
+  }
+  sum /= float(factor * factor);
+  vec3 c = sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
+  pixel = vec4(srgb_of(clamp(c, 0.0, 1.0)), sum.a);
+}
+)";
+
+std::string with_lights(std::string source) {
+  const std::string placeholder = "LIGHTS";
+  for (std::size_t at = source.find(placeholder); at != std::string::npos; at = source.find(placeholder)) {
+    source.replace(at, placeholder.size(), std::to_string(kLightsPerPass));
+  }
+  return source;
+}
+
+ShaderSource surface_program(const char* fragment) {
+  return {std::string(kVersion) + kSurfaceVertex, std::string(kVersion) + kView + kSurfaceInputs + fragment};
+}
+
+ShaderSource full_screen_program(const std::string& fragment) {
+  return {std::string(kVersion) + kFullScreenVertex, std::string(kVersion) + kView + fragment};
+}
+
+ShaderSource simple_program(const char* fragment) {
+  return {std::string(kVersion) + kSurfaceVertex, std::string(kVersion) + kView + kSimpleLight + fragment};
+}
+
+}  // namespace
+
+ShaderSource clay_source() { return surface_program(kClayFragment); }
+ShaderSource cap_source() { return surface_program(kCapFragment); }
+ShaderSource disc_source() { return surface_program(kDiscFragment); }
+ShaderSource shadow_source() {
+  return {std::string(kVersion) + kShadowVertex, std::string(kVersion) + "void main() {}\n"};
+}
+ShaderSource lighting_source() { return full_screen_program(with_lights(kLightingFragment)); }
+ShaderSource backdrop_source() { return full_screen_program(kBackdropFragment); }
+ShaderSource rod_source() { return simple_program(kRodFragment); }
+ShaderSource glass_source() { return simple_program(kGlassFragment); }
+ShaderSource copy_source() { return full_screen_program(kCopyFragment); }
+ShaderSource resolve_source() { return full_screen_program(kResolveFragment); }
+
+}  // namespace knead::render

@@ -1,0 +1,1 @@
+knead_test(knead_render_test SOURCES ${PROJECT_SOURCE_DIR}/src/knead/render/render_test.cpp LIBRARIES knead::render)
