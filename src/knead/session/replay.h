@@ -1,0 +1,54 @@
+// A session applied to a shape.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/flow/advect.h"
+#include "knead/mesh/mesh.h"
+#include "knead/session/session.h"
+
+namespace knead {
+
+struct ReplayOptions {
+  double tolerance = 1e-5;  // position error of one path line over one segment, relative to the shape's box diagonal
+  Integrator integrator = Integrator::dormand_prince;
+  Precision precision = Precision::float32;
+  int threads = 0;               // 0: all
+  bool inverse = false;          // the strokes backwards, latest first: takes a deformed shape back
+  std::optional<double> until;   // only the session's first strokes; 2.5: two, and half of the third's segments
+  Progress* progress = nullptr;  // counts up to total_work
+  // `frames` moments, evenly spaced in strokes, the start and the end among them (1: the end only), given one after the
+  // other to on_frame. 0: none.
+  int frames = 0;
+  std::function<void(int index, std::span<const Vec3d> positions)> on_frame;
+};
+
+struct ReplayResult {
+  AdvectStatus status = AdvectStatus::done;
+  std::vector<Vec3d> positions;      // of the deformed shape where status is done, else empty
+  std::vector<std::uint32_t> steps;  // accepted steps of each vertex, over the session
+  std::uint64_t accepted_steps = 0;  // of all vertices
+  std::uint64_t rejected_steps = 0;
+  std::uint64_t evaluations = 0;
+  std::size_t strokes = 0;  // applied, a part of one counting as one
+  std::size_t segments = 0;
+  std::vector<SessionStroke> resolved;  // the strokes applied, in the session's order, as ones that read no mesh
+  std::vector<std::string> warnings;    // each with its session's file and line
+};
+
+// Applies the session to the mesh's vertices; the mesh itself stays as it is. The result depends on nothing but the
+// vertices and the options other than threads, progress and frames, to the bit; the last frame is the result, and every
+// frame is what `until` that moment gives. With `inverse`, `until` says which part of the session is taken back.
+// Throws InvalidInput for options out of range (before anything is done), and, naming the session's line, for a stroke
+// whose barrel cuts triangles of the shape as it is when the stroke begins, perhaps after frames were delivered.
+ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOptions& options = {});
+
+// What progress->done grows by in a replay that is not cancelled. Throws InvalidInput for options out of range.
+std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options);
+
+}  // namespace knead
