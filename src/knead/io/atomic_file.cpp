@@ -1,0 +1,153 @@
+#include "knead/io/atomic_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <random>
+#include <string>
+#include <system_error>
+
+#include "knead/math/error.h"
+
+namespace knead {
+namespace {
+
+// The temporary paths in use, in memory that a signal handler may read.
+struct Slot {
+  static constexpr std::size_t kSize = 4096;
+
+  std::atomic<bool> taken = false;
+  std::atomic<bool> armed = false;  // `path` names a file to be removed
+  std::array<char, kSize> path{};
+};
+std::array<Slot, 16> slots;
+static_assert(std::atomic<bool>::is_always_lock_free);
+
+// Removes a temporary file at the end of its scope unless it was renamed before.
+class TemporaryName {
+ public:
+  explicit TemporaryName(const std::filesystem::path& path) : path_(path), slot_(take_slot()) {
+    const std::string text = path.string();
+    if (slot_ == nullptr || text.size() >= Slot::kSize) return;
+    std::memcpy(slot_->path.data(), text.c_str(), text.size() + 1);
+    slot_->armed = true;
+  }
+  TemporaryName(const TemporaryName&) = delete;
+  TemporaryName& operator=(const TemporaryName&) = delete;
+  ~TemporaryName() {
+    if (!renamed_) ::unlink(path_.c_str());
+    if (slot_ == nullptr) return;
+    slot_->armed = false;
+    slot_->taken = false;
+  }
+
+  void set_renamed() { renamed_ = true; }
+
+ private:
+  static Slot* take_slot() {
+    for (Slot& slot : slots) {
+      if (!slot.taken.exchange(true)) return &slot;
+    }
+    return nullptr;  // more writers than slots: still removed on failure, but not on a signal
+  }
+
+  std::filesystem::path path_;
+  Slot* slot_;
+  bool renamed_ = false;
+};
+
+// A file descriptor that is closed once.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
+
+  int number() const { return number_; }
+  bool close() {
+    const int number = number_;
+    number_ = -1;
+    return number < 0 || ::close(number) == 0;
+  }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail(const std::filesystem::path& path, const char* what, int error) {
+  throw IoError(IoError::Operation::write, path.string(),
+                std::string(what) + " (" + std::generic_category().message(error) +
+                    "); check the folder, its permissions and the free space");
+}
+
+void write_all(const std::filesystem::path& path, int file, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail(path, "cannot be written", errno);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void write_directly(const std::filesystem::path& path, std::string_view bytes) {
+  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.number() < 0) fail(path, "cannot be opened for writing", errno);
+  write_all(path, file.number(), bytes);
+  if (!file.close()) fail(path, "cannot be written", errno);
+}
+
+// The name in the target's folder under which it is written first.
+std::filesystem::path temporary_path(const std::filesystem::path& target) {
+  constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
+  std::random_device random;
+  std::string name = ".knead-";
+  for (int i = 0; i < 16; ++i) name += kDigits[random() % kDigits.size()];
+  return target.parent_path() / (name + ".tmp");
+}
+
+// What a link at the end stands for; the path itself where there is nothing yet.
+std::filesystem::path followed(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
+  return error ? path : target;
+}
+
+void sync_folder(const std::filesystem::path& folder) {
+  Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (file.number() >= 0) ::fsync(file.number());  // where folders cannot be synced, the rename still stands
+}
+
+}  // namespace
+
+void write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {
+  const std::filesystem::path target = followed(path);
+  struct stat old {};
+  const bool exists = ::stat(target.c_str(), &old) == 0;
+  if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
+  if (exists && !S_ISREG(old.st_mode)) return write_directly(path, bytes);
+  if (exists && ::access(target.c_str(), W_OK) != 0) fail(path, "cannot be overwritten", errno);
+  const std::filesystem::path temporary = temporary_path(target);
+  TemporaryName name(temporary);
+  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (file.number() < 0) fail(path, "cannot be created", errno);
+  if (exists) ::fchmod(file.number(), old.st_mode & 07777);  // best effort: the contents matter more
+  write_all(path, file.number(), bytes);
+  if (::fsync(file.number()) != 0 || !file.close()) fail(path, "cannot be written", errno);
+  if (::rename(temporary.c_str(), target.c_str()) != 0) fail(path, "cannot be replaced", errno);
+  name.set_renamed();
+  sync_folder(target.parent_path());
+}
+
+void discard_unfinished_files() noexcept {
+  for (Slot& slot : slots) {
+    if (slot.armed) ::unlink(slot.path.data());
+  }
+}
+
+}  // namespace knead

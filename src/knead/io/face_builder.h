@@ -1,0 +1,63 @@
+// Faces as readers add them: what is no face is left out and counted.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "knead/math/error.h"
+#include "knead/mesh/mesh.h"
+
+namespace knead {
+
+inline std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+// Meshes count vertices and corners in 32 bits.
+inline constexpr std::size_t kMostElements = std::numeric_limits<std::uint32_t>::max();
+
+class FaceBuilder {
+ public:
+  explicit FaceBuilder(Mesh& mesh) : mesh_(mesh) {}
+
+  // Adds a face and returns true; one of fewer than three corners is dropped. The caller has checked the range.
+  bool add(const std::vector<std::uint32_t>& vertices) {
+    if (vertices.size() < 3) {
+      ++dropped_;
+      return false;
+    }
+    if (mesh_.corner_vertex.size() + vertices.size() > kMostElements) {
+      throw InvalidInput("more than 4294967295 corners; split the shape");
+    }
+    if (has_repeated(vertices)) ++repeated_;
+    mesh_.add_face(vertices);
+    return true;
+  }
+
+  void append_notes(std::vector<std::string>& notes) const {
+    if (dropped_ > 0) {
+      notes.push_back(counted(dropped_, "face has fewer than three vertices and is left out",
+                              "faces have fewer than three vertices and are left out"));
+    }
+    if (repeated_ > 0) {
+      notes.push_back(counted(repeated_, "face repeats a vertex", "faces repeat a vertex"));
+    }
+  }
+
+ private:
+  bool has_repeated(const std::vector<std::uint32_t>& v) {
+    if (v.size() == 3) return v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
+    sorted_ = v;
+    std::sort(sorted_.begin(), sorted_.end());
+    return std::adjacent_find(sorted_.begin(), sorted_.end()) != sorted_.end();
+  }
+
+  Mesh& mesh_;
+  std::vector<std::uint32_t> sorted_;
+  std::size_t dropped_ = 0;
+  std::size_t repeated_ = 0;
+};
+
+}  // namespace knead

@@ -1,0 +1,33 @@
+// Wavefront OBJ: reading, writing back, writing anew.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "knead/io/shape_file.h"
+
+namespace knead {
+
+ShapeFile parse_obj(std::string bytes, const std::string& name);
+
+// Coordinates are always written as doubles, whatever the options say.
+// The source with other positions and other values for its vn lines (as many as it has).
+std::string rewrite_obj(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                        const WriteOptions& options);
+
+// A new file.
+std::string generate_obj(const Mesh& mesh, const WriteOptions& options);
+
+// What generate_obj leaves out, a sentence each.
+std::vector<std::string> obj_losses(const Mesh& mesh);
+
+// The first byte at or after `position` on the same line that is no blank; a backslash at the end of a line joins the
+// next line to it.
+std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position);
+
+// The byte after the token that begins at `position`.
+std::size_t obj_token_end(std::string_view bytes, std::size_t position);
+
+}  // namespace knead

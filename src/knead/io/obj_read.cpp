@@ -1,0 +1,310 @@
+// Reading OBJ (Wavefront, appendix B1 of the Advanced Visualizer manual): v, vt, vn and f; all else is passed over.
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "knead/io/face_builder.h"
+#include "knead/io/obj.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+#include "knead/mesh/normals.h"
+
+namespace knead {
+namespace {
+
+// A line end that a backslash takes away: its length, or 0 where there is none.
+std::size_t joined_length(std::string_view bytes, std::size_t position) {
+  if (position + 1 >= bytes.size() || bytes[position] != '\\') return 0;
+  if (bytes[position + 1] == '\n') return 2;
+  if (bytes[position + 1] != '\r') return 0;
+  return position + 2 < bytes.size() && bytes[position + 2] == '\n' ? 3 : 2;
+}
+
+// What the corners of faces refer to: vertices, texture coordinates or normals. An index counts from 1, or from the end
+// of what the file has given so far if it is negative.
+struct References {
+  const char* what;
+  std::size_t given = 0;                // so far
+  std::vector<std::uint32_t> corner{};  // of each corner kept, from 0; kNoNormal: none
+  std::size_t largest = 0;              // index used, from 1, and where
+  std::size_t largest_position = 0;
+};
+
+class ObjReader {
+ public:
+  ObjReader(ShapeFile& shape, const std::string& name)
+      : shape_(shape), bytes_(shape.bytes), name_(name), faces_(shape.mesh) {}
+
+  ObjLayout run() {
+    check_encoding();
+    while (position_ < bytes_.size()) read_line();
+    if (shape_.mesh.positions.empty()) throw InvalidInput(Place{name_}, "has no vertices (lines 'v x y z')");
+    check_references(vertex_);
+    check_references(texture_);
+    check_references(normal_);
+    add_attributes();
+    add_notes();
+    layout_.corner_normal = std::move(normal_.corner);
+    return std::move(layout_);
+  }
+
+ private:
+  [[noreturn]] void fail(std::size_t position, const std::string& what) const {
+    throw InvalidInput(Place{name_, line_of(bytes_, position)}, what);
+  }
+
+  void check_encoding() {
+    const auto begins_with = [&](std::string_view mark) { return bytes_.substr(0, mark.size()) == mark; };
+    if (begins_with("\xfe\xff") || begins_with("\xff\xfe")) {
+      throw InvalidInput(Place{name_, 1}, "is UTF-16 text; convert it to UTF-8");
+    }
+    if (begins_with("\xef\xbb\xbf")) position_ = 3;
+    if (const std::size_t zero = bytes_.find('\0'); zero != std::string_view::npos) {
+      fail(zero, "a zero byte; this is no OBJ text");
+    }
+  }
+
+  void read_line() {
+    position_ = skip_obj_blanks(bytes_, position_);
+    const std::size_t begin = position_;
+    position_ = obj_token_end(bytes_, begin);
+    const std::string_view keyword = bytes_.substr(begin, position_ - begin);
+    if (keyword == "v") {
+      read_vertex();
+    } else if (keyword == "vt") {
+      read_texture();
+    } else if (keyword == "vn") {
+      read_normal();
+    } else if (keyword == "f") {
+      read_face();
+    } else if (!keyword.empty() && keyword[0] != '#') {
+      add_other(keyword);
+    }
+    position_ = std::min(bytes_.find_first_of("\r\n", position_), bytes_.size() - 1) + 1;
+  }
+
+  void add_other(std::string_view keyword) {
+    constexpr std::size_t kMost = 64;  // garbage has no end of keywords
+    auto& list = layout_.other_keywords;
+    if (list.size() < kMost && std::find(list.begin(), list.end(), keyword) == list.end()) list.emplace_back(keyword);
+  }
+
+  // The next token of the statement; empty at its end or at a comment.
+  std::string_view next_token() {
+    position_ = skip_obj_blanks(bytes_, position_);
+    const std::size_t begin = position_;
+    if (begin < bytes_.size() && bytes_[begin] == '#') return {};
+    position_ = obj_token_end(bytes_, begin);
+    return bytes_.substr(begin, position_ - begin);
+  }
+
+  double parse_number(std::string_view token) const {
+    double value = 0;
+    const ParseResult result = parse_real(token, value);
+    if (result == ParseResult::malformed) fail(position_, quoted(token) + " is not a number");
+    if (result == ParseResult::overflow) fail(position_, quoted(token) + " does not fit in a double; repair the file");
+    return value;
+  }
+
+  double next_number(const char* expected) {
+    const std::string_view token = next_token();
+    if (token.empty()) fail(position_, std::string("a number is missing; expected ") + expected);
+    return parse_number(token);
+  }
+
+  Vec3d next_vector(const char* expected) {
+    const double x = next_number(expected);
+    const double y = next_number(expected);
+    return {x, y, next_number(expected)};
+  }
+
+  // v x y z [w], or v x y z r g b [a].
+  void read_vertex() {
+    layout_.vertex_begin.push_back(position_);
+    const Vec3d p = next_vector("'v x y z'");
+    if (!is_finite(p)) fail(position_, "a coordinate is not finite; repair the file");
+    shape_.mesh.positions.push_back(p);
+    ++vertex_.given;
+    double more[4] = {};
+    std::size_t count = 0;
+    for (std::string_view token = next_token(); !token.empty(); token = next_token()) {
+      if (count == 4) fail(position_, "more than seven numbers; expected 'v x y z', 'v x y z w' or 'v x y z r g b'");
+      more[count++] = parse_number(token);
+    }
+    if (count == 1) ++weights_;
+    if (count >= 3) add_color(more);
+  }
+
+  void add_color(const double* rgb) {
+    ++colored_;
+    colors_.resize(3 * shape_.mesh.vertex_count() - 3, 1.0);  // white for vertices before that have none
+    for (std::size_t i = 0; i < 3; ++i) colors_.push_back(finite(rgb[i]));
+  }
+
+  void read_texture() {
+    double uv[2] = {next_number("'vt u v'"), 0};
+    if (const std::string_view token = next_token(); !token.empty()) uv[1] = parse_number(token);
+    textures_.push_back(finite(uv[0]));
+    textures_.push_back(finite(uv[1]));
+    ++texture_.given;
+  }
+
+  void read_normal() {
+    layout_.normal_begin.push_back(position_);
+    const Vec3d n = next_vector("'vn x y z'");
+    layout_.normals.push_back({finite(n.x), finite(n.y), finite(n.z)});
+    ++normal_.given;
+  }
+
+  void read_face() {
+    face_.clear();
+    face_textures_.clear();
+    face_normals_.clear();
+    for (std::string_view token = next_token(); !token.empty(); token = next_token()) read_corner(token);
+    if (!faces_.add(face_)) return;
+    texture_.corner.insert(texture_.corner.end(), face_textures_.begin(), face_textures_.end());
+    normal_.corner.insert(normal_.corner.end(), face_normals_.begin(), face_normals_.end());
+  }
+
+  // v, v/vt, v//vn or v/vt/vn.
+  void read_corner(std::string_view token) {
+    const std::string_view whole = token;
+    std::string_view part[3];
+    std::size_t parts = 0;
+    for (bool more = true; more;) {
+      if (parts == 3) fail(position_, quoted(whole) + " is no corner; expected v, v/vt, v//vn or v/vt/vn");
+      const std::size_t slash = token.find('/');
+      part[parts++] = token.substr(0, slash);
+      more = slash != std::string_view::npos;
+      token = more ? token.substr(slash + 1) : std::string_view{};
+    }
+    face_.push_back(resolve(part[0], vertex_, whole));
+    face_textures_.push_back(part[1].empty() ? kNoNormal : resolve(part[1], texture_, whole));
+    face_normals_.push_back(part[2].empty() ? kNoNormal : resolve(part[2], normal_, whole));
+  }
+
+  std::uint32_t resolve(std::string_view text, References& to, std::string_view whole) {
+    std::int64_t index = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, index);
+    if (error == std::errc::invalid_argument || stop != end) fail(position_, quoted(whole) + " is no corner of a face");
+    const auto given = static_cast<std::int64_t>(to.given);
+    if (error != std::errc{} || index == 0 || index < -given || index >= std::int64_t{kMostElements}) {
+      fail(position_, std::string("index ") + std::string(text.substr(0, 24)) + " of a " + to.what +
+                          " is out of range (" + std::to_string(given) + " so far, counted from 1); repair the file");
+    }
+    const std::size_t resolved = static_cast<std::size_t>(index > 0 ? index : given + index + 1);
+    if (resolved > to.largest) {
+      to.largest = resolved;
+      to.largest_position = position_;
+    }
+    return static_cast<std::uint32_t>(resolved - 1);
+  }
+
+  // Faces may stand before what they refer to, so that only the end of the file tells what is out of range.
+  void check_references(const References& to) const {
+    if (to.largest <= to.given) return;
+    fail(to.largest_position, "index " + std::to_string(to.largest) + " of a " + to.what +
+                                  " is out of range (the file has " + std::to_string(to.given) + "); repair the file");
+  }
+
+  // An attribute of corners, from the values that they refer to; corners without a reference have 0.
+  void add_corner_attribute(const char* attribute, std::size_t n, const std::vector<std::uint32_t>& corner,
+                            const std::vector<double>& values) {
+    if (std::all_of(corner.begin(), corner.end(), [](std::uint32_t i) { return i == kNoNormal; })) return;
+    Attribute result{attribute, Domain::corner, NumberType::float32, static_cast<int>(n), {}};
+    result.values.resize(corner.size() * n, 0.0);
+    std::size_t without = 0;
+    for (std::size_t c = 0; c < corner.size(); ++c) {
+      if (corner[c] == kNoNormal) ++without;
+      for (std::size_t i = 0; i < n && corner[c] != kNoNormal; ++i)
+        result.values[c * n + i] = values[corner[c] * n + i];
+    }
+    if (without > 0) {
+      shape_.notes.push_back(counted(without, "corner of a face has no ", "corners of faces have no ") + attribute);
+    }
+    shape_.mesh.attributes.push_back(std::move(result));
+  }
+
+  void add_attributes() {
+    std::vector<double> normals;
+    for (const Vec3d& n : layout_.normals) normals.insert(normals.end(), {n.x, n.y, n.z});
+    add_corner_attribute("normal", 3, normal_.corner, normals);
+    add_corner_attribute("uv", 2, texture_.corner, textures_);
+    if (colored_ == 0) return;
+    colors_.resize(3 * shape_.mesh.vertex_count(), 1.0);
+    shape_.mesh.attributes.push_back({"color", Domain::vertex, NumberType::float32, 3, std::move(colors_)});
+  }
+
+  double finite(double value) {
+    if (std::isfinite(value)) return value;
+    ++not_finite_;
+    return 0;
+  }
+
+  void add_notes() {
+    faces_.append_notes(shape_.notes);
+    const auto say = [&](std::size_t count, const char* one, const char* many) {
+      if (count > 0) shape_.notes.push_back(counted(count, one, many));
+    };
+    say(weights_, "vertex has a weight, which is kept and not applied",
+        "vertices have a weight, which is kept and not applied");
+    say(colored_ > 0 ? shape_.mesh.vertex_count() - colored_ : 0, "vertex has no color and is taken as white",
+        "vertices have no color and are taken as white");
+    say(not_finite_, "attribute value is not finite and is taken as 0",
+        "attribute values are not finite and are taken as 0");
+    if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
+  }
+
+  ShapeFile& shape_;
+  std::string_view bytes_;
+  const std::string& name_;
+  FaceBuilder faces_;
+  ObjLayout layout_;
+  std::size_t position_ = 0;
+  References vertex_{"vertex"};
+  References texture_{"texture coordinate"};
+  References normal_{"normal"};
+  std::vector<double> textures_;
+  std::vector<double> colors_;
+  std::vector<std::uint32_t> face_;
+  std::vector<std::uint32_t> face_textures_;
+  std::vector<std::uint32_t> face_normals_;
+  std::size_t colored_ = 0;
+  std::size_t weights_ = 0;
+  std::size_t not_finite_ = 0;
+};
+
+}  // namespace
+
+std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size()) {
+    if (is_blank(bytes[position])) {
+      ++position;
+    } else if (const std::size_t joined = joined_length(bytes, position); joined > 0) {
+      position += joined;
+    } else {
+      break;
+    }
+  }
+  return position;
+}
+
+std::size_t obj_token_end(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size() && !is_blank(bytes[position]) && !is_line_end(bytes[position]) &&
+         joined_length(bytes, position) == 0) {
+    ++position;
+  }
+  return position;
+}
+
+ShapeFile parse_obj(std::string bytes, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "obj";
+  shape.bytes = std::move(bytes);
+  shape.layout = ObjReader(shape, name).run();
+  return shape;
+}
+
+}  // namespace knead

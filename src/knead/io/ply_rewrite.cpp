@@ -1,0 +1,173 @@
+// Writing a PLY file back: its bytes with some numbers replaced.
+#include <array>
+#include <cctype>
+
+#include "knead/io/ply.h"
+#include "knead/io/ply_header.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+
+namespace knead {
+namespace {
+
+// What a vertex property means to the rewriter.
+enum class Role { none, position, normal };
+
+struct Column {
+  Role role = Role::none;
+  std::size_t axis = 0;
+  NumberType type = NumberType::float32;  // that it is written with
+  bool widened = false;                   // another type than in the source
+};
+
+class Rewriter {
+ public:
+  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals, bool as_doubles)
+      : source_(source),
+        layout_(std::get<PlyLayout>(source.layout)),
+        element_(layout_.elements[layout_.vertex_element]),
+        ascii_(layout_.encoding == PlyEncoding::ascii),
+        swapped_(is_swapped(layout_.encoding)),
+        old_normals_(source.mesh.find_attribute("normal")),
+        positions_(positions),
+        normals_(normals) {
+    for (const PlyProperty& property : element_.properties) columns_.push_back(column_for(property, as_doubles));
+  }
+
+  std::string run() {
+    result_.reserve(source_.bytes.size() + (widened_ ? 3 * 4 * positions_.size() + 64 : 64));
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      if (columns_[p].widened) rewrite_type(element_.properties[p]);
+    }
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
+      if (widened_ || is_changed(i)) rewrite_row(i);
+    }
+    copy_until(source_.bytes.size());
+    return std::move(result_);
+  }
+
+ private:
+  Column column_for(const PlyProperty& property, bool as_doubles) {
+    Column column;
+    column.type = property.type;
+    if (property.is_list) return column;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (property.name == std::string_view("xyz").substr(axis, 1)) column.role = Role::position;
+      if (!normals_.empty() && property.name == std::array{"nx", "ny", "nz"}[axis]) column.role = Role::normal;
+      if (column.role == Role::none) continue;
+      column.axis = axis;
+      break;
+    }
+    const bool narrow = is_integer(property.type) || (as_doubles && property.type == NumberType::float32);
+    column.widened = column.role == Role::position && narrow;
+    if (column.widened) column.type = NumberType::float64;
+    widened_ = widened_ || column.widened;
+    return column;
+  }
+
+  Vec3d old_normal(std::size_t i) const {
+    const double* n = old_normals_->values.data() + 3 * i;
+    return {n[0], n[1], n[2]};
+  }
+
+  bool is_changed(std::size_t i) const {
+    return !(positions_[i] == source_.mesh.positions[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
+  }
+
+  void copy_until(std::size_t end) {
+    result_.append(source_.bytes, copied_, end - copied_);
+    copied_ = end;
+  }
+
+  void rewrite_type(const PlyProperty& property) {
+    copy_until(property.type_begin);
+    const bool sized = std::isdigit(static_cast<unsigned char>(source_.bytes[property.type_end - 1])) != 0;
+    result_ += sized ? "float64" : "double";
+    copied_ = property.type_end;
+  }
+
+  void rewrite_row(std::size_t i) {
+    std::size_t position = layout_.row_begin[i];
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      const PlyProperty& property = element_.properties[p];
+      if (property.is_list) {
+        position = skip_list(position, property);
+        continue;
+      }
+      if (ascii_) position = token_begin(position);
+      const std::size_t end = ascii_ ? token_end(source_.bytes, position) : position + size_of(property.type);
+      if (columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
+      position = end;
+    }
+  }
+
+  void rewrite_number(std::size_t i, const Column& column, std::size_t begin, std::size_t end) {
+    const bool is_position = column.role == Role::position;
+    const double value = is_position ? positions_[i][column.axis] : normals_[i][column.axis];
+    const double old = is_position ? source_.mesh.positions[i][column.axis] : old_normal(i)[column.axis];
+    if (value == old && (!column.widened || (ascii_ && reads_as(begin, end, value)))) return;
+    if (column.type == NumberType::float32 && !fits_float(value)) {
+      throw InvalidInput("vertex " + std::to_string(i) +
+                         " has moved to where a float cannot hold its coordinates; use double precision");
+    }
+    copy_until(begin);
+    append_number(column.type, value);
+    copied_ = end;
+  }
+
+  bool reads_as(std::size_t begin, std::size_t end, double value) const {
+    double read = 0;
+    return parse_real(std::string_view(source_.bytes).substr(begin, end - begin), read) == ParseResult::ok &&
+           read == value;
+  }
+
+  void append_number(NumberType type, double value) {
+    if (!ascii_) {
+      append_binary(result_, type, value, swapped_);
+    } else if (type == NumberType::float32) {
+      append_real(result_, static_cast<float>(value));
+    } else {
+      append_real(result_, value);
+    }
+  }
+
+  std::size_t token_begin(std::size_t position) const {
+    while (is_blank(source_.bytes[position]) || is_line_end(source_.bytes[position])) ++position;
+    return position;
+  }
+
+  std::size_t skip_list(std::size_t position, const PlyProperty& property) const {
+    if (!ascii_) {
+      const double items = read_binary(source_.bytes.data() + position, property.count_type, swapped_);
+      return position + size_of(property.count_type) + static_cast<std::size_t>(items) * size_of(property.type);
+    }
+    position = token_begin(position);
+    std::size_t end = token_end(source_.bytes, position);
+    double items = 0;
+    parse_real(std::string_view(source_.bytes).substr(position, end - position), items);  // read before: well formed
+    for (; items > 0; --items) end = token_end(source_.bytes, token_begin(end));
+    return end;
+  }
+
+  const ShapeFile& source_;
+  const PlyLayout& layout_;
+  const PlyElement& element_;
+  bool ascii_;
+  bool swapped_;
+  const Attribute* old_normals_;
+  std::span<const Vec3d> positions_;
+  std::span<const Vec3d> normals_;
+  std::vector<Column> columns_;
+  bool widened_ = false;
+  std::string result_;
+  std::size_t copied_ = 0;
+};
+
+}  // namespace
+
+std::string rewrite_ply(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                        const WriteOptions& options) {
+  return Rewriter(source, positions, normals, options.double_coordinates).run();
+}
+
+}  // namespace knead

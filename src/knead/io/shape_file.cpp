@@ -1,0 +1,192 @@
+#include "knead/io/shape_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+
+#include "knead/io/atomic_file.h"
+#include "knead/io/obj.h"
+#include "knead/io/ply.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+#include "knead/mesh/normals.h"
+
+namespace knead {
+namespace {
+
+// What a format can do. `rewrite` gets the authored normals that transported_normals found.
+struct Format {
+  std::string_view name;  // also the extension
+  ShapeFile (*parse)(std::string bytes, const std::string& name);
+  std::string (*rewrite)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                         const WriteOptions& options);
+  std::string (*generate)(const Mesh& mesh, const WriteOptions& options);
+  std::vector<std::string> (*losses)(const Mesh& mesh);
+};
+
+constexpr std::array<Format, 2> kFormats = {{{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses},
+                                             {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses}}};
+
+const Format* find_format(std::string_view name) {
+  for (const Format& format : kFormats) {
+    if (format.name == name) return &format;
+  }
+  return nullptr;
+}
+
+const Format& known_format(std::string_view name, const std::string& file) {
+  if (const Format* format = find_format(name)) return *format;
+  std::string supported;
+  for (const Format& format : kFormats) supported += (supported.empty() ? "." : ", .") + std::string(format.name);
+  throw InvalidInput(Place{file}, "format '" + std::string(name) + "' is not supported; use one of " + supported);
+}
+
+std::string read_bytes(const std::filesystem::path& path) {
+  const auto fail = [&](int error) {
+    throw IoError(
+        IoError::Operation::read, path.string(),
+        "cannot be read (" + std::generic_category().message(error) + "); check the name and its permissions");
+  };
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  if (!file) fail(errno);
+  std::error_code no_size;  // pipes have none
+  const std::uintmax_t size = std::filesystem::file_size(path, no_size);
+  std::string bytes;
+  if (!no_size) bytes.reserve(size + 1);
+  std::array<char, 1 << 16> block;
+  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
+    bytes.append(block.data(), count);
+  if (std::ferror(file.get()) != 0) fail(errno);
+  return bytes;
+}
+
+// The authored normals of the source after its vertices moved: those of its `vn` lines, or one per vertex; empty if it
+// has none that follow the shape.
+std::vector<Vec3d> transported_normals(const ShapeFile& source, std::span<const Vec3d> positions) {
+  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
+    return transport_normals(source.mesh, positions, obj->normals, obj->corner_normal);
+  }
+  const Attribute* normal = source.mesh.find_attribute("normal");
+  if (normal == nullptr || normal->domain != Domain::vertex || source.mesh.face_count() == 0) return {};
+  std::vector<Vec3d> normals(source.mesh.vertex_count());
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
+  }
+  return transport_normals(source.mesh, positions, normals, source.mesh.corner_vertex);
+}
+
+// The source's mesh at the new positions, its normals with it.
+Mesh deformed_mesh(const ShapeFile& source, std::span<const Vec3d> positions) {
+  Mesh mesh = source.mesh;
+  mesh.positions.assign(positions.begin(), positions.end());
+  const std::vector<Vec3d> normals = transported_normals(source, positions);
+  if (normals.empty()) return mesh;
+  const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout);
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.name != "normal") continue;
+    for (std::size_t i = 0; i < attribute.values.size() / 3; ++i) {
+      const std::size_t n = obj != nullptr ? obj->corner_normal[i] : i;
+      for (std::size_t axis = 0; axis < 3 && n != kNoNormal; ++axis) attribute.values[3 * i + axis] = normals[n][axis];
+    }
+    break;
+  }
+  return mesh;
+}
+
+bool fits_floats(std::span<const Vec3d> positions) {
+  return std::all_of(positions.begin(), positions.end(), [](const Vec3d& p) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!fits_float(p[axis]) || double{static_cast<float>(p[axis])} != p[axis]) return false;
+    }
+    return true;
+  });
+}
+
+void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) {
+  if (positions.size() != source.mesh.vertex_count()) {
+    throw InvalidInput(std::to_string(positions.size()) + " positions for a shape of " +
+                       std::to_string(source.mesh.vertex_count()) + " vertices; give one for each");
+  }
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    if (!is_finite(positions[i])) {
+      throw InvalidInput("vertex " + std::to_string(i) +
+                         " is to move to where it is not finite; check the deformation");
+    }
+  }
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  std::vector<std::string> losses;
+  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
+    for (const std::string& keyword : obj->other_keywords) losses.push_back("lines '" + keyword + "' are left out");
+    return losses;
+  }
+  for (const PlyElement& element : std::get<PlyLayout>(source.layout).elements) {
+    const bool is_known = element.name == "vertex" || element.name == "face" || element.name == "tristrips";
+    if (!is_known) losses.push_back("element '" + element.name + "' is left out");
+    for (const PlyProperty& property : element.properties) {
+      const bool is_read = is_index_list(element, property) || (element.name == "face" && property.name == "texcoord");
+      if (is_known && property.is_list && !is_read) losses.push_back("list '" + property.name + "' is left out");
+    }
+  }
+  return losses;
+}
+
+}  // namespace
+
+std::string format_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  if (!extension.empty()) extension.erase(0, 1);
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  return std::string(known_format(extension, path.string()).name);
+}
+
+ShapeFile read_shape(const std::filesystem::path& path) {
+  const std::string format = format_of(path);
+  return parse_shape(read_bytes(path), format, path.string());
+}
+
+ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
+  return known_format(format, name).parse(std::move(bytes), name);
+}
+
+std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
+                            const WriteOptions& options) {
+  const Format& target = known_format(format, "output");
+  check_positions(source, positions);
+  if (target.name != source.format) {
+    WriteOptions exact = options;
+    exact.double_coordinates = options.double_coordinates || !fits_floats(positions);
+    return target.generate(deformed_mesh(source, positions), exact);
+  }
+  if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) return source.bytes;
+  return target.rewrite(source, positions, transported_normals(source, positions), options);
+}
+
+std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
+  return known_format(format, "output").generate(mesh, options);
+}
+
+void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
+                 const WriteOptions& options) {
+  write_file_atomically(path, serialize_shape(format_of(path), source, positions, options));
+}
+
+void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
+  write_file_atomically(path, serialize_mesh(format_of(path), mesh, options));
+}
+
+std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
+  const std::string format = format_of(path);
+  if (format == source.format) return {};
+  std::vector<std::string> losses = find_format(format)->losses(source.mesh);
+  const std::vector<std::string> more = source_losses(source);
+  losses.insert(losses.end(), more.begin(), more.end());
+  return losses;
+}
+
+}  // namespace knead
