@@ -47,13 +47,22 @@ Vec3d limited(const Vec3d& v, double length) {
   return size <= length ? v : v * (length / size);
 }
 
-// One Newton step along the gradient, at most half a cell.
-Vec3d newton(const ScalarFunction& f, const Vec3d& p, double cell) {
+// One Newton step along the gradient, at most half a cell; returns the gradient's length, 0 where there is no step.
+double newton(const ScalarFunction& f, double cell, Vec3d& p) {
   const double value = f(p);
   const Vec3d g = gradient(f, p, value, 1e-5 * cell);
   const double steepness = norm2(g);
-  if (!(steepness > 0) || !std::isfinite(steepness) || !std::isfinite(value)) return p;
-  return guarded_step(f, p, value, limited(g * (-value / steepness), 0.5 * cell));
+  if (!(steepness > 0) || !std::isfinite(steepness) || !std::isfinite(value)) return 0;
+  p = guarded_step(f, p, value, limited(g * (-value / steepness), 0.5 * cell));
+  return std::sqrt(steepness);
+}
+
+// One secant step along the surface's normal, given how fast f grows there: two evaluations instead of five.
+Vec3d return_along(const ScalarFunction& f, const Vec3d& p, const Vec3d& normal, double steepness, double cell) {
+  const double value = f(p);
+  const double size = norm(normal);
+  if (!(steepness > 0) || !(size > 0) || !std::isfinite(value)) return p;
+  return guarded_step(f, p, value, limited(normal * (-value / (steepness * size)), 0.5 * cell));
 }
 
 // One step towards the neighbours within the tangent plane.
@@ -61,12 +70,6 @@ Vec3d smoothed(const Vec3d& p, const Surroundings& around) {
   const double size = norm2(around.normal);
   const Vec3d move = around.sum / around.count - p;
   return size > 0 ? p + (move - around.normal * (dot(move, around.normal) / size)) * 0.6 : p;
-}
-
-void project(QuadSurface& surface, const ScalarFunction& f, double cell, int steps) {
-  for (Vec3d& p : surface.positions) {
-    for (int i = 0; i < steps; ++i) p = newton(f, p, cell);
-  }
 }
 
 double smallest_angle_cosine(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -80,16 +83,20 @@ double smallest_angle_cosine(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }  // namespace
 
 void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int rounds) {
+  if (rounds == 0) return;
   const std::vector<Vec3d> home = surface.positions;
-  project(surface, f, cell, 2);
+  std::vector<double> steepness;
+  for (Vec3d& p : surface.positions) steepness.push_back(newton(f, cell, p));
   for (int round = 0; round < rounds; ++round) {
     const std::vector<Surroundings> around = survey(surface);
     for (std::size_t i = 0; i < home.size(); ++i) {
-      const Vec3d p = smoothed(surface.positions[i], around[i]);
-      surface.positions[i] = newton(f, home[i] + limited(p - home[i], cell), cell);
+      const Vec3d p = home[i] + limited(smoothed(surface.positions[i], around[i]) - home[i], cell);
+      surface.positions[i] = return_along(f, p, around[i].normal, steepness[i], cell);
     }
   }
-  project(surface, f, cell, 2);
+  for (Vec3d& p : surface.positions) {
+    for (int i = 0; i < 2; ++i) newton(f, cell, p);
+  }
 }
 
 Mesh split_quads(const QuadSurface& surface) {

@@ -5,9 +5,10 @@
 
 namespace knead::polygonise_detail {
 
-// Moves every vertex onto {f = 0}, then `rounds` times towards the mean of its neighbours within the tangent plane and
-// back onto {f = 0}. No vertex goes farther than one cell from where it was, and none where |f| would grow; so a
-// function that is rough on the scale of a cell leaves the surface as it was, roughly.
+// For rounds = 0 does nothing; else moves every vertex onto {f = 0}, then `rounds` times towards the mean of its
+// neighbours within the tangent plane and back onto {f = 0}. No vertex goes farther than one cell from where it was,
+// and none where |f| would grow; so a function that is rough on the scale of a cell leaves the surface as it was,
+// roughly.
 void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int rounds);
 
 // Each quadrilateral split along the diagonal that leaves the larger smallest angle.

@@ -1,0 +1,166 @@
+// The hand: bones as cones with round ends, muscles and pads as more of them, blended smoothly.
+#include "knead/mesh/shapes_solids.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "knead/mesh/shapes.h"
+
+namespace knead {
+namespace {
+
+using shapes_detail::blend_max;
+using shapes_detail::blend_min;
+
+struct Ball {
+  Vec3d center;
+  double radius = 0;
+};
+
+constexpr double kFar = 1e9;
+
+// The convex hull of two balls, neither within the other.
+struct Cone {
+  Ball a;
+  Ball b;
+};
+
+// Exact (Quilez, "Round cone").
+double distance(const Cone& cone, const Vec3d& p) {
+  const Vec3d ba = cone.b.center - cone.a.center;
+  const double l2 = norm2(ba);
+  const double rr = cone.a.radius - cone.b.radius;
+  const double a2 = l2 - rr * rr;
+  const Vec3d pa = p - cone.a.center;
+  const double y = dot(pa, ba);
+  const double z = y - l2;
+  const double x2 = norm2(pa * l2 - ba * y);
+  const double y2 = y * y * l2;
+  const double z2 = z * z * l2;
+  const double k = (rr < 0 ? -1.0 : 1.0) * rr * rr * x2;
+  if ((z < 0 ? -1.0 : 1.0) * a2 * z2 > k) return std::sqrt(x2 + z2) / l2 - cone.b.radius;
+  if ((y < 0 ? -1.0 : 1.0) * a2 * y2 < k) return std::sqrt(x2 + y2) / l2 - cone.a.radius;
+  return (std::sqrt(x2 * a2 / l2) + y * rr) / l2 - cone.a.radius;
+}
+
+double distance(const Ball& ball, const Vec3d& p) { return norm(p - ball.center) - ball.radius; }
+
+// The joints of a finger from knuckle to tip, with the finger's radius at each.
+using Joints = std::array<Ball, 4>;
+
+constexpr std::array<Joints, 4> kFingers{{
+    {{{{0.305, 0.070, -0.006}, 0.093},
+      {{0.344, 0.408, -0.005}, 0.086},
+      {{0.368, 0.632, 0.015}, 0.075},
+      {{0.381, 0.761, 0.035}, 0.062}}},
+    {{{{0.100, 0.100, -0.014}, 0.095},
+      {{0.107, 0.480, -0.015}, 0.089},
+      {{0.112, 0.730, 0.005}, 0.077},
+      {{0.115, 0.876, 0.025}, 0.063}}},
+    {{{{-0.100, 0.060, -0.010}, 0.091},
+      {{-0.138, 0.413, -0.010}, 0.084},
+      {{-0.163, 0.647, 0.010}, 0.073},
+      {{-0.175, 0.785, 0.030}, 0.060}}},
+    {{{{-0.300, -0.020, 0.002}, 0.081},
+      {{-0.366, 0.242, 0.005}, 0.073},
+      {{-0.405, 0.402, 0.020}, 0.063},
+      {{-0.430, 0.509, 0.035}, 0.053}}},
+}};
+
+constexpr std::array<Ball, 3> kThumb{
+    {{{0.430, -0.190, 0.130}, 0.112}, {{0.590, 0.050, 0.190}, 0.092}, {{0.670, 0.215, 0.215}, 0.066}}};
+
+Ball shifted(const Ball& ball, double z, double grow) { return {ball.center + Vec3d{0, 0, z}, ball.radius + grow}; }
+
+Ball between(const Ball& a, const Ball& b, double t) {
+  return {a.center * (1 - t) + b.center * t, a.radius * (1 - t) + b.radius * t};
+}
+
+// A soft cushion on the palm side of a bone.
+double pad(const Ball& a, const Ball& b, const Vec3d& p) {
+  return distance({shifted(between(a, b, 0.3), 0.022, -0.015), shifted(between(a, b, 0.7), 0.022, -0.015)}, p);
+}
+
+double finger(const Joints& j, const Vec3d& p) {
+  double d = distance({j[0], j[1]}, p);
+  d = blend_min(d, distance({j[1], j[2]}, p), 0.02);
+  d = blend_min(d, distance({j[2], j[3]}, p), 0.02);
+  for (std::size_t i = 1; i < 3; ++i) {  // the knuckles, on the back
+    d = blend_min(d, distance(shifted(j[i], -0.018, -0.014), p), 0.03);
+  }
+  for (std::size_t i = 0; i < 3; ++i) d = blend_min(d, pad(j[i], j[i + 1], p), 0.04);
+  return d;
+}
+
+double thumb(const Vec3d& p) {
+  double d = blend_min(distance({kThumb[0], kThumb[1]}, p), distance({kThumb[1], kThumb[2]}, p), 0.02);
+  d = blend_min(d, distance(shifted(kThumb[1], -0.016, -0.012), p), 0.03);
+  const Ball heel{between(kThumb[1], kThumb[2], 0.35).center + Vec3d{-0.012, 0, 0.014}, 0.074};
+  return blend_min(d, distance({heel, {kThumb[2].center + Vec3d{-0.01, -0.01, 0.008}, 0.06}}, p), 0.04);
+}
+
+// From the wrist to each knuckle, and the knuckle's back.
+double metacarpals(const Vec3d& p) {
+  constexpr std::array<Vec3d, 4> kCarpals{
+      {{0.165, -0.57, 0.0}, {0.06, -0.58, -0.01}, {-0.05, -0.58, -0.01}, {-0.155, -0.57, 0.0}}};
+  double d = kFar;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Ball& knuckle = kFingers[i][0];
+    d = blend_min(d, distance({{kCarpals[i], 0.118}, shifted(knuckle, 0.004, 0)}, p), 0.08);
+    d = blend_min(d, distance(shifted(knuckle, -0.018, -0.018), p), 0.08);
+  }
+  return d;
+}
+
+double palm(const Vec3d& p) {
+  constexpr Cone kUnderFingers{{{0.26, -0.06, 0.035}, 0.080}, {{-0.25, -0.13, 0.035}, 0.075}};
+  constexpr Cone kBallOfThumb{{{0.19, -0.48, 0.06}, 0.130}, {{0.36, -0.26, 0.105}, 0.120}};
+  constexpr Cone kHeel{{{-0.19, -0.48, 0.05}, 0.108}, {{-0.29, -0.16, 0.035}, 0.090}};
+  const double d = blend_min(metacarpals(p), distance(kUnderFingers, p), 0.10);
+  return blend_min(blend_min(d, distance(kBallOfThumb, p), 0.12), distance(kHeel, p), 0.10);
+}
+
+double wrist(const Vec3d& p) {
+  constexpr Cone kLeft{{{-0.13, -0.6, 0}, 0.112}, {{-0.13, -1.2, -0.01}, 0.118}};
+  constexpr Cone kRight{{{0.13, -0.6, 0}, 0.112}, {{0.13, -1.2, -0.01}, 0.118}};
+  constexpr Cone kMiddle{{{0, -0.6, 0}, 0.130}, {{0, -1.2, -0.01}, 0.142}};
+  return blend_min(blend_min(distance(kLeft, p), distance(kRight, p), 0.10), distance(kMiddle, p), 0.10);
+}
+
+// A finger's distance; where the ball about it is at least `enough` away, that lower bound will do.
+double finger_within(const Joints& j, const Vec3d& p, double enough) {
+  const double bound = norm(p - j[1].center) - 0.52;
+  return bound < enough ? finger(j, p) : bound;
+}
+
+double fingers_within(const Vec3d& p, double enough) {
+  double d = kFar;
+  for (const Joints& j : kFingers) d = blend_min(d, finger_within(j, p, std::min(d + 0.03, enough)), 0.03);
+  return d;
+}
+
+double body(const Vec3d& p) { return blend_min(blend_min(palm(p), wrist(p), 0.14), thumb(p), 0.08); }
+
+double body_within(const Vec3d& p, double enough) {
+  const double bound = p.y - 0.35;  // the thumb's tip
+  return bound < enough ? body(p) : bound;
+}
+
+// The nearer of fingers and body comes first, so that the other can often be left at a bound: from 0.09 on it has no
+// effect on the blend.
+double hand(const Vec3d& p) {
+  const bool finger_first = p.y > 0.4;
+  const double near = finger_first ? fingers_within(p, kFar) : body(p);
+  const double other = finger_first ? body_within(p, near + 0.09) : fingers_within(p, near + 0.09);
+  return blend_max(blend_min(near, other, 0.08), -0.95 - p.y, 0.06);
+}
+
+}  // namespace
+
+namespace shapes_detail {
+
+Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.5}; }
+
+}  // namespace shapes_detail
+}  // namespace knead
