@@ -31,9 +31,9 @@ struct Point2 {
 
 // Roberts' R2 sequence: any run of consecutive points covers the unit square evenly.
 Point2 r2(int i) {
-  constexpr double kPlastic = 1.32471795724474602596;
-  const double x = 0.5 + i / kPlastic;
-  const double y = 0.5 + i / (kPlastic * kPlastic);
+  constexpr double plastic = 1.32471795724474602596;
+  const double x = 0.5 + i / plastic;
+  const double y = 0.5 + i / (plastic * plastic);
   return {x - std::floor(x), y - std::floor(y)};
 }
 
@@ -60,10 +60,10 @@ double lobe(const Vec3d& d, const Vec3d& axis, double k) { return std::exp(k * (
 Vec3d sky(const Studio& studio, const Vec3d& d) {
   const double t = std::clamp(0.5 + 0.75 * dot(d, studio.up), 0.0, 1.0);
   const double smooth = t * t * (3 - 2 * t);
-  const Vec3d below = Vec3d{0.26, 0.245, 0.23};  // light that a pale floor throws back
-  const Vec3d above = Vec3d{0.46, 0.475, 0.50};
+  const Vec3d below = Vec3d{0.17, 0.155, 0.14};  // light that a pale floor throws back
+  const Vec3d above = Vec3d{0.36, 0.375, 0.40};
   Vec3d radiance = below * (1 - smooth) + above * smooth;
-  radiance += Vec3d{0.55, 0.58, 0.64} * lobe(d, studio.direction(1.0, 0.35, 0.35), 5);   // fill, from the right
+  radiance += Vec3d{0.34, 0.37, 0.42} * lobe(d, studio.direction(1.0, 0.35, 0.35), 5);   // fill, from the right
   radiance += Vec3d{1.10, 1.12, 1.15} * lobe(d, studio.direction(0.25, 0.75, -0.9), 7);  // rim, from behind
   return radiance;
 }
@@ -72,7 +72,7 @@ constexpr double kKeyCosine = 0.94;  // half angle 20 degrees
 
 Light key_light(const Studio& studio, Point2 p, double share) {
   const Vec3d axis = studio.direction(-0.62, 0.95, 0.62);
-  return {Vec3f(in_cone(axis, kKeyCosine, p)), Vec3f(Vec3d{0.66, 0.64, 0.61} * share)};
+  return {Vec3f(in_cone(axis, kKeyCosine, p)), Vec3f(Vec3d{0.98, 0.95, 0.90} * share)};
 }
 
 Light sky_light(const Studio& studio, Point2 p, double share) {

@@ -12,6 +12,7 @@ void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
 void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+void delete_sampler(GLuint name) { glDeleteSamplers(1, &name); }
 void delete_shader(GLuint name) { glDeleteShader(name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
 
@@ -87,6 +88,17 @@ Texture make_shadow_array(int size, int layers) {
                nullptr);
   require_memory();
   return texture;
+}
+
+Sampler make_plain_depth_sampler() {
+  GLuint name = 0;
+  glGenSamplers(1, &name);
+  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_NONE);
+  return Sampler(name);
 }
 
 Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth) {

@@ -35,6 +35,7 @@ void delete_buffer(GLuint name);
 void delete_vertex_array(GLuint name);
 void delete_texture(GLuint name);
 void delete_framebuffer(GLuint name);
+void delete_sampler(GLuint name);
 void delete_shader(GLuint name);
 void delete_program(GLuint name);
 
@@ -42,6 +43,7 @@ using Buffer = GlName<delete_buffer>;
 using VertexArray = GlName<delete_vertex_array>;
 using Texture = GlName<delete_texture>;
 using Framebuffer = GlName<delete_framebuffer>;
+using Sampler = GlName<delete_sampler>;
 using Program = GlName<delete_program>;
 
 Buffer make_buffer(GLenum target, const void* data, std::size_t bytes);  // stays bound to target
@@ -52,6 +54,9 @@ Texture make_texture(int width, int height, GLenum internal_format);
 
 // Depth maps compared with linear filtering; outside of them everything is lit.
 Texture make_shadow_array(int size, int layers);
+
+// Reads a shadow array's depths instead of comparing them.
+Sampler make_plain_depth_sampler();
 
 // Draws into the colour textures in this order, and the depth texture if it is not null. Stays bound.
 Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth);

@@ -49,6 +49,11 @@ void set_simple_light(const Program& program, const View& view) {
   set(program, "key", normalized(view.frame.up * 0.9 - view.frame.right * 0.6 - view.frame.forward * 0.8));
 }
 
+void set_ground(const Program& program, const Pass& pass, const GpuOccluder& occluder) {
+  const Vec3f up(pass.view.ground_up);
+  glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
+}
+
 void draw(const GpuSurface& surface) {
   if (surface.count == 0) return;
   glBindVertexArray(surface.layout.get());
@@ -117,7 +122,8 @@ Programs::Programs()
       glass(compile(glass_source())),
       copy(compile(copy_source())),
       resolve(compile(resolve_source())),
-      nothing(make_vertex_array()) {}
+      nothing(make_vertex_array()),
+      plain_depth(make_plain_depth_sampler()) {}
 
 GpuSurface upload(const DrawSurface& surface) {
   GpuSurface result;
@@ -227,6 +233,9 @@ void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch,
   bind_texture(program, "reflectance_map", 1, GL_TEXTURE_2D, buffer.reflectance);
   bind_texture(program, "normal_map", 2, GL_TEXTURE_2D, buffer.normal);
   bind_texture(program, "shadow_maps", 3, GL_TEXTURE_2D_ARRAY, maps);
+  bind_texture(program, "shadow_depths", 4, GL_TEXTURE_2D_ARRAY, maps);
+  glBindSampler(4, pass.programs.plain_depth.get());
+  set(program, "shadow_range", 2 * occluder.radius);
   glUniformMatrix4x3fv(uniform(program, "light"), count, GL_FALSE, batch.matrices.data());
   glUniform3fv(uniform(program, "direction"), count, &batch.directions[0].x);
   glUniform3fv(uniform(program, "radiance"), count, &batch.radiances[0].x);
@@ -234,10 +243,10 @@ void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch,
   glUniform1i(uniform(program, "side_groups"), pass.options.supersampling);
   set(program, "shadows", shadows ? 1.0 : 0.0);
   set(program, "offset", 2.0 * 2 * occluder.radius / kShadowMapSize);
-  const Vec3f up(pass.view.ground_up);
-  glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
+  set_ground(program, pass, occluder);
   set(program, "with_ground", shadows && pass.options.ground ? 1.0 : 0.0);
   draw_full_screen(pass);
+  glBindSampler(4, 0);
 }
 
 }  // namespace
@@ -265,7 +274,8 @@ Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Li
   return light;
 }
 
-Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, double ground_light) {
+Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, const GpuOccluder& occluder,
+                      double ground_light) {
   Texture color = make_texture(pass.width, pass.height, GL_RGBA16F);
   const Framebuffer target = make_framebuffer({&color}, nullptr);
   reset_state(pass.width, pass.height);
@@ -275,6 +285,9 @@ Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& li
   bind_texture(program, "light_map", 1, GL_TEXTURE_2D, light);
   set_with_alpha(program, "background", pass.options.background);
   set(program, "ground_light", ground_light);
+  glUniform1i(uniform(program, "taps"), std::max(8, 48 / (pass.options.supersampling * pass.options.supersampling)));
+  set(program, "reach", pass.options.ambient_occlusion && pass.options.ground ? occluder.radius : 0.0);
+  set_ground(program, pass, occluder);
   draw_full_screen(pass);
   return color;
 }

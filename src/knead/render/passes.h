@@ -24,6 +24,7 @@ struct Programs {
   Program copy;
   Program resolve;
   VertexArray nothing;  // for triangles made by the vertex program
+  Sampler plain_depth;  // reads shadow maps as they are
 
   Programs();
 };
@@ -76,7 +77,8 @@ Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Li
                    const GpuOccluder& occluder);
 
 // Linear colour times alpha, of the lit shapes on the background.
-Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, double ground_light);
+Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, const GpuOccluder& occluder,
+                      double ground_light);
 
 // Adds the rods to the colour, depth and normals.
 void draw_rods(const Pass& pass, const GBuffer& buffer, const Texture& color, const GpuSurface& rods);

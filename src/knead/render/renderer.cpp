@@ -93,7 +93,8 @@ double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
   double sum = 0;
   for (const Light& light : lights) {
     const double luminance = dot(Vec3d(light.radiance), Vec3d{0.3, 0.6, 0.1});
-    sum += std::max(0.0, dot(Vec3d(light.direction), up)) * luminance;
+    const double cosine = std::max(0.0, dot(Vec3d(light.direction), up));
+    sum += cosine * cosine * luminance;
   }
   return sum;
 }
@@ -114,8 +115,8 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Image Renderer::render(const Scene& scene, const Options& options) {
-  // Occluders finer than this are drawn coarser; the cell is one texel of a shadow map.
-  constexpr std::size_t kMostOccluders = 250'000;
+  // Occluders finer than this are drawn coarser; the cell is two texels of a shadow map.
+  constexpr std::size_t most_occluders = 150'000;
   check(options);
   const int width = options.width * options.supersampling;
   const int height = options.height * options.supersampling;
@@ -127,14 +128,14 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const double point_radius =
       options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
   const GpuOccluder occluder =
-      upload(make_occluder(surfaces, view.ground_up, 2.0 / kShadowMapSize, kMostOccluders), point_radius);
+      upload(make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius);
   const int groups = options.supersampling * options.supersampling;
   const std::vector<Light> lights = studio_lights(view, options.light_samples, groups);
 
   const FramebufferGuard guard;
   const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
   const Texture light = draw_light(pass, buffer, lights, occluder);
-  const Texture color = draw_backdrop(pass, buffer, light, unshadowed_light(lights, view.ground_up));
+  const Texture color = draw_backdrop(pass, buffer, light, occluder, unshadowed_light(lights, view.ground_up));
   draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
   const Texture over = draw_glass(pass, buffer, upload_glass(scene, view.placement));
   return resolve(pass, color, over);

@@ -54,10 +54,10 @@ void add_band(const Circle& from, const Circle& to, const Frame& frame, Bytes4 c
 }
 
 void add_ball(const Vec3d& center, double radius, const Frame& frame, Bytes4 color, DrawSurface& surface) {
-  constexpr int kBands = 12;
-  for (int i = 0; i < kBands; ++i) {
+  constexpr int bands = 12;
+  for (int i = 0; i < bands; ++i) {
     const auto circle = [&](int k) {
-      const double angle = std::numbers::pi * k / kBands;
+      const double angle = std::numbers::pi * k / bands;
       const double lean = -std::cos(angle);
       return Circle{center + frame.axis * (radius * lean), radius * std::sin(angle), lean};
     };

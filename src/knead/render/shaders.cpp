@@ -138,11 +138,14 @@ void main() {
 }
 )";
 
-// Every sample of a pixel takes its own group of the lights; their mean has them all. Shapes get radiance; the ground
-// gets, in alpha, the light that it lacks, so that ground without shadow is exactly the background.
+// Every sample of a pixel takes its own group of the lights; their mean has them all. Shapes get radiance. The
+// ground gets in alpha the light that it lacks, so that ground without shadow is exactly the background; and in red
+// that light times the distance of what blocks it.
 const char* const kLightingFragment = R"(
 uniform sampler2D depth_map, reflectance_map, normal_map;
 uniform sampler2DArrayShadow shadow_maps;
+uniform sampler2DArray shadow_depths;  // the same, not compared
+uniform float shadow_range;            // from depth 0 to 1, in renderer units
 uniform mat4x3 light[LIGHTS];
 uniform vec3 direction[LIGHTS];
 uniform vec3 radiance[LIGHTS];
@@ -186,13 +189,16 @@ void light_shape(vec3 p, vec3 v, int first, int step) {
 }
 
 void light_ground(vec3 p, int first, int step) {
-  float missing = 0.0;
+  p += offset * ground.xyz;
   for (int i = first; i < light_count; i += step) {
     float nl = dot(ground.xyz, direction[i]);
     if (nl <= 0.0) continue;
-    missing += (1.0 - visibility(i, p + offset * ground.xyz)) * nl * dot(radiance[i], vec3(0.3, 0.6, 0.1));
+    float missing = (1.0 - visibility(i, p)) * nl * nl * dot(radiance[i], vec3(0.3, 0.6, 0.1));
+    if (missing <= 0.0) continue;
+    vec3 q = light[i] * vec4(p, 1.0);
+    float gap = shadow_range * max(q.z - texture(shadow_depths, vec3(q.xy, float(i))).x, 0.0);
+    lit += vec4(missing * gap, 0.0, 0.0, missing) * float(step);
   }
-  lit = vec4(0.0, 0.0, 0.0, missing * float(step));
 }
 
 void main() {
@@ -213,17 +219,58 @@ void main() {
 }
 )";
 
+// The light that the ground lacks is smoothed the more the farther away the things are that block it: that hides the
+// single lights, and contacts stay sharp. Taps lie on a spiral in the ground plane, turned differently in every sample.
 const char* const kBackdropFragment = R"(
 uniform sampler2D depth_map, light_map;
 uniform vec4 background;     // sRGB
+uniform vec4 ground;         // up, height
 uniform float ground_light;  // what the ground gets without shadow
+uniform int taps;
+uniform float reach;         // radius of what casts shadows; 0: no ground
+uniform mat4 matrix;
 out vec4 color;              // linear, multiplied by alpha
+
+vec2 on_screen(vec3 p) {
+  vec4 q = matrix * vec4(p, 1.0);
+  return (0.5 + 0.5 * q.xy / q.w) * samples;
+}
+
+float smoothed(vec3 p, vec4 lit) {
+  float blocker = (lit.r + 0.002 * ground_light * reach) / (lit.a + 0.002 * ground_light);
+  float radius = clamp(0.3 * blocker, 0.0, 0.4 * reach);
+  vec3 a = normalize(cross(ground.xyz, abs(ground.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
+  vec2 u = on_screen(p + radius * a) - gl_FragCoord.xy;
+  vec2 v = on_screen(p + radius * cross(ground.xyz, a)) - gl_FragCoord.xy;
+  float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  float sum = lit.a, weight = 1.0;
+  for (int i = 0; i < taps; ++i) {
+    float angle = 2.3999632 * float(i) + turn;
+    float r = sqrt((float(i) + 0.5) / float(taps));
+    vec2 at = clamp(gl_FragCoord.xy + r * (cos(angle) * u + sin(angle) * v), vec2(0.0), samples - 1.0);
+    if (texelFetch(depth_map, ivec2(at), 0).x < 1.0) continue;
+    float w = 1.0 - 0.7 * r * r;
+    sum += w * texelFetch(light_map, ivec2(at), 0).a;
+    weight += w;
+  }
+  return sum / weight;
+}
+
+float darkness(vec4 lit) {
+  vec3 origin = ray_origin(gl_FragCoord.xy);
+  vec3 ray = ray_direction(gl_FragCoord.xy);
+  float down = dot(ground.xyz, ray);
+  if (reach <= 0.0 || down > -1e-4) return 0.0;
+  float t = (ground.w - dot(ground.xyz, origin)) / down;
+  return t > 0.0 ? clamp(0.85 * smoothed(origin + t * ray, lit) / ground_light, 0.0, 1.0) : 0.0;
+}
+
 void main() {
   vec4 lit = texelFetch(light_map, ivec2(gl_FragCoord.xy), 0);
   if (texelFetch(depth_map, ivec2(gl_FragCoord.xy), 0).x < 1.0) {
     color = vec4(lit.rgb, 1.0);
   } else {
-    float dark = clamp(0.85 * lit.a / ground_light, 0.0, 1.0);
+    float dark = darkness(lit);
     vec3 behind = linear(background.rgb) * background.a;
     color = vec4(behind * (1.0 - dark) + vec3(0.018, 0.015, 0.012) * dark, background.a + (1.0 - background.a) * dark);
   }

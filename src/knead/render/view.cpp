@@ -57,10 +57,10 @@ View make_view(const Scene& scene, double aspect, int samples_high) {
   view.side = view.frame.right * (half_height * aspect);
   view.pixel = 2 * half_height / samples_high;
   // Rods have a thickness beyond the box that was measured.
-  constexpr double kReach = 1.1;
+  constexpr double reach = 1.1;
   const double middle = -dot(view.eye, view.frame.forward);
-  view.near = middle - kReach;
-  view.far = middle + kReach;
+  view.near = middle - reach;
+  view.far = middle + reach;
   if (view.perspective) {
     view.near = std::max(view.near, 1e-3 * distance);
     view.far = std::max(view.far, 2 * view.near);
