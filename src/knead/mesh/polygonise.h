@@ -28,7 +28,9 @@ struct PolygoniseOptions {
 //
 // Cost: without a Lipschitz constant f is evaluated at every grid corner; with one, whole blocks that cannot meet the
 // surface cost one evaluation. Memory is proportional to the surface and to one layer of the grid.
-// Throws InvalidInput for options out of range and for a box that is empty or not finite.
+// Too small a Lipschitz constant loses parts of the surface, or is noticed where it would leave a hole.
+// Throws InvalidInput for options out of range, for a Lipschitz constant found too small and for a box that is empty or
+// not finite.
 //
 // Method: dual marching cubes (Nielson 2004): a vertex for each loop of crossed edges in a cell, a quadrilateral for
 // each crossed edge; faces with four crossings are decided by the bilinear saddle, and the other way where both

@@ -163,4 +163,15 @@ namespace shapes_detail {
 Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.5}; }
 
 }  // namespace shapes_detail
+std::span<const Finger> hand_fingers() {
+  static const std::array<Finger, 5> fingers{{
+      {"thumb", {0.484, -0.108, 0.150}, normalized(Vec3d{0.498, 0.849, 0.176}), 0.453, 0.119},
+      {"index", {0.333, 0.313, -0.005}, normalized(Vec3d{0.107, 0.991, 0.082}), 0.520, 0.108},
+      {"middle", {0.1045, 0.343, -0.015}, normalized(Vec3d{0.020, 0.998, 0.067}), 0.603, 0.113},
+      {"ring", {-0.125, 0.293, -0.010}, normalized(Vec3d{-0.102, 0.992, 0.073}), 0.562, 0.107},
+      {"little", {-0.330, 0.101, 0.003}, normalized(Vec3d{-0.237, 0.969, 0.068}), 0.480, 0.096},
+  }};
+  return fingers;
+}
+
 }  // namespace knead
