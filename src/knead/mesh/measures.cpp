@@ -35,16 +35,16 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   }
 }
 
-// The corners around a vertex that lie in one fan of faces form one set: faces hang together across shared edges.
+// The corners around a vertex that lie in one fan of faces form one set: faces hang together across edges of
+// two faces.
 DisjointSets find_fans(const Mesh& mesh, std::span<const EdgeUse> uses) {
   DisjointSets fans(mesh.corner_vertex.size());
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
     const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
-    for (std::size_t i = 1; i < edge.size(); ++i) {
-      fans.join(corner_at_low(edge[0]), corner_at_low(edge[i]));
-      fans.join(corner_at_high(edge[0]), corner_at_high(edge[i]));
-    }
+    if (edge.size() != 2) return;
+    fans.join(corner_at_low(edge[0]), corner_at_low(edge[1]));
+    fans.join(corner_at_high(edge[0]), corner_at_high(edge[1]));
   });
   return fans;
 }
@@ -73,16 +73,16 @@ void count_edges(std::span<const EdgeUse> uses, Measures& m) {
 }
 
 void count_vertices(const Mesh& mesh, DisjointSets& fans, Measures& m) {
-  constexpr std::uint32_t kNone = 0xffffffffu;
-  std::vector<std::uint32_t> first_fan(mesh.vertex_count(), kNone);
+  constexpr std::uint32_t none = 0xffffffffu;
+  std::vector<std::uint32_t> first_fan(mesh.vertex_count(), none);
   std::vector<bool> nonmanifold(mesh.vertex_count(), false);
   for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
     const std::uint32_t v = mesh.corner_vertex[c];
     const std::uint32_t fan = fans.find(static_cast<std::uint32_t>(c));
-    if (first_fan[v] == kNone) first_fan[v] = fan;
+    if (first_fan[v] == none) first_fan[v] = fan;
     if (first_fan[v] != fan) nonmanifold[v] = true;
   }
-  m.unused_vertices = static_cast<std::size_t>(std::count(first_fan.begin(), first_fan.end(), kNone));
+  m.unused_vertices = static_cast<std::size_t>(std::count(first_fan.begin(), first_fan.end(), none));
   m.nonmanifold_vertices = static_cast<std::size_t>(std::count(nonmanifold.begin(), nonmanifold.end(), true));
 }
 

@@ -24,7 +24,7 @@ struct Measures {
   std::size_t boundary_edges = 0;        // with one face
   std::size_t nonmanifold_edges = 0;     // with more than two faces
   std::size_t misoriented_edges = 0;     // with two faces that traverse it in the same direction
-  std::size_t nonmanifold_vertices = 0;  // whose faces fall into more than one fan
+  std::size_t nonmanifold_vertices = 0;  // whose faces fall into several fans (across edges of two faces)
   std::size_t components = 0;            // of faces, by shared vertices; unused vertices are none
   std::size_t boundary_loops = 0;
   std::int64_t euler = 0;  // used vertices - edges + faces

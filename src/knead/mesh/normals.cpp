@@ -22,8 +22,8 @@ void for_each_corner_normal(const Mesh& mesh, std::span<const Vec3d> positions, 
   const std::size_t n = face.size();
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3d& p = positions[face[i]];
-    const Vec3d a = positions[face[i + 1 < n ? i + 1 : 0]] - p;
-    const Vec3d b = positions[face[i > 0 ? i - 1 : n - 1]] - p;
+    const Vec3d a = unit_or_zero(positions[face[i + 1 < n ? i + 1 : 0]] - p);
+    const Vec3d b = unit_or_zero(positions[face[i > 0 ? i - 1 : n - 1]] - p);
     visit(mesh.face_begin[f] + i, normal * std::atan2(norm(cross(a, b)), dot(a, b)));
   }
 }
