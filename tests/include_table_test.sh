@@ -47,7 +47,6 @@ FNR == 1 {
   if (room != "" && !(room in rooms)) complain("not in a room of the table")
 }
 /^[ \t]*#[ \t]*include[ \t]*["<]/ {
-  quoted = $0 ~ /include[ \t]*"/
   path = $0
   sub(/^[^"<]*["<]/, "", path)
   sub(/[">].*$/, "", path)
@@ -56,7 +55,6 @@ FNR == 1 {
   else if (part[1] == "knead") check_room(part[2])
   else if (part[1] == "apps") check_app(part[2])
   else if (part[1] == "support") { if (!is_test) complain("only tests may include \"" path "\"") }
-  else if (quoted && room != "") complain("\"" path "\": write \"knead/ROOM/HEADER\", or <HEADER> for another library")
 }
 '
 
