@@ -33,7 +33,7 @@ function check_app(target) {
   if (app != target) complain((app == "" ? room : app) " must not include the application " target)
 }
 BEGIN {
-  for (n = split(table, line, "\n"); n > 0; --n) {
+  for (n = split(ENVIRON["TABLE"], line, "\n"); n > 0; --n) {
     if (split(line[n], half, ":") == 0) continue
     rooms[half[1]]
     for (k = split(half[2], name, " "); k > 0; --k) allowed[half[1], name[k]]
@@ -60,7 +60,7 @@ FNR == 1 {
 
 violations() {
   (cd "$1" && find src/knead apps -mindepth 2 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
-    xargs -0 -r awk -v table="$table" "$checker")
+    TABLE=$table xargs -0 -r awk "$checker")
 }
 
 check() {
