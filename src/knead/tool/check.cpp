@@ -1,0 +1,74 @@
+#include "knead/tool/check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "knead/math/error.h"
+
+namespace knead::tool_detail {
+
+namespace {
+
+constexpr double kMostDegrees = 360000;
+
+void require(bool good, std::string_view key, const std::string& expected, double got) {
+  if (!good) throw InvalidInput(fmt::format("\"{}\" must be {}, got {}", key, expected, got));
+}
+
+}  // namespace
+
+void require_finite(std::string_view key, double value) {
+  require(std::isfinite(value), key, "a finite number", value);
+}
+
+void require_finite(std::string_view key, const Vec3d& value) {
+  if (is_finite(value)) return;
+  throw InvalidInput(
+      fmt::format("\"{}\" must be three finite numbers, got [{}, {}, {}]", key, value.x, value.y, value.z));
+}
+
+void require_finite(std::string_view key, const std::vector<Vec3d>& values) {
+  for (const Vec3d& value : values) require_finite(key, value);
+}
+
+void require_positive(std::string_view key, double value) {
+  require(std::isfinite(value) && value > 0, key, "a number greater than 0", value);
+}
+
+void require_direction(std::string_view key, const Vec3d& value) {
+  require_finite(key, value);
+  if (value == Vec3d{0, 0, 0}) {
+    throw InvalidInput(fmt::format("\"{}\" must be a vector of any length but 0, got [0, 0, 0]", key));
+  }
+}
+
+void require_angle(std::string_view key, double degrees) {
+  require(std::abs(degrees) <= kMostDegrees, key, "a number of degrees from -360000 to 360000", degrees);
+}
+
+void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what) {
+  if (count >= least) return;
+  throw InvalidInput(fmt::format("\"{}\" must hold {} or more {}, got {}", key, least, what, count));
+}
+
+void require_thresholds(double inner, double outer) {
+  require_finite("inner", inner);
+  require_finite("outer", outer);
+  require(inner < outer, "outer", fmt::format("a number greater than \"inner\" ({})", inner), outer);
+}
+
+void require_distance_thresholds(double inner, double outer) {
+  require_positive("outer", outer);
+  require(std::isfinite(inner) && inner >= 0, "inner", "a number that is 0 or greater", inner);
+  require_thresholds(inner, outer);
+}
+
+Vec3d unit(const Vec3d& v) {
+  const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  return normalized(v / largest);
+}
+
+}  // namespace knead::tool_detail

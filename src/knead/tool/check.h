@@ -1,0 +1,38 @@
+// Checks of a stroke's numbers. Internal to the tool room. Every failure is an InvalidInput whose message begins with
+// the key in quotes and says what was expected and what was got.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "knead/math/vec3.h"
+
+namespace knead::tool_detail {
+
+void require_finite(std::string_view key, double value);
+void require_finite(std::string_view key, const Vec3d& value);
+void require_finite(std::string_view key, const std::vector<Vec3d>& values);
+
+// Finite and greater than 0.
+void require_positive(std::string_view key, double value);
+
+// Finite, and not the zero vector.
+void require_direction(std::string_view key, const Vec3d& value);
+
+// A number of degrees whose sine the evaluation can take: at most 360,000 either way.
+void require_angle(std::string_view key, double degrees);
+
+void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what);
+
+// Both finite, inner < outer.
+void require_thresholds(double inner, double outer);
+
+// For a region whose r is a distance: outer > 0 and 0 <= inner < outer. (A negative inner would leave a cone at r = 0.)
+void require_distance_thresholds(double inner, double outer);
+
+// v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
+Vec3d unit(const Vec3d& v);
+
+inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
+
+}  // namespace knead::tool_detail
