@@ -38,7 +38,9 @@ Camera fit_camera(const Box& box, const Vec3d& direction, const Vec3d& up, doubl
   camera.up = up;
   camera.eye = camera.target - direction;
   const CameraFrame frame = camera_frame(camera);
-  const double size = std::max(fitted.diagonal(), 1e-300);
+  // A single point has no size; far from the origin, the eye must still differ from it.
+  const double least = 1e-9 * norm(camera.target);
+  const double size = fitted.diagonal() > least ? fitted.diagonal() : std::max(least, 1.0);
   double half_height = 0;
   double distance = size;
   if (options.projection == Projection::orthographic) {

@@ -285,7 +285,7 @@ Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& li
   bind_texture(program, "light_map", 1, GL_TEXTURE_2D, light);
   set_with_alpha(program, "background", pass.options.background);
   set(program, "ground_light", ground_light);
-  glUniform1i(uniform(program, "taps"), std::max(8, 48 / (pass.options.supersampling * pass.options.supersampling)));
+  glUniform1i(uniform(program, "taps"), std::max(12, 64 / (pass.options.supersampling * pass.options.supersampling)));
   set(program, "reach", pass.options.ambient_occlusion && pass.options.ground ? occluder.radius : 0.0);
   set_ground(program, pass, occluder);
   draw_full_screen(pass);
@@ -307,7 +307,7 @@ void draw_rods(const Pass& pass, const GBuffer& buffer, const Texture& color, co
   glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  set(program, "opacity", 0.3);
+  set(program, "opacity", 0.4);
   draw(rods);
   glDisable(GL_BLEND);
   glDepthFunc(GL_LESS);

@@ -21,8 +21,8 @@ struct Color {
   friend bool operator==(const Color&, const Color&) = default;
 };
 
-inline constexpr Color kClay{0.80f, 0.71f, 0.62f, 1};
-inline constexpr Color kInnerRed{0.85f, 0.10f, 0.08f, 0.30f};
+inline constexpr Color kClay{0.80f, 0.755f, 0.70f, 1};
+inline constexpr Color kInnerRed{0.88f, 0.08f, 0.06f, 0.36f};
 inline constexpr Color kOuterGreen{0.10f, 0.62f, 0.20f, 0.16f};
 
 // An opaque surface, or a point cloud where the mesh has no faces. The mesh is not owned: it must outlive the call of

@@ -294,7 +294,7 @@ layout(location = 1) out vec4 normal_out;
 void main() {
   vec3 n = normalize(surface_normal);
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
-  color = vec4(linear(srgb) * diffuse(n) + 0.25 * shine(n, v, 60.0), 1.0) * opacity;
+  color = vec4(linear(srgb) * diffuse(n) + 0.25 * opacity * shine(n, v, 60.0), 1.0) * opacity;
   normal_out = vec4(0.0);  // no line where glass meets a rod
 }
 )";
