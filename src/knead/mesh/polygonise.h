@@ -14,17 +14,16 @@ using ScalarFunction = std::function<double(const Vec3d&)>;
 struct PolygoniseOptions {
   double cell = 0;       // edge of the cubic grid cells, > 0; at most 4096 of them along each side of the box
   double lipschitz = 0;  // |f(p) - f(q)| <= lipschitz |p - q|, e.g. 1 for a distance bound; 0: not known
-  int relaxations =
-      8;  // rounds that even out the triangles and pull the vertices back onto the surface; 0 to 100, 0: as sampled
+  int relaxations = 8;   // rounds that even out the triangles and pull the vertices back onto the surface; 0 to 100
 };
 
 // The boundary of {f < 0} within the box, as triangles counter-clockwise seen from outside; without faces where f is
 // nowhere negative at a grid corner. Where the surface leaves the box it is closed along the walls of the box.
 //
 // Always closed, and every edge has two triangles and every vertex one fan, whatever f is; two components never share a
-// vertex. About 1.5 area / cell^2 vertices, each on the surface to about 1e-6 cell (after any relaxation) where f is
-// smooth on the scale of a cell. Features thinner than a cell may be lost. Deterministic: the same bits for the same
-// values of f.
+// vertex. About 1.5 area / cell^2 vertices, each on the surface to about 1e-6 cell (without
+// relaxations: about a tenth of a cell) where f is smooth on the scale of a cell. Features thinner than a cell may be
+// lost. Deterministic: the same bits for the same values of f.
 //
 // Cost: without a Lipschitz constant f is evaluated at every grid corner; with one, whole blocks that cannot meet the
 // surface cost one evaluation. Memory is proportional to the surface and to one layer of the grid.

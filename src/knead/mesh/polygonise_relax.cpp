@@ -94,9 +94,7 @@ void relax(QuadSurface& surface, const ScalarFunction& f, double cell, int round
       surface.positions[i] = return_along(f, p, around[i].normal, steepness[i], cell);
     }
   }
-  for (Vec3d& p : surface.positions) {
-    for (int i = 0; i < 2; ++i) newton(f, cell, p);
-  }
+  for (Vec3d& p : surface.positions) newton(f, cell, p);
 }
 
 Mesh split_quads(const QuadSurface& surface) {

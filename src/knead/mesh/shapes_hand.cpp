@@ -140,7 +140,13 @@ double fingers_within(const Vec3d& p, double enough) {
   return d;
 }
 
-double body(const Vec3d& p) { return blend_min(blend_min(palm(p), wrist(p), 0.14), thumb(p), 0.08); }
+// Wrist and thumb only where they are near enough to matter.
+double body(const Vec3d& p) {
+  double d = palm(p);
+  if (p.y + 0.46 < d + 0.14) d = blend_min(d, wrist(p), 0.14);
+  const Ball about_thumb{{0.53, -0.02, 0.17}, 0.4};
+  return distance(about_thumb, p) < d + 0.08 ? blend_min(d, thumb(p), 0.08) : d;
+}
 
 double body_within(const Vec3d& p, double enough) {
   const double bound = p.y - 0.35;  // the thumb's tip
