@@ -1,0 +1,118 @@
+// The command `knead`: reads the command line, runs one subcommand, and turns every failure into one line and an exit
+// code.
+#include <CLI/App.hpp>
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <exception>
+#include <new>
+#include <string>
+
+#include "command.h"
+#include "interrupt.h"
+#include "knead/math/error.h"
+#include "output.h"
+
+namespace knead::command {
+
+void add_common_options(CLI::App& app, CommonOptions& options) {
+  app.add_flag("-q,--quiet", options.quiet, "Only errors, and what was asked for with --json or --report");
+  app.add_flag("--json", options.json, "The result as one JSON object on standard output");
+}
+
+void add_examples(CLI::App& app, const std::string& examples) { app.footer("\nExamples:\n" + examples); }
+
+namespace {
+
+using Subcommands = std::array<Subcommand, 5>;
+
+int fail(ExitCode code, const std::string& message) {
+  print_message(message);
+  return code;
+}
+
+int run_subcommand(const Subcommand& subcommand) {
+  try {
+    subcommand.run();
+    return kDone;
+  } catch (const UsageError& error) {
+    return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.app->get_name() + " --help)");
+  } catch (const QualityError& error) {
+    return fail(kQualityNotMet, error.what());
+  } catch (const InvalidInput& error) {
+    return fail(kInvalidInput, error.what());
+  } catch (const IoError& error) {
+    return fail(error.operation() == IoError::Operation::write ? kOutputFailed : kInvalidInput, error.what());
+  } catch (const Interrupted&) {
+    return fail(kInterrupted, "interrupted");
+  }
+}
+
+// Words that name no subcommand are told here, where the parser would speak of unexpected arguments.
+void check_first_word(int argc, char** argv, const Subcommands& subcommands) {
+  std::string names;
+  for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.app->get_name();
+  if (argc < 2) throw UsageError("no command given; say one of " + names);
+  const std::string word = argv[1];
+  if (word.starts_with('-') && word != "-" && word != "--") return;
+  const auto is_named = [&](const Subcommand& each) { return each.app->get_name() == word; };
+  if (std::any_of(subcommands.begin(), subcommands.end(), is_named)) return;
+  throw UsageError("no command '" + word + "'; say one of " + names);
+}
+
+std::string help_hint(const CLI::App& app) {
+  const auto chosen = app.get_subcommands();
+  return " (see knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help)";
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Deforms 3D shapes by divergence-free vector fields: no self-intersections, volume kept.", "knead");
+  app.set_version_flag("--version", "knead " KNEAD_VERSION);
+  app.require_subcommand(1);
+  add_examples(app,
+               "  knead make hand -o hand.ply\n"
+               "  knead deform hand.ply bend.knead -o bent.ply\n"
+               "  knead COMMAND --help");
+  const Subcommands subcommands{add_deform(app), add_resolve(app), add_info(app), add_make(app), add_render(app)};
+  try {
+    check_first_word(argc, argv, subcommands);
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    print(app.help());
+    return kDone;
+  } catch (const CLI::CallForVersion&) {
+    print(app.version() + "\n");
+    return kDone;
+  } catch (const CLI::ParseError& error) {
+    return fail(kWrongUsage, error.what() + help_hint(app));
+  } catch (const UsageError& error) {
+    return fail(kWrongUsage, error.what() + help_hint(app));
+  }
+  const auto chosen =
+      std::find_if(subcommands.begin(), subcommands.end(), [](const Subcommand& each) { return each.app->parsed(); });
+  return run_subcommand(*chosen);
+}
+
+}  // namespace
+}  // namespace knead::command
+
+int main(int argc, char** argv) {
+  using namespace knead::command;
+  try {
+    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
+    handle_interruptions();
+    return run(argc, argv);
+  } catch (const knead::IoError& error) {
+    print_message(error.what());
+    return kOutputFailed;
+  } catch (const std::bad_alloc&) {
+    print_message("out of memory; try a smaller shape or close other programs");
+  } catch (const std::exception& error) {
+    print_message(error.what());
+  } catch (...) {
+    print_message("unknown failure; please report it");
+  }
+  return kInternalError;
+}

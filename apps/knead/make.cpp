@@ -1,0 +1,70 @@
+// knead make KIND: closed shapes without data files.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command.h"
+#include "knead/io/shape_file.h"
+#include "knead/mesh/shapes.h"
+#include "output.h"
+
+namespace knead::command {
+namespace {
+
+struct MakeOptions {
+  std::string kind;
+  std::size_t vertices = 0;
+  std::string output;
+  CommonOptions common;
+};
+
+ShapeKind checked_kind(const std::string& name) {
+  const auto names = shape_names();
+  if (std::find(names.begin(), names.end(), name) == names.end()) {
+    throw UsageError(fmt::format("no kind of shape '{}'; say one of {}", name, fmt::join(names, ", ")));
+  }
+  return shape_kind(name);
+}
+
+void check_count(ShapeKind kind, const MakeOptions& options) {
+  const ShapeCounts counts = shape_counts(kind);
+  if (options.vertices >= counts.minimum && options.vertices <= counts.maximum) return;
+  throw UsageError(fmt::format("--vertices {}: a {} can have {} to {}", options.vertices, options.kind, counts.minimum,
+                               counts.maximum));
+}
+
+void run_make(const MakeOptions& options, bool with_count) {
+  const ShapeKind kind = checked_kind(options.kind);
+  if (with_count) check_count(kind, options);
+  require_extension(options.output, kShapeExtensions);
+  require_writable(options.output);
+  const Mesh mesh = make_shape(kind, options.vertices);
+  write_mesh(options.output, mesh);
+  if (options.common.json) {
+    const nlohmann::ordered_json json{
+        {"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
+    print(json.dump(2) + "\n");
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} vertices, {} faces\n", options.output, mesh.vertex_count(), mesh.face_count()));
+  }
+}
+
+}  // namespace
+
+Subcommand add_make(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("make", "A shape made by computation: closed, in one piece, of triangles");
+  const auto options = std::make_shared<MakeOptions>();
+  app->add_option("KIND", options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")))->required();
+  CLI::Option* count = app->add_option("-n,--vertices", options->vertices, "About so many (each kind has its default)");
+  app->add_option("-o,--output", options->output, "The file: .ply (binary, float coordinates) or .obj")->required();
+  add_common_options(*app, options->common);
+  add_examples(*app,
+               "  knead make hand -o hand.ply\n"
+               "  knead make sphere -n 100000 -o sphere.obj");
+  return {app, [options, count] { run_make(*options, count->count() > 0); }};
+}
+
+}  // namespace knead::command

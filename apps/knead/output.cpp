@@ -1,0 +1,115 @@
+#include "output.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include "command.h"
+#include "knead/math/error.h"
+
+namespace knead::command {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const fs::path& path, const std::string& what) {
+  throw IoError(IoError::Operation::write, path.string(), what);
+}
+
+std::string reason(int error) { return std::generic_category().message(error); }
+
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : text) {
+    if (std::iscntrl(static_cast<unsigned char>(c)) != 0) {
+      result += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    } else {
+      result += c;
+    }
+  }
+  return result;
+}
+
+// A nameless file is opened and dropped; where the file system has none, the permissions have to do.
+void require_writable_folder(const fs::path& path, const fs::path& folder) {
+  const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+  if (file >= 0) {
+    ::close(file);
+    return;
+  }
+  if (errno == ENOENT && !fs::exists(folder)) {
+    fail(path, fmt::format("the folder {} does not exist; create it first", folder.string()));
+  }
+  if (errno == ENOTDIR) fail(path, fmt::format("{} is no folder; write somewhere else", folder.string()));
+  if (errno != EACCES && errno != EROFS && errno != EPERM && ::access(folder.c_str(), W_OK | X_OK) == 0) return;
+  fail(path, fmt::format("its folder cannot be written to ({}); check its permissions", reason(errno)));
+}
+
+}  // namespace
+
+void print(std::string_view text) {
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!written || std::fflush(stdout) != 0) {
+    fail("standard output", fmt::format("cannot be written ({}); check where it goes", reason(errno)));
+  }
+}
+
+void print_message(std::string_view message) noexcept {
+  try {
+    const std::string line = "knead: " + escaped(message) + "\n";
+    std::fwrite(line.data(), 1, line.size(), stderr);
+  } catch (const std::exception&) {
+    std::fputs("knead: out of memory; try a smaller shape\n", stderr);
+  }
+}
+
+void print_notes(std::span<const std::string> notes) {
+  for (const std::string& note : notes) print_message("note: " + note);
+}
+
+void require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+  std::string supported;
+  for (const std::string_view each : extensions) {
+    if (extension == fmt::format(".{}", each)) return;
+    supported += fmt::format("{}.{}", supported.empty() ? "" : " or ", each);
+  }
+  throw UsageError(
+      fmt::format("{}: cannot write this kind of file; name one that ends in {}", path.string(), supported));
+}
+
+void require_writable(const fs::path& path) {
+  std::error_code error;
+  fs::path target = fs::weakly_canonical(path, error);
+  if (error) target = path;
+  struct stat old {};
+  if (::stat(target.c_str(), &old) == 0) {
+    if (S_ISDIR(old.st_mode)) fail(path, "is a folder; name a file in it");
+    if (::access(target.c_str(), W_OK) != 0) {
+      fail(path, fmt::format("cannot be overwritten ({}); check its permissions", reason(errno)));
+    }
+    if (!S_ISREG(old.st_mode)) return;
+  } else if (errno != ENOENT && errno != ENOTDIR) {
+    fail(path, fmt::format("cannot be created ({}); choose another name", reason(errno)));
+  }
+  const fs::path folder = target.parent_path();
+  require_writable_folder(path, folder.empty() ? "." : folder);
+}
+
+void require_different(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  if (fs::weakly_canonical(a, error) == fs::weakly_canonical(b, error) && !error) {
+    throw UsageError(fmt::format("{}: named twice for different things; give two files", b.string()));
+  }
+}
+
+}  // namespace knead::command

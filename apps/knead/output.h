@@ -1,0 +1,33 @@
+// What the command writes: results to standard output, messages to standard error, files checked before long work.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace knead::command {
+
+// Writes to standard output at once. Throws IoError(write).
+void print(std::string_view text);
+
+// One line on standard error: "knead: " and the message, with control characters (of file names, say) escaped.
+void print_message(std::string_view message) noexcept;
+
+// Remarks, a line each: "knead: note: ...".
+void print_notes(std::span<const std::string> notes);
+
+// Throws UsageError unless the path ends in one of the extensions ("ply"), in upper or lower case.
+void require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
+
+// Whether a file could be written there, found out without leaving a trace. Throws IoError(write) where it could not.
+void require_writable(const std::filesystem::path& path);
+
+// Throws UsageError where two paths name one file, existing or not.
+void require_different(const std::filesystem::path& a, const std::filesystem::path& b);
+
+// The formats of shapes that can be written.
+inline constexpr std::string_view kShapeExtensions[] = {"ply", "obj"};
+
+}  // namespace knead::command

@@ -1,0 +1,63 @@
+#include "progress_bar.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+namespace knead::command {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kWidth = 40;
+
+bool is_able_terminal() {
+  const char* term = std::getenv("TERM");
+  return ::isatty(STDERR_FILENO) == 1 && term != nullptr && *term != '\0' && std::string_view(term) != "dumb";
+}
+
+std::string bar_line(std::uint64_t done, std::uint64_t total) {
+  const double part = total == 0 ? 1.0 : std::min(1.0, static_cast<double>(done) / static_cast<double>(total));
+  const std::string marks(static_cast<std::size_t>(part * kWidth), '#');
+  return fmt::format("\r[{:<{}}] {:3.0f}%", marks, kWidth, 100 * part);
+}
+
+void show(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::fflush(stderr);
+}
+
+void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total) {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  const auto sleep = [&](std::chrono::milliseconds time) {
+    wake.wait_for(lock, stop, time, [&] { return stop.stop_requested(); });
+  };
+  sleep(500ms);
+  if (stop.stop_requested()) return;
+  std::string line;
+  while (!stop.stop_requested()) {
+    line = bar_line(progress.done, total);
+    show(line);
+    sleep(100ms);
+  }
+  show(fmt::format("\r{:{}}\r", "", line.size()));
+}
+
+}  // namespace
+
+ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted) {
+  if (!wanted || !is_able_terminal()) return;
+  ticker_ = std::jthread([&progress, total](const std::stop_token& stop) { tick(stop, progress, total); });
+}
+
+}  // namespace knead::command

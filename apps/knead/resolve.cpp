@@ -1,0 +1,56 @@
+// knead resolve SHAPE SESSION -o OUT.knead: the session as a flow that names no mesh.
+#include <fmt/format.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "command.h"
+#include "knead/io/atomic_file.h"
+#include "output.h"
+#include "work.h"
+
+namespace knead::command {
+namespace {
+
+struct ResolveOptions {
+  std::string shape;
+  std::string session;
+  std::string output;
+  CommonOptions common;
+};
+
+void run_resolve(const ResolveOptions& options) {
+  constexpr std::string_view extensions[] = {"knead"};
+  require_extension(options.output, extensions);
+  require_writable(options.output);
+  const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
+  const ReplayResult result = replay_watched(inputs, ReplayOptions{}, options.common.quiet);
+  Session resolved;
+  resolved.note = inputs.session.note;
+  resolved.strokes = result.resolved;
+  write_file_atomically(options.output, serialize_session(resolved));
+  if (options.common.json) {
+    const nlohmann::ordered_json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
+    print(json.dump(2) + "\n");
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} strokes ({} segments)\n", options.output, resolved.strokes.size(), result.segments));
+  }
+}
+
+}  // namespace
+
+Subcommand add_resolve(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("resolve", "Write the session as strokes that read no surface");
+  const auto options = std::make_shared<ResolveOptions>();
+  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY or OBJ")->required();
+  app->add_option("SESSION", options->session, "The strokes: a .knead file")->required();
+  app->add_option("-o,--output", options->output, "The .knead file to write")->required();
+  add_common_options(*app, options->common);
+  add_examples(*app,
+               "  knead resolve hand.ply paint.knead -o flow.knead\n"
+               "  knead deform fine_hand.ply flow.knead -o painted.ply");
+  return {app, [options] { run_resolve(*options); }};
+}
+
+}  // namespace knead::command

@@ -1,0 +1,152 @@
+#include "tool_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <variant>
+#include <vector>
+
+#include "tool_surface.h"
+
+namespace knead::command {
+namespace {
+
+using render::Color;
+
+constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
+constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, of that at the start
+
+// What the arrows of one field are drawn with.
+struct Sketch {
+  render::Scene& scene;
+  const Field& field;
+  double size;    // a typical length of the tool
+  double radius;  // of arrows
+
+  void arrow(const Vec3d& from, const Vec3d& to) const {
+    scene.arrows.push_back({.from = from, .to = to, .radius = radius});
+  }
+  void line(std::vector<Vec3d> points) const {
+    scene.lines.push_back({.points = std::move(points), .radius = 0.5 * radius});
+  }
+
+  // The axis, and an arc with an arrow head that goes round it by the angle, at most once.
+  void turn(const Vec3d& axis, double angle, double height) const {
+    const Vec3d middle = field.center + axis * height;
+    line({field.center - axis * (1.2 * size), field.center + axis * (1.2 * size)});
+    const double most = 1.8 * std::numbers::pi;
+    const double shown = std::clamp(angle, -most, most);
+    const Vec3d start = arc_start(axis) * (0.8 * size);
+    std::vector<Vec3d> points;
+    constexpr int pieces = 48;
+    for (int i = 0; i <= pieces; ++i) {
+      points.push_back(middle + rotate(start, axis, sincos(shown * i / pieces)));
+    }
+    const Vec3d tip = points.back();
+    const Vec3d along = cross(axis, tip - middle) * std::copysign(1.0, shown);
+    line(std::move(points));
+    if (norm(along) > 0) arrow(tip, tip + normalized(along) * (6 * radius));
+  }
+
+  // Where the arc begins: on the inner side of a half-space, which is what turns.
+  Vec3d arc_start(const Vec3d& axis) const {
+    if (const auto* region = std::get_if<HalfSpace<double>>(&field.region)) {
+      const Vec3d across = region->normal - axis * dot(axis, region->normal);
+      if (norm(across) > 1e-6) return -normalized(across);
+    }
+    return any_orthogonal(axis);
+  }
+
+  void operator()(const Translation<double>& motion) const {
+    const double speed = norm(motion.velocity);
+    if (!(speed > 0)) return;
+    arrow(field.center, field.center + motion.velocity * std::max(1.0, 0.5 * size / speed));
+  }
+  void operator()(const Rotation<double>& motion) const { turn(motion.axis, motion.rate, 0); }
+  void operator()(const Twist<double>& motion) const {
+    const Thresholds<double>& r = field.thresholds;
+    const double height = r.inner < 0 ? r.inner : r.inner - 0.5 * (r.outer - r.inner);
+    turn(motion.axis, motion.rate * height, height);
+  }
+  // M = k (a a^T - (I - a a^T) / 2): |M|^2 = 3/2 k^2 and det M = k^3 / 4 give k, the longest column of a a^T gives a.
+  void operator()(const Strain<double>& motion) const {
+    const Mat3d& m = motion.matrix;
+    const double square = norm2(m.row0) + norm2(m.row1) + norm2(m.row2);
+    if (!(square > 0)) return;
+    const double k = std::copysign(std::sqrt(square / 1.5), determinant(m));
+    const Mat3d projector = (m + Mat3d{} * (k / 2)) * (1 / (1.5 * k));
+    Vec3d longest = projector.row0;
+    for (const Vec3d& row : {projector.row1, projector.row2}) {
+      if (norm2(row) > norm2(longest)) longest = row;
+    }
+    for (const double side : {-1.0, 1.0}) {
+      const Vec3d end = field.center + normalized(longest) * (side * 1.2 * size);
+      const Vec3d start = field.center + normalized(longest) * (side * 0.3 * size);
+      k > 0 ? arrow(start, end) : arrow(end, start);
+    }
+  }
+  void operator()(const CustomMotion& /*motion*/) const {}
+};
+
+double tool_size(const Field& field, const std::optional<Cylinder>& cylinder) {
+  if (cylinder) return cylinder->radius;
+  const Thresholds<double>& r = field.thresholds;
+  return std::holds_alternative<HalfSpace<double>>(field.region) ? r.outer - r.inner : r.outer;
+}
+
+Color fainter(Color color, double opacity) {
+  color.alpha = static_cast<float>(color.alpha * opacity);
+  return color;
+}
+
+// The regions of all fields at one moment; `shift` is how far the tool has come.
+void draw_regions(const Segment& segment, const Vec3d& shift, double opacity, const Box& around, render::Scene& scene) {
+  for (const Field& field : segment.fields) {
+    const Vec3d center = field.center + shift;
+    const auto add = [&](double level, const Color& color) {
+      scene.surfaces.push_back(
+          {region_surface(field, center, level, around, segment.cylinder), fainter(color, opacity)});
+    };
+    add(field.thresholds.inner, render::kInnerRed);
+    add(field.thresholds.outer, render::kOuterGreen);
+  }
+}
+
+void draw_start(const Segment& segment, const Box& around, render::Scene& scene) {
+  draw_regions(segment, {0, 0, 0}, 1, around, scene);
+  for (const Field& field : segment.fields) {
+    const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
+    if (segment.cylinder && is_plane) {
+      scene.surfaces.push_back({barrel_surface(*segment.cylinder, field, around), kBarrelGrey});
+    }
+    const Sketch sketch{scene, field, tool_size(field, segment.cylinder), 0.006 * around.diagonal()};
+    std::visit(sketch, field.motion);
+  }
+}
+
+// Through the places of each field in turn, as long as the segments have the same fields.
+void draw_path(const Flow& stroke, const Box& around, render::Scene& scene) {
+  const std::size_t count = stroke.segments.front().fields.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    render::Line path{.points = {}, .radius = 0.003 * around.diagonal()};
+    for (const Segment& segment : stroke.segments) {
+      if (segment.fields.size() != count) return;
+      path.points.push_back(segment.fields[i].center);
+    }
+    path.points.push_back(stroke.segments.back().fields[i].center + stroke.segments.back().displacement);
+    scene.lines.push_back(std::move(path));
+  }
+}
+
+}  // namespace
+
+void draw_tool(const Flow& stroke, const Box& around, render::Scene& scene) {
+  if (stroke.segments.empty()) return;
+  draw_start(stroke.segments.front(), around, scene);
+  const Segment& last = stroke.segments.back();
+  if (stroke.segments.size() == 1 && last.displacement == Vec3d{0, 0, 0}) return;
+  draw_regions(last, last.displacement, kFaint, around, scene);
+  draw_path(stroke, around, scene);
+}
+
+}  // namespace knead::command

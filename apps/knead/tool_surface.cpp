@@ -1,0 +1,207 @@
+#include "tool_surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "knead/mesh/polygonise.h"
+
+namespace knead::command {
+namespace {
+
+constexpr std::uint32_t kSides = 64;
+constexpr double kDot = 0.04;  // of the outer threshold: the radius of the balls that stand for r = 0
+
+struct ProfilePoint {
+  double height = 0;  // along the axis
+  double radius = 0;  // 0: on the axis
+};
+
+struct Line3 {
+  Vec3d point;
+  Vec3d direction;  // a unit vector
+};
+
+// The profile turned about the line, without lids.
+Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis) {
+  const Vec3d u = any_orthogonal(axis.direction);
+  const Vec3d v = cross(axis.direction, u);
+  Mesh mesh;
+  std::vector<std::uint32_t> first;  // vertex of each profile point
+  for (const ProfilePoint& p : profile) {
+    first.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
+    const Vec3d center = axis.point + axis.direction * p.height;
+    for (std::uint32_t i = 0; i < (p.radius > 0 ? kSides : 1); ++i) {
+      const double angle = 2 * std::numbers::pi * i / kSides;
+      mesh.positions.push_back(center + (u * std::cos(angle) + v * std::sin(angle)) * p.radius);
+    }
+  }
+  for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+      const std::uint32_t next = (i + 1) % kSides;
+      const bool tip = profile[k + 1].radius <= 0;
+      const bool foot = profile[k].radius <= 0;
+      std::vector<std::uint32_t> face{first[k] + (foot ? 0 : i)};
+      if (!foot) face.push_back(first[k] + next);
+      face.push_back(first[k + 1] + (tip ? 0 : next));
+      if (!tip) face.push_back(first[k + 1] + i);
+      mesh.add_face(face);
+    }
+  }
+  return mesh;
+}
+
+// A ball, drawn out along half_axis into a capsule.
+Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius) {
+  constexpr int bands = 24;
+  const double half = norm(half_axis);
+  std::vector<ProfilePoint> profile;
+  for (int i = 0; i <= bands; ++i) {
+    const double angle = std::numbers::pi * i / bands;
+    const double offset = 2 * i < bands ? -half : half;
+    if (2 * i == bands && half > 0) profile.push_back({-half, radius});
+    profile.push_back({offset - radius * std::cos(angle), i % bands == 0 ? 0 : radius * std::sin(angle)});
+  }
+  return revolve(profile, {center, half > 0 ? half_axis / half : Vec3d{0, 0, 1}});
+}
+
+void append(const Mesh& part, Mesh& mesh) {
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), part.positions.begin(), part.positions.end());
+  std::vector<std::uint32_t> face;
+  for (std::size_t f = 0; f < part.face_count(); ++f) {
+    face.assign(part.face(f).begin(), part.face(f).end());
+    for (std::uint32_t& vertex : face) vertex += first;
+    mesh.add_face(face);
+  }
+}
+
+std::array<Vec3d, 8> corners(const Box& box) {
+  std::array<Vec3d, 8> result;
+  for (std::size_t i = 0; i < 8; ++i) {
+    result[i] = {(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                 (i & 4) != 0 ? box.max.z : box.min.z};
+  }
+  return result;
+}
+
+// The smallest and largest of dot(direction, corner - origin), a little widened.
+std::pair<double, double> extent_along(const Box& box, const Vec3d& origin, const Vec3d& direction) {
+  double low = Box::kInfinity;
+  double high = -Box::kInfinity;
+  for (const Vec3d& corner : corners(box)) {
+    low = std::min(low, dot(direction, corner - origin));
+    high = std::max(high, dot(direction, corner - origin));
+  }
+  const double margin = 0.04 * box.diagonal();
+  return {low - margin, high + margin};
+}
+
+// The part of the plane about the box, its sides along `u` as far as that goes.
+Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, const Box& around) {
+  const Vec3d flat = along - normal * dot(normal, along);
+  const Vec3d u = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(normal);
+  const Vec3d v = cross(normal, u);
+  const auto [u_low, u_high] = extent_along(around, point, u);
+  const auto [v_low, v_high] = extent_along(around, point, v);
+  Mesh mesh;
+  mesh.positions = {point + u * u_low + v * v_low, point + u * u_high + v * v_low, point + u * u_high + v * v_high,
+                    point + u * u_low + v * v_high};
+  mesh.add_face(std::array<std::uint32_t, 4>{0, 1, 2, 3});
+  return mesh;
+}
+
+// The part of the plane within the cylinder: an ellipse. The cylinder's direction does not lie in the plane.
+Mesh disc(const Vec3d& point, const Vec3d& normal, const Cylinder& cylinder) {
+  Mesh mesh = revolve({{0, 0}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction});
+  for (Vec3d& p : mesh.positions) {
+    p += cylinder.direction * (dot(normal, point - p) / dot(normal, cylinder.direction));
+  }
+  return mesh;
+}
+
+bool crosses(const Cylinder& cylinder, const Vec3d& normal) { return std::abs(dot(cylinder.direction, normal)) > 0.05; }
+
+// How far the surface r = level of the set can reach from its elements: n of them read up to n^(1/m) too near.
+Box point_set_box(const PointSet<double>& set, double level) {
+  Box box = bounding_box(set.points);
+  for (const auto& curve : set.curves) {
+    for (const Vec3d& p : curve) box.extend(p);
+  }
+  const auto count = static_cast<double>(set.points.size() + set.curves.size());
+  const double reach = 1.3 * level * std::pow(count, 1.0 / set.exponent);
+  box.min -= Vec3d{reach, reach, reach};
+  box.max += Vec3d{reach, reach, reach};
+  return box;
+}
+
+Mesh point_set_surface(const PointSet<double>& set, const Vec3d& center, double level) {
+  const Box box = point_set_box(set, level);
+  const Vec3d size = box.max - box.min;
+  PolygoniseOptions options;
+  options.cell = std::max({size.x, size.y, size.z}) / 64;
+  options.lipschitz = set.curves.empty() ? 1 : 0;  // of a sum over points; over curves it is not known
+  Mesh mesh = polygonise([&](const Vec3d& d) { return evaluate(set, d, 0.0).value - level; }, box, options);
+  for (Vec3d& p : mesh.positions) p += center;
+  return mesh;
+}
+
+// One overload per region; `field` gives the scale of what has none of its own.
+struct SurfaceOf {
+  const Field& field;
+  Vec3d center;
+  double level;
+  const Box& around;
+  const std::optional<Cylinder>& cylinder;
+
+  double radius() const { return level > 0 ? level : kDot * field.thresholds.outer; }
+
+  Mesh operator()(const Ball<double>& /*region*/) const { return capsule(center, {0, 0, 0}, radius()); }
+  Mesh operator()(const Capsule<double>& region) const { return capsule(center, region.half_axis, radius()); }
+  Mesh operator()(const HalfSpace<double>& region) const {
+    const Vec3d point = center + region.normal * level;
+    if (cylinder && crosses(*cylinder, region.normal)) return disc(point, region.normal, *cylinder);
+    const Vec3d middle = around.empty() ? point : around.center();
+    return plane_patch(middle - region.normal * dot(region.normal, middle - point), region.normal, region.turn_axis,
+                       around);
+  }
+  Mesh operator()(const PointSet<double>& region) const {
+    if (level > 0) return point_set_surface(region, center, level);
+    Mesh mesh;
+    for (const Vec3d& p : region.points) append(capsule(center + p, {0, 0, 0}, radius()), mesh);
+    for (const auto& curve : region.curves) {
+      for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
+        append(capsule(center + (curve[i] + curve[i + 1]) * 0.5, (curve[i + 1] - curve[i]) * 0.5, radius()), mesh);
+      }
+    }
+    return mesh;
+  }
+  Mesh operator()(const CustomRegion& /*region*/) const { return {}; }
+};
+
+}  // namespace
+
+Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
+                    const std::optional<Cylinder>& cylinder) {
+  return std::visit(SurfaceOf{field, center, level, around, cylinder}, field.region);
+}
+
+Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& around) {
+  const auto& region = std::get<HalfSpace<double>>(field.region);
+  const double low = extent_along(around, cylinder.point, cylinder.direction).first;
+  const Vec3d top = field.center + region.normal * field.thresholds.outer;
+  Mesh mesh = revolve({{low, cylinder.radius}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction});
+  if (!crosses(cylinder, region.normal)) return mesh;
+  for (std::size_t i = kSides; i < mesh.positions.size(); ++i) {
+    Vec3d& p = mesh.positions[i];
+    p += cylinder.direction * (dot(region.normal, top - p) / dot(region.normal, cylinder.direction));
+  }
+  return mesh;
+}
+
+}  // namespace knead::command

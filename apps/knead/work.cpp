@@ -1,0 +1,38 @@
+#include "work.h"
+
+#include "command.h"
+#include "interrupt.h"
+#include "output.h"
+#include "progress_bar.h"
+
+namespace knead::command {
+
+Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet) {
+  Inputs inputs;
+  inputs.session = read_session(session);  // first: it is the shorter, and the one that people mistype
+  inputs.shape = read_shape(shape);
+  if (!quiet) {
+    print_notes(inputs.session.warnings);
+    for (const std::string& note : inputs.shape.notes) print_message("note: " + shape + ": " + note);
+  }
+  return inputs;
+}
+
+ReplayResult replay_watched(const Inputs& inputs, ReplayOptions options, bool quiet) {
+  Progress progress;
+  options.progress = &progress;
+  ReplayResult result;
+  {
+    const CancelOnInterruption cancel(progress);
+    const ProgressBar bar(progress, total_work(inputs.shape.mesh, inputs.session, options), !quiet);
+    result = replay(inputs.shape.mesh, inputs.session, options);
+  }
+  if (progress.cancel) throw Interrupted{};
+  if (result.status == AdvectStatus::step_limit) {
+    throw QualityError(inputs.session.name + ": a path line needed over a million steps; ask for a larger --tolerance");
+  }
+  if (!quiet) print_notes(result.warnings);
+  return result;
+}
+
+}  // namespace knead::command

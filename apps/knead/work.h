@@ -1,0 +1,33 @@
+// The long work of deform and resolve: a session applied to a shape, watched and interruptible.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "knead/io/shape_file.h"
+#include "knead/session/replay.h"
+#include "knead/session/session.h"
+
+namespace knead::command {
+
+// Wall-clock time since it was made.
+class Clock {
+ public:
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// What both subcommands read. What was odd goes to standard error unless quiet.
+struct Inputs {
+  ShapeFile shape;
+  Session session;
+};
+Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet);
+
+// replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
+// Returns a result whose status is done; throws Interrupted or QualityError for the others.
+ReplayResult replay_watched(const Inputs& inputs, ReplayOptions options, bool quiet);
+
+}  // namespace knead::command
