@@ -166,7 +166,7 @@ double hand(const Vec3d& p) {
 
 namespace shapes_detail {
 
-Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.5}; }
+Solid hand_solid() { return {hand, {{-0.55, -1.0, -0.22}, {0.8, 1.0, 0.34}}, 3.69}; }
 
 }  // namespace shapes_detail
 std::span<const Finger> hand_fingers() {

@@ -35,6 +35,6 @@ double letter_y(const Vec3d& p) {
 
 }  // namespace
 
-Solid letter_y_solid() { return {letter_y, {{-0.5, -0.5, -0.2}, {0.5, 0.5, 0.2}}, 1.0}; }
+Solid letter_y_solid() { return {letter_y, {{-0.5, -0.5, -0.2}, {0.5, 0.5, 0.2}}, 0.985}; }
 
 }  // namespace knead::shapes_detail
