@@ -285,7 +285,7 @@ Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& li
   bind_texture(program, "light_map", 1, GL_TEXTURE_2D, light);
   set_with_alpha(program, "background", pass.options.background);
   set(program, "ground_light", ground_light);
-  glUniform1i(uniform(program, "taps"), std::max(12, 64 / (pass.options.supersampling * pass.options.supersampling)));
+  glUniform1i(uniform(program, "taps"), std::max(24, 64 / (pass.options.supersampling * pass.options.supersampling)));
   set(program, "reach", pass.options.ambient_occlusion && pass.options.ground ? occluder.radius : 0.0);
   set_ground(program, pass, occluder);
   draw_full_screen(pass);

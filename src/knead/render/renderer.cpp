@@ -9,6 +9,7 @@
 #include "knead/render/context.h"
 #include "knead/render/passes.h"
 #include "knead/render/rods.h"
+#include "knead/render/shaders.h"
 
 namespace knead::render {
 namespace {
@@ -93,7 +94,7 @@ double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
   double sum = 0;
   for (const Light& light : lights) {
     const double luminance = dot(Vec3d(light.radiance), Vec3d{0.3, 0.6, 0.1});
-    const double cosine = std::max(0.0, dot(Vec3d(light.direction), up));
+    const double cosine = std::max(0.0, dot(Vec3d(light.direction), up) - kGrazingCosine);
     sum += cosine * cosine * luminance;
   }
   return sum;

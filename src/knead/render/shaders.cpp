@@ -188,14 +188,20 @@ void light_shape(vec3 p, vec3 v, int first, int step) {
   lit = vec4(sum * float(step), 0.0);
 }
 
+// Grazing light counts for less than it should: its shadows are long and tell little.
+float ground_weight(int i) {
+  float nl = max(dot(ground.xyz, direction[i]) - GRAZING, 0.0);
+  return nl * nl * dot(radiance[i], vec3(0.3, 0.6, 0.1));
+}
+
 void light_ground(vec3 p, int first, int step) {
   p += offset * ground.xyz;
   for (int i = first; i < light_count; i += step) {
-    float nl = dot(ground.xyz, direction[i]);
-    if (nl <= 0.0) continue;
-    float missing = (1.0 - visibility(i, p)) * nl * nl * dot(radiance[i], vec3(0.3, 0.6, 0.1));
-    if (missing <= 0.0) continue;
+    float weight = ground_weight(i);
     vec3 q = light[i] * vec4(p, 1.0);
+    if (weight <= 0.0 || any(greaterThan(abs(q.xy - 0.5), vec2(0.5)))) continue;
+    float missing = (1.0 - visibility(i, p)) * weight;
+    if (missing <= 0.0) continue;
     float gap = shadow_range * max(q.z - texture(shadow_depths, vec3(q.xy, float(i))).x, 0.0);
     lit += vec4(missing * gap, 0.0, 0.0, missing) * float(step);
   }
@@ -351,6 +357,7 @@ void main() { color = texelFetch(layer, ivec2(gl_FragCoord.xy), 0); }
 )";
 
 // `over` lies in front of `base`; both are multiplied by alpha. Rows are turned over: pictures begin at the top.
+// The filter is a tent of one pixel to either side, in which all groups of the lights weigh the same.
 const char* const kResolveFragment = R"(
 uniform sampler2D base, over;
 uniform int factor;
@@ -361,24 +368,33 @@ vec3 srgb_of(vec3 c) {
 }
 void main() {
   ivec2 corner = ivec2(int(gl_FragCoord.x), height - 1 - int(gl_FragCoord.y)) * factor;
+  ivec2 last = textureSize(base, 0) - 1;
   vec4 sum = vec4(0.0);
-  for (int y = 0; y < factor; ++y) {
-    for (int x = 0; x < factor; ++x) {
-      vec4 front = texelFetch(over, corner + ivec2(x, y), 0);
-      sum += front + (1.0 - front.a) * texelFetch(base, corner + ivec2(x, y), 0);
+  float weight = 0.0;
+  for (int y = 1 - factor; y < 2 * factor - 1; ++y) {
+    for (int x = 1 - factor; x < 2 * factor - 1; ++x) {
+      ivec2 at = clamp(corner + ivec2(x, y), ivec2(0), last);
+      vec2 w = 1.0 - abs((vec2(x, y) + 0.5) / float(factor) - 0.5);
+      vec4 front = texelFetch(over, at, 0);
+      sum += w.x * w.y * (front + (1.0 - front.a) * texelFetch(base, at, 0));
+      weight += w.x * w.y;
     }
   }
-  sum /= float(factor * factor);
+  sum /= weight;
   vec3 c = sum.a > 0.0 ? sum.rgb / sum.a : vec3(0.0);
   pixel = vec4(srgb_of(clamp(c, 0.0, 1.0)), sum.a);
 }
 )";
 
-std::string with_lights(std::string source) {
-  const std::string placeholder = "LIGHTS";
-  for (std::size_t at = source.find(placeholder); at != std::string::npos; at = source.find(placeholder)) {
-    source.replace(at, placeholder.size(), std::to_string(kLightsPerPass));
+void replace_all(std::string& text, const std::string& name, const std::string& value) {
+  for (std::size_t at = text.find(name); at != std::string::npos; at = text.find(name)) {
+    text.replace(at, name.size(), value);
   }
+}
+
+std::string with_constants(std::string source) {
+  replace_all(source, "LIGHTS", std::to_string(kLightsPerPass));
+  replace_all(source, "GRAZING", std::to_string(kGrazingCosine));
   return source;
 }
 
@@ -402,7 +418,7 @@ ShaderSource disc_source() { return surface_program(kDiscFragment); }
 ShaderSource shadow_source() {
   return {std::string(kVersion) + kShadowVertex, std::string(kVersion) + "void main() {}\n"};
 }
-ShaderSource lighting_source() { return full_screen_program(with_lights(kLightingFragment)); }
+ShaderSource lighting_source() { return full_screen_program(with_constants(kLightingFragment)); }
 ShaderSource backdrop_source() { return full_screen_program(kBackdropFragment); }
 ShaderSource rod_source() { return simple_program(kRodFragment); }
 ShaderSource glass_source() { return simple_program(kGlassFragment); }

@@ -8,6 +8,9 @@ namespace knead::render {
 // The most lights that the lighting program takes in one pass.
 inline constexpr int kLightsPerPass = 32;
 
+// Light whose direction makes a smaller cosine with the ground's normal casts no shadow on the ground.
+inline constexpr double kGrazingCosine = 0.15;
+
 struct ShaderSource {
   std::string vertex;
   std::string fragment;
