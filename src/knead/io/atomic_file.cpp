@@ -25,7 +25,7 @@ struct Slot {
   std::atomic<bool> armed = false;  // `path` names a file to be removed
   std::array<char, kSize> path{};
 };
-std::array<Slot, 16> slots;
+std::array<Slot, 16> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 // Removes a temporary file at the end of its scope unless it was renamed before.
@@ -104,10 +104,10 @@ void write_directly(const std::filesystem::path& path, std::string_view bytes) {
 
 // The name in the target's folder under which it is written first.
 std::filesystem::path temporary_path(const std::filesystem::path& target) {
-  constexpr std::string_view kDigits = "0123456789abcdefghijklmnopqrstuvwxyz";
+  constexpr std::string_view digits = "0123456789abcdefghijklmnopqrstuvwxyz";
   std::random_device random;
   std::string name = ".knead-";
-  for (int i = 0; i < 16; ++i) name += kDigits[random() % kDigits.size()];
+  for (int i = 0; i < 16; ++i) name += digits[random() % digits.size()];
   return target.parent_path() / (name + ".tmp");
 }
 

@@ -85,9 +85,9 @@ class ObjReader {
   }
 
   void add_other(std::string_view keyword) {
-    constexpr std::size_t kMost = 64;  // garbage has no end of keywords
+    constexpr std::size_t most = 64;  // garbage has no end of keywords
     auto& list = layout_.other_keywords;
-    if (list.size() < kMost && std::find(list.begin(), list.end(), keyword) == list.end()) list.emplace_back(keyword);
+    if (list.size() < most && std::find(list.begin(), list.end(), keyword) == list.end()) list.emplace_back(keyword);
   }
 
   // The next token of the statement; empty at its end or at a comment.
@@ -102,8 +102,9 @@ class ObjReader {
   double parse_number(std::string_view token) const {
     double value = 0;
     const ParseResult result = parse_real(token, value);
-    if (result == ParseResult::malformed) fail(position_, quoted(token) + " is not a number");
-    if (result == ParseResult::overflow) fail(position_, quoted(token) + " does not fit in a double; repair the file");
+    if (result == ParseResult::malformed) fail(position_, in_quotes(token) + " is not a number");
+    if (result == ParseResult::overflow)
+      fail(position_, in_quotes(token) + " does not fit in a double; repair the file");
     return value;
   }
 
@@ -173,7 +174,7 @@ class ObjReader {
     std::string_view part[3];
     std::size_t parts = 0;
     for (bool more = true; more;) {
-      if (parts == 3) fail(position_, quoted(whole) + " is no corner; expected v, v/vt, v//vn or v/vt/vn");
+      if (parts == 3) fail(position_, in_quotes(whole) + " is no corner; expected v, v/vt, v//vn or v/vt/vn");
       const std::size_t slash = token.find('/');
       part[parts++] = token.substr(0, slash);
       more = slash != std::string_view::npos;
@@ -188,7 +189,8 @@ class ObjReader {
     std::int64_t index = 0;
     const char* end = text.data() + text.size();
     const auto [stop, error] = std::from_chars(text.data(), end, index);
-    if (error == std::errc::invalid_argument || stop != end) fail(position_, quoted(whole) + " is no corner of a face");
+    if (error == std::errc::invalid_argument || stop != end)
+      fail(position_, in_quotes(whole) + " is no corner of a face");
     const auto given = static_cast<std::int64_t>(to.given);
     if (error != std::errc{} || index == 0 || index < -given || index >= std::int64_t{kMostElements}) {
       fail(position_, std::string("index ") + std::string(text.substr(0, 24)) + " of a " + to.what +

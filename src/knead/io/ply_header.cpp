@@ -53,7 +53,7 @@ class HeaderParser {
       } else if (words_[0] == "property") {
         parse_property();
       } else {
-        fail("unknown header line " + quoted(line_) + "; expected element, property, comment or end_header");
+        fail("unknown header line " + in_quotes(line_) + "; expected element, property, comment or end_header");
       }
     }
     if (!has_format) fail("the header has no line 'format'; add e.g. 'format ascii 1.0'");
@@ -98,7 +98,7 @@ class HeaderParser {
 
   void parse_format() {
     if (words_.size() != 3) fail("expected 'format ENCODING 1.0'");
-    if (words_[2] != "1.0") fail("PLY version " + quoted(words_[2]) + " is not known; only 1.0 is");
+    if (words_[2] != "1.0") fail("PLY version " + in_quotes(words_[2]) + " is not known; only 1.0 is");
     if (words_[1] == "ascii") {
       layout_.encoding = PlyEncoding::ascii;
     } else if (words_[1] == "binary_little_endian") {
@@ -106,7 +106,7 @@ class HeaderParser {
     } else if (words_[1] == "binary_big_endian") {
       layout_.encoding = PlyEncoding::big_endian;
     } else {
-      fail("encoding " + quoted(words_[1]) +
+      fail("encoding " + in_quotes(words_[1]) +
            " is not known; expected ascii, binary_little_endian or binary_big_endian");
     }
   }
@@ -117,10 +117,10 @@ class HeaderParser {
     element.name = words_[1];
     const char* end = words_[2].data() + words_[2].size();
     const auto [stop, error] = std::from_chars(words_[2].data(), end, element.count);
-    if (error != std::errc{} || stop != end) fail("the count " + quoted(words_[2]) + " is not a whole number");
+    if (error != std::errc{} || stop != end) fail("the count " + in_quotes(words_[2]) + " is not a whole number");
     if (element.count > kMostElements) fail("declares more than 4294967295 elements; split the shape");
     for (const PlyElement& other : layout_.elements) {
-      if (other.name == element.name) fail("element " + quoted(element.name) + " is declared twice");
+      if (other.name == element.name) fail("element " + in_quotes(element.name) + " is declared twice");
     }
     layout_.elements.push_back(std::move(element));
   }
@@ -129,7 +129,7 @@ class HeaderParser {
     for (const TypeName& known : kTypeNames) {
       if (known.name == word) return known.type;
     }
-    fail("number type " + quoted(word) +
+    fail("number type " + in_quotes(word) +
          " is not known; expected char, uchar, short, ushort, int, uint, float or double");
   }
 
@@ -147,7 +147,7 @@ class HeaderParser {
     property.type_end = property.type_begin + type.size();
     property.name = words_.back();
     for (const PlyProperty& other : layout_.elements.back().properties) {
-      if (other.name == property.name) fail("property " + quoted(property.name) + " is declared twice");
+      if (other.name == property.name) fail("property " + in_quotes(property.name) + " is declared twice");
     }
     layout_.elements.back().properties.push_back(std::move(property));
   }

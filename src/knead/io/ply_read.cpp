@@ -24,8 +24,8 @@ class BodyReader {
 
   [[noreturn]] void fail(const std::string& what) const { fail_at(bytes_, position_, ascii_, name_, what); }
 
-  static void fail_at(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
-                      const std::string& what) {
+  [[noreturn]] static void fail_at(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
+                                   const std::string& what) {
     if (ascii) throw InvalidInput(Place{name, line_of(bytes, position)}, what);
     throw InvalidInput(Place{name}, "byte " + std::to_string(position) + ": " + what);
   }
@@ -52,7 +52,7 @@ class BodyReader {
     if (!ascii_) return;
     while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
     if (position_ < bytes_.size() && !is_line_end(bytes_[position_])) {
-      fail("more numbers on the line than element '" + element.name + "' declares, from " + quoted(next_token()) +
+      fail("more numbers on the line than element '" + element.name + "' declares, from " + in_quotes(next_token()) +
            " on; check the counts in the header");
     }
   }
@@ -106,8 +106,9 @@ class BodyReader {
     float single = 0;
     const bool is_single = type == NumberType::float32;
     const ParseResult result = is_single ? parse_real(token, single) : parse_real(token, value);
-    if (result == ParseResult::malformed) fail(quoted(token) + " is not a number");
-    if (result == ParseResult::overflow) fail(quoted(token) + " does not fit in a " + std::string(ply_type_name(type)));
+    if (result == ParseResult::malformed) fail(in_quotes(token) + " is not a number");
+    if (result == ParseResult::overflow)
+      fail(in_quotes(token) + " does not fit in a " + std::string(ply_type_name(type)));
     position_ += token.size();
     return is_single ? double{single} : value;
   }

@@ -72,11 +72,11 @@ std::size_t token_end(std::string_view text, std::size_t begin) {
   return begin;
 }
 
-std::string quoted(std::string_view text) {
-  constexpr std::size_t kMost = 40;
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t most = 40;
   std::string result = "'";
-  for (const char c : text.substr(0, kMost)) result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
-  return result + (text.size() > kMost ? "...'" : "'");
+  for (const char c : text.substr(0, most)) result += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? '?' : c;
+  return result + (text.size() > most ? "...'" : "'");
 }
 
 }  // namespace knead

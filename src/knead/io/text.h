@@ -34,6 +34,6 @@ inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 std::size_t token_end(std::string_view text, std::size_t begin);
 
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
-std::string quoted(std::string_view text);
+std::string in_quotes(std::string_view text);
 
 }  // namespace knead

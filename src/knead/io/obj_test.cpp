@@ -1,0 +1,120 @@
+#include <gtest/gtest.h>
+
+#include "knead/io/shape_file.h"
+#include "knead/math/error.h"
+#include "knead/mesh/measures.h"
+
+namespace knead {
+namespace {
+
+const std::string kTetrahedron =
+    "\xef\xbb\xbf# made by hand \\\r\n"
+    "mtllib ../x.mtl\n"
+    "v  0.000 0 0 0.5 0.25 1 # origin\n"
+    "v\t1 0.0 0 1 1 1\r\n"
+    "v 0 \\\n"
+    "   1. 0 0 0 0\n"
+    "v 0 0 1 0 0 0\n"
+    "vt 0 0\nvt 1 0 0\nvt 0 1\n"
+    "vn 0 0 -1\n"
+    "vn 0 -1.0 0\n"
+    "o thing\ng a b\nusemtl red\ns 1\n"
+    "f 1/1/1 3/2/1 2/3/1\n"
+    "usemtl blue\n"
+    "f -4/-3/-1 -3/-2/-1 \\\r\n"
+    " -1/-1/-1\n"
+    "f 2//1 3//1 4//2 # slanted\n"
+    "f 1 4 3\n"
+    "l 1 2\n"
+    "cstype bezier";
+
+ShapeFile parse(const std::string& bytes) { return parse_shape(bytes, "obj", "shape.obj"); }
+
+std::string error_of(const std::string& bytes) {
+  try {
+    parse(bytes);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST(Obj, ReadsEveryFormOfCorner) {
+  const ShapeFile shape = parse(kTetrahedron);
+  const Measures m = measure(shape.mesh);
+  EXPECT_EQ(m.vertices, 4u);
+  EXPECT_TRUE(m.closed() && m.oriented());
+  EXPECT_DOUBLE_EQ(m.volume, 1.0 / 6);
+  const Attribute* uv = shape.mesh.find_attribute("uv");
+  ASSERT_NE(uv, nullptr);
+  EXPECT_EQ(std::vector<double>(uv->values.begin(), uv->values.begin() + 12),
+            (std::vector<double>{0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1}));
+  const Attribute* normal = shape.mesh.find_attribute("normal");
+  ASSERT_NE(normal, nullptr);
+  EXPECT_EQ(normal->values[8 * 3 + 1], -1);
+  EXPECT_EQ(shape.mesh.find_attribute("color")->values[1], 0.25);
+  EXPECT_EQ(shape.notes,
+            (std::vector<std::string>{"3 corners of faces have no normal", "6 corners of faces have no uv"}));
+}
+
+TEST(Obj, OnlyTheNumbersThatChangeAreReplaced) {
+  const ShapeFile shape = parse(kTetrahedron);
+  EXPECT_EQ(serialize_shape("obj", shape, shape.mesh.positions), kTetrahedron);
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[0].z = -0.1;
+  positions[2].y = 2.5;
+  positions[2].z = 1e-9;
+  const std::string bytes = serialize_shape("obj", shape, positions);
+  std::string expected = replaced(kTetrahedron, "v  0.000 0 0 0.5", "v  0.000 0 -0.1 0.5");
+  expected = replaced(expected, "   1. 0 0 0 0\n", "   2.5 1e-09 0 0 0\n");
+  // Normals changed as well; everything outside their lines is as expected.
+  EXPECT_EQ(bytes.substr(0, bytes.find("vn")), expected.substr(0, expected.find("vn")));
+  EXPECT_EQ(bytes.substr(bytes.find("o thing")), expected.substr(expected.find("o thing")));
+  EXPECT_EQ(parse(bytes).mesh.positions, positions);
+}
+
+TEST(Obj, NormalsFollowTheFacesThatUseThem) {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\n"
+      "vn 0 0 1.00\nvn 0.0 0 1\nvn 1 0 0\n"
+      "f 1//1 2//1 3//1\nf 4//2 5//2 6//2\n";
+  const ShapeFile shape = parse(text);
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[1] = {0, 0, -1};  // the first triangle by a quarter about y
+  const std::string bytes = serialize_shape("obj", shape, positions);
+  EXPECT_EQ(bytes, replaced(replaced(text, "v 1 0 0", "v 0 0 -1"), "vn 0 0 1.00", "vn 1 0 0"));
+}
+
+TEST(Obj, WeightsAndColors) {
+  EXPECT_EQ(parse("v 1 2 3 0.5\n").notes[0], "1 vertex has a weight, which is kept and not applied");
+  const ShapeFile mixed = parse("v 0 0 0\nv 1 0 0 0 0 0\nv 2 0 0");
+  EXPECT_EQ(mixed.mesh.find_attribute("color")->values, (std::vector<double>{1, 1, 1, 0, 0, 0, 1, 1, 1}));
+  EXPECT_EQ(parse("v 0 0 0 0.1 0.2 0.3 1").mesh.find_attribute("color")->values.size(), 3u);
+}
+
+TEST(Obj, ErrorsNameTheLine) {
+  EXPECT_EQ(error_of("v 0 0 0\nv 1 nan 0\n"), "shape.obj:2: a coordinate is not finite; repair the file");
+  EXPECT_EQ(error_of("v 0 0 0\nv 1 0\n"), "shape.obj:2: a number is missing; expected 'v x y z'");
+  EXPECT_EQ(error_of("v 0 0 0\r\rv 1 0 a\n"), "shape.obj:3: 'a' is not a number");
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 2\n").find("shape.obj:2: index 2"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 -2\n").find("shape.obj:2: index -2"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1/1 1/1 1/1\n").find("texture coordinate"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 1/1/1/1\n").find("is no corner"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 x\n").find("is no corner"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 99999999999999999999\n").find("out of range"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nf 1 1 4294967296\n").find("out of range"), std::string::npos);
+  EXPECT_NE(error_of(std::string("v 0 0 0\n\0\n", 10)).find("shape.obj:2: a zero byte"), std::string::npos);
+}
+
+TEST(Obj, FacesMayStandBeforeTheirVertices) {
+  EXPECT_EQ(measure(parse("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0").mesh).area, 0.5);
+}
+
+}  // namespace
+}  // namespace knead
