@@ -1,0 +1,185 @@
+// Exit codes and messages: one line each, whatever goes wrong.
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "process.h"
+#include "support/test_meshes.h"
+
+namespace knead::command_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+class ErrorsTest : public CommandTest {
+ protected:
+  ErrorsTest() {
+    knead_ok({"make", "sphere", "-n", "642", "-o", "a.ply", "-q"});
+    write("s.knead", kOneStroke);
+  }
+};
+
+TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
+  const std::vector<Words> wrong{
+      {},
+      {"-x"},
+      {"nonsense"},
+      {"--"},
+      {""},
+      {"deform"},
+      {"deform", "a.ply", "-o", "b.ply"},
+      {"deform", "a.ply", "s.knead"},
+      {"deform", "a.ply", "s.knead", "more", "-o", "b.ply"},
+      {"deform", "a.ply", "s.knead", "-o"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--remesh"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--check"},
+      {"deform", "a.ply", "s.knead", "-o", "b.stl"},
+      {"deform", "a.ply", "s.knead", "-o", "b"},
+      {"deform", "a.ply", "s.knead", "-o", ""},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "0"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "-1e-5"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "nan"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "inf"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "fine"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "1e-5mm"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--integrator", "euler"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--precision", "half"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--threads", "0"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--threads", "99999999999999"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--until", "-1"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--until", "1.5"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--frames", "3"},
+      {"deform", "a.ply", "s.knead", "-o", "b_%04d.ply", "--frames", "0"},
+      {"deform", "a.ply", "s.knead", "-o", "s.knead.ply", "--report", "s.knead.ply"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--report", "a.ply"},
+      {"resolve", "a.ply", "s.knead", "-o", "b.ply"},
+      {"info"},
+      {"info", "a.ply", "a.ply"},
+      {"make", "-o", "b.ply"},
+      {"make", "teapot", "-o", "b.ply"},
+      {"make", "sphere", "-o", "b.ply", "-n", "3"},
+      {"make", "sphere", "-o", "b.ply", "-n", "0"},
+      {"make", "sphere", "-o", "b.ply", "-n", "-5"},
+      {"make", "sphere", "-o", "b.png"},
+      {"render", "-o", "b.png"},
+      {"render", "a.ply", "-o", "b.jpg"},
+      {"render", "a.ply", "-o", "b.png", "--size", "800"},
+      {"render", "a.ply", "-o", "b.png", "--size", "800x600x3"},
+      {"render", "a.ply", "-o", "b.png", "--size", "0x600"},
+      {"render", "a.ply", "-o", "b.png", "--view", "sideways"},
+      {"render", "a.ply", "-o", "b.png", "--view", "10,95"},
+      {"render", "a.ply", "-o", "b.png", "--background", "pink"},
+      {"render", "a.ply", "-o", "b.png", "--stroke", "1"},
+  };
+  for (const Words& words : wrong) {
+    SCOPED_TRACE(::testing::PrintToString(words));
+    expect_error(knead(words), 2, "--help)");
+  }
+  EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
+}
+
+TEST_F(ErrorsTest, NoGpuBackend) {
+  expect_error(knead({"deform", "a.ply", "s.knead", "-o", "b.ply", "--backend", "gpu"}), 2, "leave --backend out");
+}
+
+TEST_F(ErrorsTest, LaterSubcommandsAreUnknown) {
+  const std::string help = knead_ok({"--help"});
+  for (const std::string name : {"check", "remesh", "bench", "studio"}) {
+    expect_error(knead({name, "a.ply"}), 2, "no command '" + name + "'");
+    EXPECT_EQ(help.find("\n  " + name), std::string::npos) << help;
+  }
+}
+
+TEST_F(ErrorsTest, HelpHasExamples) {
+  for (const Words& words : {Words{"--help"}, Words{"deform", "--help"}, Words{"resolve", "-h"},
+                             Words{"info", "--help"}, Words{"make", "--help"}, Words{"render", "--help"}}) {
+    EXPECT_NE(knead_ok(words).find("Examples:\n  knead "), std::string::npos) << ::testing::PrintToString(words);
+  }
+  EXPECT_TRUE(knead_ok({"--version"}).starts_with("knead "));
+}
+
+TEST_F(ErrorsTest, UnreadableInput) {
+  write("garbage.ply", "this is no mesh\n");
+  write("thing.stl", "solid\n");
+  std::filesystem::create_directory(path("folder.ply"));
+  expect_error(knead({"deform", "none.ply", "s.knead", "-o", "b.ply"}), 3, "knead: none.ply: ");
+  expect_error(knead({"deform", "a.ply", "none.knead", "-o", "b.ply"}), 3, "knead: none.knead: ");
+  expect_error(knead({"resolve", "none.ply", "s.knead", "-o", "b.knead"}), 3, "knead: none.ply: ");
+  expect_error(knead({"info", "none.ply"}), 3, "knead: none.ply: ");
+  expect_error(knead({"info", "garbage.ply"}), 3, "knead: garbage.ply:1: ");
+  expect_error(knead({"info", "thing.stl"}), 3, "thing.stl");
+  expect_error(knead({"info", "folder.ply"}), 3, "knead: folder.ply: ");
+  EXPECT_EQ(files(), (Words{"a.ply", "folder.ply", "garbage.ply", "s.knead", "thing.stl"}));
+}
+
+TEST_F(ErrorsTest, BadSessionsNameFileAndLine) {
+  const std::vector<std::string> lines{
+      R"({"tool": "smudge"})",
+      R"({"tool": "implicit", "inner": 0.3, "outer": 0.9})",
+      R"({"tool": "implicit", "inner": 0.9, "outer": 0.3, "path": [[0, 0, 0], [1, 0, 0]]})",
+      R"({"tool": "implicit", "inner": 0.3, "outer": 0.9, "path": [[0, 0, 0], [1, 0, 0]], "colour": 1})",
+      R"({"tool": "implicit", "inner": "x", "outer": 0.9, "path": [[0, 0, 0], [1, 0, 0]]})",
+      R"({"tool": "implicit", "inner": 0.3, "outer": 1e999, "path": [[0, 0, 0], [1, 0, 0]]})",
+      R"({"tool": "implicit", )",
+      R"({"undo": 5})",
+      R"([1, 2])",
+  };
+  for (const std::string& line : lines) {
+    SCOPED_TRACE(line);
+    write("bad.knead", "{\"knead\": 1}\n" + line + "\n");
+    expect_error(knead({"deform", "a.ply", "bad.knead", "-o", "b.ply"}), 3, "knead: bad.knead:2: ");
+    EXPECT_FALSE(std::filesystem::exists(path("b.ply")));
+  }
+  write("bad.knead", "");
+  expect_error(knead({"deform", "a.ply", "bad.knead", "-o", "b.ply"}), 3, "knead: bad.knead");
+}
+
+TEST_F(ErrorsTest, UnwritableOutputIsFoundBeforeTheInputIsRead) {
+  write("file", "");
+  std::filesystem::create_directory(path("folder.ply"));
+  for (const std::string out : {"no/such/b.ply", "file/b.ply", "folder.ply"}) {
+    expect_error(knead({"deform", "none.ply", "none.knead", "-o", out}), 5, "knead: " + out + ": ");
+    expect_error(knead({"make", "hand", "-o", out}), 5, "knead: " + out + ": ");
+  }
+  expect_error(knead({"resolve", "none.ply", "none.knead", "-o", "no/b.knead"}), 5, "knead: no/b.knead: ");
+  expect_error(knead({"deform", "none.ply", "none.knead", "-o", "b.ply", "--report", "no/r.json"}), 5,
+               "knead: no/r.json: ");
+  expect_error(knead({"deform", "none.ply", "none.knead", "-o", "no/%d.ply", "--frames", "4"}), 5, "knead: no/0.ply: ");
+  expect_error(knead({"make", "sphere", "-o", std::string(300, 'x') + ".ply"}), 5, "xxx.ply: ");
+}
+
+TEST_F(ErrorsTest, UnwritableFolder) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write anywhere";
+  std::filesystem::create_directory(path("locked"));
+  std::filesystem::permissions(path("locked"), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  expect_error(knead({"deform", "none.ply", "none.knead", "-o", "locked/b.ply"}), 5, "knead: locked/b.ply: ");
+}
+
+TEST_F(ErrorsTest, FullOrClosedStandardOutput) {
+  RunOptions full;
+  full.stdout_path = "/dev/full";
+  expect_error(knead({"info", "a.ply"}, full), 5, "knead: standard output: ");
+  RunOptions closed;
+  closed.closed_pipe = true;
+  expect_error(knead({"info", "a.ply"}, closed), 5, "knead: standard output: ");
+  expect_error(knead({"--help"}, full), 5, "knead: standard output: ");
+}
+
+TEST_F(ErrorsTest, ControlCharactersInNamesStayOnTheLine) {
+  expect_error(knead({"info", "two\nlines\x1b[31m.ply"}), 3, "two\\x0alines\\x1b[31m.ply");
+  expect_error(knead({"two\nlines"}), 2, "two\\x0alines");
+}
+
+TEST_F(ErrorsTest, DamagedFilesAreOneLineOrAreRead) {
+  KNEAD_NEEDS_TEST_MESH("bad");
+  for (const auto& entry : std::filesystem::directory_iterator(test_mesh("bad"))) {
+    SCOPED_TRACE(entry.path());
+    const Outcome outcome = knead({"info", entry.path().string()});
+    if (outcome.exit_code != 0) expect_error(outcome, 3, entry.path().filename().string());
+  }
+}
+
+}  // namespace
+}  // namespace knead::command_test

@@ -1,0 +1,76 @@
+// Interruptions leave nothing half-written.
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "process.h"
+
+namespace knead::command_test {
+namespace {
+
+using namespace std::chrono_literals;
+using Words = std::vector<std::string>;
+
+class InterruptTest : public CommandTest {
+ protected:
+  // Minutes of work.
+  InterruptTest() {
+    std::string text = kNoStrokes;
+    for (int i = 0; i < 20000; ++i) {
+      text +=
+          "{\"tool\": \"implicit\", \"inner\": 0.3, \"outer\": 9, \"path\": [[0.9, 0, 0], [1.1, 0, 0], [0.9, 0, 0]]}\n";
+    }
+    write("long.knead", text);
+    knead_ok({"make", "sphere", "-n", "200000", "-o", "big.ply", "-q"});
+  }
+};
+
+TEST_F(InterruptTest, LeavesNoFile) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    Process process({"deform", "big.ply", "long.knead", "-o", "out.ply", "--report", "r.json"}, folder());
+    std::this_thread::sleep_for(1500ms);
+    process.send(signal);
+    expect_error(process.wait(), 130, "interrupted");
+    EXPECT_EQ(files(), (Words{"big.ply", "long.knead"}));
+  }
+}
+
+TEST_F(InterruptTest, AtAnyMoment) {
+  for (const auto delay : {20ms, 60ms, 120ms, 250ms, 400ms}) {
+    Process process({"deform", "big.ply", "long.knead", "-o", "out.ply"}, folder());
+    std::this_thread::sleep_for(delay);
+    process.send(SIGINT);
+    expect_error(process.wait(), 130, "interrupted");
+    EXPECT_EQ(files(), (Words{"big.ply", "long.knead"}));
+  }
+}
+
+TEST_F(InterruptTest, KeepsTheOldOutput) {
+  write("out.ply", "old");
+  Process process({"deform", "big.ply", "long.knead", "-o", "out.ply"}, folder());
+  std::this_thread::sleep_for(1000ms);
+  process.send(SIGINT);
+  EXPECT_EQ(process.wait().exit_code, 130);
+  EXPECT_EQ(read("out.ply"), "old");
+}
+
+TEST_F(InterruptTest, WhileWriting) {
+  write("none.knead", kNoStrokes);
+  for (int i = 0; i < 12; ++i) {
+    Process process({"make", "sphere", "-n", "1000000", "-o", "out.obj", "-q"}, folder());
+    std::this_thread::sleep_for(100ms * (i + 1));
+    process.send(SIGINT);
+    const Outcome outcome = process.wait();
+    const bool finished = outcome.exit_code == 0;
+    EXPECT_TRUE(finished || outcome.exit_code == 130) << outcome.exit_code;
+    Words expected{"big.ply", "long.knead", "none.knead"};
+    if (finished) expected.push_back("out.obj");
+    EXPECT_EQ(files(), expected);
+    if (finished) break;
+  }
+}
+
+}  // namespace
+}  // namespace knead::command_test
