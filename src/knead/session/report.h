@@ -52,7 +52,7 @@ struct Report {
 Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
                    const ReportSeconds& seconds);
 
-// One JSON object, indented, ending in a line end; nothing is written as null.
+// One JSON object, indented, ending in a line end; an absent number is null.
 std::string to_json(const Report& report);
 
 }  // namespace knead

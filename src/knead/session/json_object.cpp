@@ -1,0 +1,149 @@
+#include "knead/session/json_object.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace knead::session_detail {
+
+namespace {
+
+constexpr std::size_t kLongestQuote = 40;
+
+// A value for a message: as it stands where it is short, else its kind.
+std::string describe(const Json& value) {
+  if (value.is_array()) return fmt::format("an array of {}", value.size());
+  if (value.is_object()) return "an object";
+  std::string text = value.dump(-1, ' ', true, Json::error_handler_t::replace);
+  if (text.size() > kLongestQuote) text = text.substr(0, kLongestQuote) + "...";
+  return text;
+}
+
+std::string shortened(const std::string& key) { return describe(Json(key)); }
+
+// Watches a parse for keys that an object has twice, and remembers the latest key for messages.
+class KeyWatch {
+ public:
+  explicit KeyWatch(const Place& place) : place_(place) {}
+
+  bool operator()(Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys_.pop_back();
+    if (event == Json::parse_event_t::key) {
+      latest_ = shortened(parsed.get<std::string>());
+      if (!keys_.back().insert(parsed.get<std::string>()).second) {
+        throw InvalidInput(place_, fmt::format("the key {} is given twice; give it once", latest_));
+      }
+    }
+    return true;
+  }
+
+  // "at \"outer\", ", or nothing before the first key.
+  std::string position() const { return latest_.empty() ? "" : fmt::format("at {}, ", latest_); }
+
+ private:
+  const Place& place_;
+  std::vector<std::set<std::string>> keys_;
+  std::string latest_;
+};
+
+}  // namespace
+
+void JsonValue::fail(const std::string& expected) const {
+  throw InvalidInput(place_, fmt::format("{} must be {}, got {}", name_, expected, describe(value_)));
+}
+
+double JsonValue::number() const {
+  if (!value_.is_number()) fail("a number");
+  return value_.get<double>();
+}
+
+long long JsonValue::integer() const {
+  constexpr double kMost = 999'999'999;
+  if (!value_.is_number()) fail("a whole number");
+  const double value = value_.get<double>();
+  if (value != std::floor(value) || std::abs(value) > kMost) fail("a whole number of at most 9 digits");
+  return static_cast<long long>(value);
+}
+
+std::string JsonValue::text() const {
+  if (!value_.is_string()) fail("text in double quotes");
+  return value_.get<std::string>();
+}
+
+Vec3d JsonValue::vector() const {
+  const bool numbers = value_.is_array() && value_.size() == 3 &&
+                       std::all_of(value_.begin(), value_.end(), [](const Json& item) { return item.is_number(); });
+  if (!numbers) fail("three numbers [x, y, z]");
+  return {value_[0].get<double>(), value_[1].get<double>(), value_[2].get<double>()};
+}
+
+std::vector<JsonValue> JsonValue::items() const {
+  if (!value_.is_array()) fail("a list [...]");
+  std::vector<JsonValue> result;
+  for (std::size_t i = 0; i < value_.size(); ++i) {
+    result.emplace_back(value_[i], fmt::format("{}[{}]", name_, i), place_);
+  }
+  return result;
+}
+
+std::vector<Vec3d> JsonValue::vectors() const {
+  std::vector<Vec3d> result;
+  for (const JsonValue& item : items()) result.push_back(item.vector());
+  return result;
+}
+
+JsonObject::JsonObject(const JsonValue& value, const Place& place, std::string what)
+    : value_(value.json()), place_(place), prefix_(value.name()), what_(std::move(what)) {
+  if (!value_.is_object()) value.fail("a JSON object {...}");
+}
+
+void JsonObject::allow(std::initializer_list<std::string_view> keys) const {
+  for (const auto& [key, value] : value_.items()) {
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
+    throw InvalidInput(place_, fmt::format("unknown key {}; {} has the keys \"{}\"", shortened(key), what_,
+                                           fmt::join(keys, "\", \"")));
+  }
+}
+
+JsonValue JsonObject::at(std::string_view key) const {
+  const auto found = value_.find(key);
+  if (found == value_.end()) throw InvalidInput(place_, fmt::format("\"{}\" is missing; {} needs it", key, what_));
+  return {*found, prefix_.empty() ? fmt::format("\"{}\"", key) : fmt::format("{} \"{}\"", prefix_, key), place_};
+}
+
+std::optional<double> JsonObject::optional_number(std::string_view key) const {
+  if (!has(key)) return std::nullopt;
+  return number(key);
+}
+
+std::size_t JsonObject::choice(std::string_view key, std::initializer_list<std::string_view> choices) const {
+  if (!has(key)) return 0;
+  const JsonValue value = at(key);
+  const auto* found =
+      value.json().is_string() ? std::find(choices.begin(), choices.end(), value.text()) : choices.end();
+  if (found == choices.end()) value.fail(fmt::format("one of \"{}\"", fmt::join(choices, "\", \"")));
+  return static_cast<std::size_t>(found - choices.begin());
+}
+
+std::optional<Json> parse_line(std::string_view line, const Place& place) {
+  KeyWatch watch(place);
+  const auto callback = [&](int /*depth*/, Json::parse_event_t event, const Json& parsed) {
+    return watch(event, parsed);
+  };
+  try {
+    return Json::parse(line, callback);
+  } catch (const Json::parse_error& error) {
+    if (error.byte > line.size()) return std::nullopt;
+    throw InvalidInput(place, fmt::format("{}column {} is not JSON; a line must be one object, with keys and text in "
+                                          "double quotes and finite numbers",
+                                          watch.position(), error.byte));
+  } catch (const Json::out_of_range&) {
+    throw InvalidInput(place, fmt::format("{}a number is too large; numbers must be finite", watch.position()));
+  }
+}
+
+}  // namespace knead::session_detail

@@ -1,0 +1,76 @@
+// Strict reading of one line's JSON object. Internal to the session room.
+//
+// Every failure is an InvalidInput with the line's place, the key in quotes, what was expected and what was got.
+#pragma once
+
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "knead/math/error.h"
+#include "knead/math/vec3.h"
+
+namespace knead::session_detail {
+
+using Json = nlohmann::json;
+
+// What is at one key of an object, or an item of it; knows its name for messages.
+class JsonValue {
+ public:
+  JsonValue(const Json& value, std::string name, const Place& place)
+      : value_(value), name_(std::move(name)), place_(place) {}
+
+  double number() const;
+  long long integer() const;  // a number without a fraction, of at most 9 digits
+  std::string text() const;
+  Vec3d vector() const;
+  std::vector<JsonValue> items() const;
+  std::vector<Vec3d> vectors() const;
+
+  const Json& json() const { return value_; }
+  const std::string& name() const { return name_; }
+
+  [[noreturn]] void fail(const std::string& expected) const;
+
+ private:
+  const Json& value_;
+  std::string name_;
+  const Place& place_;
+};
+
+// The object outlives its values; the place outlives both.
+class JsonObject {
+ public:
+  // `what` names the object in messages, e.g. "a rotate stroke".
+  JsonObject(const JsonValue& value, const Place& place, std::string what);
+
+  // Fails for any other key than these, which a message lists.
+  void allow(std::initializer_list<std::string_view> keys) const;
+
+  bool has(std::string_view key) const { return value_.contains(key); }
+  JsonValue at(std::string_view key) const;  // fails where the key is missing
+
+  double number(std::string_view key) const { return at(key).number(); }
+  double number(std::string_view key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+  std::optional<double> optional_number(std::string_view key) const;
+  Vec3d vector(std::string_view key) const { return at(key).vector(); }
+  std::vector<Vec3d> vectors(std::string_view key) const { return at(key).vectors(); }
+
+  // The index of the text at the key among the choices; 0 where the key is missing.
+  std::size_t choice(std::string_view key, std::initializer_list<std::string_view> choices) const;
+
+ private:
+  const Json& value_;
+  const Place& place_;
+  std::string prefix_;
+  std::string what_;
+};
+
+// One line as JSON. Throws InvalidInput for anything but JSON, a key given twice and a number too large for a double.
+// Where the text ends before its JSON does: nothing.
+std::optional<Json> parse_line(std::string_view line, const Place& place);
+
+}  // namespace knead::session_detail

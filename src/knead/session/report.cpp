@@ -1,0 +1,110 @@
+#include "knead/session/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "knead/math/parallel.h"
+#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
+
+namespace knead {
+
+namespace {
+
+bool same_bits(const Vec3d& a, const Vec3d& b) {
+  const double from[] = {a.x, a.y, a.z};
+  const double to[] = {b.x, b.y, b.z};
+  return std::memcmp(from, to, sizeof from) == 0;
+}
+
+void add_displacements(const Mesh& mesh, const std::vector<Vec3d>& after, Report& report) {
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    if (same_bits(mesh.positions[i], after[i])) continue;
+    ++report.moved_vertices;
+    report.max_displacement = std::max(report.max_displacement, norm(after[i] - mesh.positions[i]));
+  }
+}
+
+void add_steps(const ReplayResult& result, Report& report) {
+  for (const std::uint32_t steps : result.steps) {
+    report.steps_max = std::max(report.steps_max, steps);
+    report.vertex_steps += steps;
+  }
+  if (report.vertices == 0) return;
+  report.steps_mean = static_cast<double>(report.vertex_steps) / static_cast<double>(report.vertices);
+}
+
+void add_measures(const Mesh& mesh, const std::vector<Vec3d>& after, Report& report) {
+  const Measures before = measure(mesh);
+  const VolumeAndArea deformed = measure_volume_and_area(mesh, after);
+  report.volume_before = before.volume;
+  report.volume_after = deformed.volume;
+  report.area_before = before.area;
+  report.area_after = deformed.area;
+  const double error = deformed.volume / before.volume - 1;
+  if (before.closed() && before.oriented() && std::isfinite(error)) report.volume_error = error;
+}
+
+template <class T>
+nlohmann::ordered_json or_null(const std::optional<T>& value) {
+  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace
+
+Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
+                   const ReportSeconds& seconds) {
+  Report report;
+  report.vertices = mesh.vertex_count();
+  report.faces = mesh.face_count();
+  report.strokes = result.strokes;
+  report.segments = result.segments;
+  report.evaluations = result.evaluations;
+  report.rejected_steps = result.rejected_steps;
+  report.seconds = seconds;
+  report.threads = options.threads == 0 ? hardware_threads() : options.threads;
+  report.precision = options.precision;
+  report.tolerance = options.tolerance;
+  add_displacements(mesh, result.positions, report);
+  add_steps(result, report);
+  add_measures(mesh, result.positions, report);
+  report.flipped_triangles = count_flipped(mesh, mesh.positions, result.positions);
+  return report;
+}
+
+std::string to_json(const Report& report) {
+  const ReportSeconds& seconds = report.seconds;
+  const nlohmann::ordered_json json{
+      {"vertices", report.vertices},
+      {"faces", report.faces},
+      {"moved_vertices", report.moved_vertices},
+      {"strokes", report.strokes},
+      {"segments", report.segments},
+      {"steps_mean", report.steps_mean},
+      {"steps_max", report.steps_max},
+      {"vertex_steps", report.vertex_steps},
+      {"evaluations", report.evaluations},
+      {"rejected_steps", report.rejected_steps},
+      {"seconds",
+       {{"read", seconds.read}, {"deform", seconds.deform}, {"write", seconds.write}, {"total", seconds.total}}},
+      {"threads", report.threads},
+      {"simd", report.simd},
+      {"backend", report.backend},
+      {"precision", report.precision == Precision::float32 ? "float" : "double"},
+      {"tolerance", report.tolerance},
+      {"volume_before", report.volume_before},
+      {"volume_after", report.volume_after},
+      {"volume_error", or_null(report.volume_error)},
+      {"area_before", report.area_before},
+      {"area_after", report.area_after},
+      {"max_displacement", report.max_displacement},
+      {"flipped_triangles", report.flipped_triangles},
+      {"self_intersections_before", or_null(report.self_intersections_before)},
+      {"self_intersections_after", or_null(report.self_intersections_after)},
+  };
+  return json.dump(2) + "\n";
+}
+
+}  // namespace knead

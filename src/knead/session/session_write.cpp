@@ -1,0 +1,160 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "knead/session/session.h"
+
+namespace knead {
+
+namespace {
+
+std::string text_of(double value) {
+  if (value == 0) return std::signbit(value) ? "-0.0" : "0";  // -0 reads as the integer 0
+  return fmt::format("{}", value);
+}
+
+std::string text_of(int value) { return fmt::format("{}", value); }
+
+std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", text_of(v.x), text_of(v.y), text_of(v.z)); }
+
+std::string text_of(const std::string& text) {
+  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string text_of(const PaintSample& sample) {
+  return fmt::format(R"({{"point": {}, "normal": {}}})", text_of(sample.point), text_of(sample.normal));
+}
+
+template <class T>
+std::string text_of(const std::vector<T>& items) {
+  std::string result = "[";
+  for (const T& item : items) {
+    if (result.size() > 1) result += ", ";
+    result += text_of(item);
+  }
+  return result + "]";
+}
+
+// One JSON object on one line.
+class LineWriter {
+ public:
+  template <class T>
+  void add(const char* key, const T& value) {
+    line_ += fmt::format("{}\"{}\": {}", line_.empty() ? "{" : ", ", key, text_of(value));
+  }
+
+  template <class T>
+  void add_unless(const T& otherwise, const char* key, const T& value) {
+    if (text_of(value) != text_of(otherwise)) add(key, value);  // -0 is not 0
+  }
+
+  template <class T>
+  void add_optional(const char* key, const std::optional<T>& value) {
+    if (value) add(key, *value);
+  }
+
+  std::string finish() const { return line_ + "}"; }
+
+ private:
+  std::string line_;
+};
+
+void write(const ImplicitStroke& stroke, LineWriter& line) {
+  line.add("path", stroke.path);
+  line.add("inner", stroke.inner);
+  line.add("outer", stroke.outer);
+  if (stroke.region == ImplicitRegion::capsule) {
+    line.add("region", std::string("capsule"));
+    line.add("half_axis", stroke.half_axis);
+    line.add_unless(ImplicitStroke{}.gauge, "gauge", stroke.gauge);
+  }
+  if (stroke.time == TimeLaw::blended) line.add("time", std::string("blended"));
+}
+
+void write(const PaintStroke& stroke, LineWriter& line) {
+  line.add("outer", stroke.outer);
+  line.add("depth", stroke.depth);
+  line.add("samples", stroke.samples);
+}
+
+void write(const PointsStroke& stroke, LineWriter& line) {
+  if (!stroke.points.empty()) line.add("points", stroke.points);
+  if (!stroke.curves.empty()) line.add("curves", stroke.curves);
+  line.add("outer", stroke.outer);
+  line.add("displacements", stroke.displacements);
+  line.add_unless(PointsStroke{}.exponent, "exponent", stroke.exponent);
+  line.add_unless(PointsStroke{}.inner, "inner", stroke.inner);
+  if (stroke.center == PointsCenter::barycentre) line.add("center", std::string("barycentre"));
+}
+
+void write(const RotateStroke& stroke, LineWriter& line) {
+  line.add("center", stroke.center);
+  line.add("axis", stroke.axis);
+  line.add("angle_deg", stroke.angle_deg);
+  line.add("inner", stroke.inner);
+  line.add("outer", stroke.outer);
+  line.add_unless(RotateStroke{}.gauge, "gauge", stroke.gauge);
+}
+
+void write(const StretchStroke& stroke, LineWriter& line) {
+  line.add("center", stroke.center);
+  line.add("axis", stroke.axis);
+  line.add("factor", stroke.factor);
+  line.add("inner", stroke.inner);
+  line.add("outer", stroke.outer);
+}
+
+void write(const TwistStroke& stroke, LineWriter& line) {
+  line.add("center", stroke.center);
+  line.add("axis", stroke.axis);
+  line.add("rate_deg", stroke.rate_deg);
+  line.add("inner", stroke.inner);
+  line.add("outer", stroke.outer);
+  line.add_optional("normal", stroke.normal);
+  line.add_unless(TwistStroke{}.gauge, "gauge", stroke.gauge);
+  line.add_optional("radius", stroke.radius);
+}
+
+void write(const BendStroke& stroke, LineWriter& line) {
+  line.add("center", stroke.center);
+  line.add("axis", stroke.axis);
+  line.add("normal", stroke.normal);
+  line.add("angle_deg", stroke.angle_deg);
+  if (const auto* extent = std::get_if<BendWidth>(&stroke.extent)) {
+    line.add("width", extent->width);
+    line.add_unless(kCenterFraction, "center_fraction", extent->center_fraction);
+  } else {
+    const auto& thresholds = std::get<Thresholds<double>>(stroke.extent);
+    line.add("inner", thresholds.inner);
+    line.add("outer", thresholds.outer);
+  }
+  line.add_unless(BendStroke{}.gauge, "gauge", stroke.gauge);
+  line.add_optional("radius", stroke.radius);
+}
+
+}  // namespace
+
+std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note) {
+  LineWriter line;
+  line.add("knead", 1);
+  line.add_optional("mesh", mesh);
+  line.add_optional("note", note);
+  return line.finish();
+}
+
+std::string stroke_line(const Stroke& stroke) {
+  LineWriter line;
+  line.add("tool", tool_name(stroke));
+  std::visit([&](const auto& tool) { write(tool, line); }, stroke);
+  return line.finish();
+}
+
+std::string serialize_session(const Session& session) {
+  std::string text = header_line(session.mesh, session.note) + "\n";
+  for (const SessionStroke& stroke : session.strokes) text += stroke_line(stroke.stroke) + "\n";
+  return text;
+}
+
+}  // namespace knead

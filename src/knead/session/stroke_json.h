@@ -1,0 +1,13 @@
+// One stroke from its line's JSON. Internal to the session room.
+#pragma once
+
+#include "knead/session/json_object.h"
+#include "knead/tool/stroke.h"
+
+namespace knead::session_detail {
+
+// `line` is an object with the key "tool". Throws InvalidInput for anything that is not exactly a valid stroke of a
+// tool that this version has.
+Stroke read_stroke(const JsonValue& line, const Place& place);
+
+}  // namespace knead::session_detail
