@@ -26,7 +26,7 @@ struct Options {
   bool ambient_occlusion = true;  // off: no shadows at all, and much faster
   bool ground = true;             // the soft shadow on a ground plane under the shapes
   int light_samples = 128;        // directions of light; valid: 16 to 1024
-  int supersampling = 3;          // samples per pixel along each side; valid: 1 to 4
+  int supersampling = 2;          // samples per pixel along each side; valid: 1 to 4
   double point_radius = 0;        // of a point cloud's discs, in scene units; 0: by the cloud's size and count
 };
 

@@ -26,6 +26,7 @@ float depth_at(float t) {
   float extent = range.y - range.x;
   return perspective > 0.5 ? range.y * (t - range.x) / (t * extent) : (t - range.x) / extent;
 }
+float gradient_noise(vec2 at) { return fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715)))); }
 vec3 linear(vec3 srgb) {
   return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(vec3(0.04045), srgb));
 }
@@ -173,8 +174,18 @@ vec3 reflected(vec3 color, vec3 n, vec3 l, vec3 v, float nl) {
   return (color + vec3(f * a2 / (4.0 * d * d * max(lh * lh, 0.1)))) * nl;
 }
 
+// Moves every sample a little along the surface, so that the edges of single shadows become soft. Interleaved gradient
+// noise: Jimenez, "Next generation post processing in Call of Duty" (2014).
+vec3 shifted(vec3 p, vec3 n) {
+  float turn = 6.2831853 * gradient_noise(gl_FragCoord.xy);
+  float r = 2.0 * offset * sqrt(gradient_noise(gl_FragCoord.yx + 17.0));
+  vec3 t = normalize(cross(n, abs(n.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
+  return p + r * (cos(turn) * t + sin(turn) * cross(n, t));
+}
+
 void light_shape(vec3 p, vec3 v, int first, int step) {
   vec3 n = normalize(texelFetch(normal_map, ivec2(gl_FragCoord.xy), 0).xyz);
+  vec3 q = shifted(p + offset * n, n);
   if (dot(n, v) < 0.0) n = normalize(n - 1.02 * dot(n, v) * v);  // interpolated normals may lean away from the viewer
   vec3 color = texelFetch(reflectance_map, ivec2(gl_FragCoord.xy), 0).rgb;
   color *= color;
@@ -182,7 +193,7 @@ void light_shape(vec3 p, vec3 v, int first, int step) {
   for (int i = first; i < light_count; i += step) {
     float nl = dot(n, direction[i]);
     if (nl <= 0.0) continue;
-    float seen = shadows > 0.5 ? visibility(i, p + offset * n) : 1.0;
+    float seen = shadows > 0.5 ? visibility(i, q) : 1.0;
     if (seen > 0.0) sum += seen * radiance[i] * reflected(color, n, direction[i], v, nl);
   }
   lit = vec4(sum * float(step), 0.0);
@@ -216,6 +227,7 @@ void main() {
   vec3 origin = ray_origin(gl_FragCoord.xy);
   vec3 ray = ray_direction(gl_FragCoord.xy);
   lit = vec4(0.0);
+  if (depth == 1.0 && with_ground < 0.5) discard;
   if (depth < 1.0) {
     light_shape(origin + distance_at(depth) * ray, -normalize(ray), first, step);
   } else if (with_ground > 0.5 && dot(ground.xyz, ray) < -1e-4) {
@@ -248,7 +260,7 @@ float smoothed(vec3 p, vec4 lit) {
   vec3 a = normalize(cross(ground.xyz, abs(ground.x) < 0.6 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0)));
   vec2 u = on_screen(p + radius * a) - gl_FragCoord.xy;
   vec2 v = on_screen(p + radius * cross(ground.xyz, a)) - gl_FragCoord.xy;
-  float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  float turn = 6.2831853 * gradient_noise(gl_FragCoord.xy);
   float sum = lit.a, weight = 1.0;
   for (int i = 0; i < taps; ++i) {
     float angle = 2.3999632 * float(i) + turn;
