@@ -61,6 +61,14 @@ TEST(Damage, TheSamplesAreSound) {
   for (const Sample& sample : samples()) EXPECT_NO_THROW(parse_shape(sample.bytes, sample.format, "sample"));
 }
 
+TEST(Damage, ListsOfAbsurdLength) {
+  for (const char* length : {"8.88e65", "-1", "nan", "inf", "2.5", "1e18"}) {
+    std::string bytes = kTextPly;
+    bytes.replace(bytes.find("3 0 1 2 6"), 1, length);
+    EXPECT_THROW(parse_shape(bytes, "ply", "damaged"), InvalidInput) << length;
+  }
+}
+
 TEST(Damage, EveryPrefix) {
   for (const Sample& sample : samples()) {
     for (std::size_t size = 0; size < sample.bytes.size(); ++size) check(sample.bytes.substr(0, size), sample.format);

@@ -95,6 +95,15 @@ const Attribute* vertex_color(const Mesh& mesh) {
   return color != nullptr && color->domain == Domain::vertex && color->components >= 3 ? color : nullptr;
 }
 
+// Colors are floats where they come from, and shorter as such.
+void append_color(std::string& text, double value) {
+  if (fits_float(value)) {
+    append_real(text, static_cast<float>(value));
+  } else {
+    append_real(text, value);
+  }
+}
+
 void append_vertices(std::string& text, const Mesh& mesh) {
   const Attribute* color = vertex_color(mesh);
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
@@ -103,8 +112,8 @@ void append_vertices(std::string& text, const Mesh& mesh) {
     append_vector(text, "v", xyz.data(), 3);
     for (std::size_t c = 0; color != nullptr && c < 3; ++c) {
       text += ' ';
-      append_real(text, static_cast<float>(color->values[i * static_cast<std::size_t>(color->components) + c] *
-                                           color_scale(*color)));
+      const std::size_t first = i * static_cast<std::size_t>(color->components);
+      append_color(text, color->values[first + c] * color_scale(*color));
     }
     text += '\n';
   }

@@ -1,6 +1,7 @@
 // Writing a mesh as a new PLY file.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 
 #include "knead/io/corner_values.h"
@@ -54,11 +55,18 @@ void append_properties(std::string& header, const std::vector<Attribute>& attrib
   }
 }
 
+// A value of an attribute as near as its type can hold it.
+double nearest(NumberType type, double value) {
+  constexpr double most = std::numeric_limits<float>::max();
+  return type == NumberType::float32 ? std::clamp(value, -most, most) : value;
+}
+
 void append_values(std::string& bytes, const std::vector<Attribute>& attributes, std::size_t element) {
   for (const Attribute& attribute : attributes) {
     const std::size_t n = static_cast<std::size_t>(attribute.components);
     for (std::size_t c = 0; c < n; ++c)
-      append_binary(bytes, attribute.type, attribute.values[element * n + c], is_swapped(PlyEncoding::little_endian));
+      append_binary(bytes, attribute.type, nearest(attribute.type, attribute.values[element * n + c]),
+                    is_swapped(PlyEncoding::little_endian));
   }
 }
 
@@ -91,7 +99,8 @@ void check_range(const Mesh& mesh) {
 void append_corner_uv(std::string& bytes, const Mesh& mesh, const Attribute& uv, std::size_t f, NumberType length) {
   append_binary(bytes, length, 2.0 * static_cast<double>(mesh.face(f).size()), is_swapped(PlyEncoding::little_endian));
   for (std::size_t i = 2 * mesh.face_begin[f]; i < 2 * std::size_t{mesh.face_begin[f + 1]}; ++i) {
-    append_binary(bytes, NumberType::float32, uv.values[i], is_swapped(PlyEncoding::little_endian));
+    append_binary(bytes, NumberType::float32, nearest(NumberType::float32, uv.values[i]),
+                  is_swapped(PlyEncoding::little_endian));
   }
 }
 

@@ -7,6 +7,7 @@
 #include "knead/io/face_builder.h"
 #include "knead/io/ply.h"
 #include "knead/io/ply_header.h"
+#include "knead/io/text.h"
 #include "knead/math/error.h"
 
 namespace knead {
@@ -97,9 +98,7 @@ class MeshMaker {
 
   std::uint32_t checked_index(double value, std::size_t row_begin) const {
     if (value != std::floor(value) || value < 0 || value >= static_cast<double>(shape_.mesh.vertex_count())) {
-      char text[32];
-      std::snprintf(text, sizeof text, "%.10g", value);
-      fail(row_begin, std::string("vertex index ") + text + " is not one of 0 to " +
+      fail(row_begin, "vertex index " + shown(value) + " is not one of 0 to " +
                           std::to_string(shape_.mesh.vertex_count() - 1) + "; repair the file");
     }
     return static_cast<std::uint32_t>(value);

@@ -64,12 +64,12 @@ class BodyReader {
   // The length of a list, checked against what the file can hold.
   std::size_t length(const PlyProperty& property, const PlyElement& element) {
     const double value = number(property.count_type, element);
-    if (value < 0 || value != std::floor(value)) fail("a list cannot have " + std::to_string(value) + " items");
+    if (value < 0 || value != std::floor(value)) fail("a list cannot have " + shown(value) + " items");
     const std::size_t left = bytes_.size() - position_;
     const std::size_t most = ascii_ ? left / 2 + 1 : left / size_of(property.type);
     if (value > static_cast<double>(most)) {
-      fail("a list of element '" + element.name + "' declares " + std::to_string(static_cast<std::uint64_t>(value)) +
-           " items, but only " + std::to_string(left) + " bytes follow; the file is cut short or damaged");
+      fail("a list of element '" + element.name + "' declares " + shown(value) + " items, but only " +
+           std::to_string(left) + " bytes follow; the file is cut short or damaged");
     }
     return static_cast<std::size_t>(value);
   }

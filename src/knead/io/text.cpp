@@ -58,6 +58,12 @@ ParseResult parse_real(std::string_view token, float& value) { return parse(toke
 void append_real(std::string& text, double value) { append(text, value); }
 void append_real(std::string& text, float value) { append(text, value); }
 
+std::string shown(double value) {
+  char buffer[32];  // 15 digits, sign, point and exponent take at most 22
+  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 15);
+  return {buffer, result.ptr};
+}
+
 std::size_t line_of(std::string_view text, std::size_t position) {
   std::size_t line = 1;
   for (std::size_t i = 0; i < position && i < text.size(); ++i) {

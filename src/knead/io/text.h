@@ -21,6 +21,9 @@ ParseResult parse_real(std::string_view token, float& value);
 void append_real(std::string& text, double value);
 void append_real(std::string& text, float value);
 
+// A number for a message, e.g. "8", "2.5", "1e+66".
+std::string shown(double value);
+
 // The line, counted from 1, of a byte of a text whose lines end with LF, CR LF or CR.
 std::size_t line_of(std::string_view text, std::size_t position);
 
