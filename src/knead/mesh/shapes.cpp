@@ -19,7 +19,7 @@ constexpr std::array<ShapeCounts, 8> kCounts{{{12, 10'242, kMost},
                                               {28, 10'000, kMost},
                                               {100, 10'000, kMost},
                                               {60, 10'000, kMost},
-                                              {2'000, 36'000, kMost},
+                                              {4'000, 36'000, kMost},
                                               {100, 40'000, kMost},
                                               {600, 20'000, kMost},
                                               {1'000, 20'000, kMost}}};

@@ -34,7 +34,7 @@ TEST_P(EveryShape, IsAClosedManifoldOfAboutTheWishedSize) {
     EXPECT_EQ(closed_manifold_components(mesh), 1);
     EXPECT_EQ(euler_characteristic(mesh), euler);
     EXPECT_GT(enclosed_volume(mesh), 0);
-    EXPECT_GT(smallest_angle(mesh), 15);  // measured: hand 18.8, crater 22.4, letter-y 24.2, the others above 30
+    EXPECT_GT(smallest_angle(mesh), 15);  // measured: hand 17, crater 22, letter-y 23, the others above 30
     if (kind == ShapeKind::sphere && wish < 1000) continue;
     EXPECT_NEAR(static_cast<double>(mesh.vertex_count()), static_cast<double>(wish), 0.1 * static_cast<double>(wish));
   }
@@ -42,8 +42,8 @@ TEST_P(EveryShape, IsAClosedManifoldOfAboutTheWishedSize) {
 
 TEST_P(EveryShape, IsTheSameEachTime) {
   const ShapeKind kind = shape_kind(GetParam());
-  const Mesh a = make_shape(kind, 3000);
-  const Mesh b = make_shape(kind, 3000);
+  const Mesh a = make_shape(kind, 5000);
+  const Mesh b = make_shape(kind, 5000);
   EXPECT_EQ(a.positions, b.positions);
   EXPECT_EQ(a.corner_vertex, b.corner_vertex);
 }
