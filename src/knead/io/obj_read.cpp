@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 
 #include "knead/io/face_builder.h"
 #include "knead/io/obj.h"
@@ -12,14 +11,6 @@
 
 namespace knead {
 namespace {
-
-// A line end that a backslash takes away: its length, or 0 where there is none.
-std::size_t joined_length(std::string_view bytes, std::size_t position) {
-  if (position + 1 >= bytes.size() || bytes[position] != '\\') return 0;
-  if (bytes[position + 1] == '\n') return 2;
-  if (bytes[position + 1] != '\r') return 0;
-  return position + 2 < bytes.size() && bytes[position + 2] == '\n' ? 3 : 2;
-}
 
 // What the corners of faces refer to: vertices, texture coordinates or normals. An index counts from 1, or from the end
 // of what the file has given so far if it is negative.
@@ -279,27 +270,6 @@ class ObjReader {
 };
 
 }  // namespace
-
-std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position) {
-  while (position < bytes.size()) {
-    if (is_blank(bytes[position])) {
-      ++position;
-    } else if (const std::size_t joined = joined_length(bytes, position); joined > 0) {
-      position += joined;
-    } else {
-      break;
-    }
-  }
-  return position;
-}
-
-std::size_t obj_token_end(std::string_view bytes, std::size_t position) {
-  while (position < bytes.size() && !is_blank(bytes[position]) && !is_line_end(bytes[position]) &&
-         joined_length(bytes, position) == 0) {
-    ++position;
-  }
-  return position;
-}
 
 ShapeFile parse_obj(std::string bytes, const std::string& name) {
   ShapeFile shape;
