@@ -1,0 +1,146 @@
+#include "knead/render/drawing.h"
+
+#include <cstddef>
+
+#include "knead/render/shaders.h"
+
+namespace knead::render {
+
+void set(const Program& program, const char* name, const Vec3d& v) {
+  glUniform3f(uniform(program, name), static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
+}
+
+void set(const Program& program, const char* name, double x) {
+  glUniform1f(uniform(program, name), static_cast<float>(x));
+}
+
+void set(const Program& program, const char* name, const Color& c) {
+  glUniform3f(uniform(program, name), c.red, c.green, c.blue);
+}
+
+void set_with_alpha(const Program& program, const char* name, const Color& c) {
+  glUniform4f(uniform(program, name), c.red, c.green, c.blue, c.alpha);
+}
+
+void use(const Program& program, const Pass& pass) {
+  const View& view = pass.view;
+  glUseProgram(program.get());
+  set(program, "eye", view.eye);
+  set(program, "forward", view.frame.forward);
+  set(program, "side", view.side);
+  set(program, "top", view.top);
+  glUniform2f(uniform(program, "range"), static_cast<float>(view.near), static_cast<float>(view.far));
+  set(program, "perspective", view.perspective ? 1.0 : 0.0);
+  glUniform2f(uniform(program, "samples"), static_cast<float>(pass.width), static_cast<float>(pass.height));
+  glUniformMatrix4fv(uniform(program, "matrix"), 1, GL_FALSE, view.matrix.data());
+  glUniform4fv(uniform(program, "clip"), 1, pass.clip.data());
+}
+
+void set_simple_light(const Program& program, const View& view) {
+  set(program, "sky_up", view.ground_up);
+  set(program, "key", normalized(view.frame.up * 0.9 - view.frame.right * 0.6 - view.frame.forward * 0.8));
+}
+
+void set_ground(const Program& program, const Pass& pass, const GpuOccluder& occluder) {
+  const Vec3f up(pass.view.ground_up);
+  glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
+}
+
+void draw(const GpuSurface& surface) {
+  if (surface.count == 0) return;
+  glBindVertexArray(surface.layout.get());
+  if (surface.points) {
+    glDrawArrays(GL_POINTS, 0, surface.count);
+  } else {
+    glDrawElements(GL_TRIANGLES, surface.count, GL_UNSIGNED_INT, nullptr);
+  }
+}
+
+void draw_full_screen(const Pass& pass) {
+  glBindVertexArray(pass.programs.nothing.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+void reset_state(int width, int height) {
+  glViewport(0, 0, width, height);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_POLYGON_OFFSET_FILL);
+  glDisable(GL_CLIP_DISTANCE0);
+  glEnable(GL_PROGRAM_POINT_SIZE);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+}
+
+void clear(float red, float green, float blue, float alpha) {
+  glClearColor(red, green, blue, alpha);
+  glClear(GL_COLOR_BUFFER_BIT);
+}
+
+void clear_depth() {
+  glClearDepth(1);
+  glClear(GL_DEPTH_BUFFER_BIT);
+}
+
+namespace {
+
+Program compile(const ShaderSource& source) { return make_program(source.vertex, source.fragment); }
+
+void describe_attribute(GLuint location, GLint components, GLenum type, std::size_t stride, std::size_t offset) {
+  glEnableVertexAttribArray(location);
+  glVertexAttribPointer(location, components, type, type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE,
+                        static_cast<GLsizei>(stride), reinterpret_cast<const void*>(offset));
+}
+
+GpuSurface upload_positions(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& indices) {
+  GpuSurface surface;
+  surface.layout = make_vertex_array();
+  surface.vertices = make_buffer(GL_ARRAY_BUFFER, positions.data(), positions.size() * sizeof(Vec3f));
+  surface.indices = make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size() * sizeof(std::uint32_t));
+  describe_attribute(0, 3, GL_FLOAT, sizeof(Vec3f), 0);
+  surface.points = indices.empty();
+  surface.count = static_cast<GLsizei>(surface.points ? positions.size() : indices.size());
+  return surface;
+}
+
+}  // namespace
+
+Programs::Programs()
+    : clay(compile(clay_source())),
+      cap(compile(cap_source())),
+      disc(compile(disc_source())),
+      shadow(compile(shadow_source())),
+      lighting(compile(lighting_source())),
+      backdrop(compile(backdrop_source())),
+      rod(compile(rod_source())),
+      glass(compile(glass_source())),
+      copy(compile(copy_source())),
+      resolve(compile(resolve_source())),
+      nothing(make_vertex_array()),
+      plain_depth(make_plain_depth_sampler()) {}
+
+GpuSurface upload(const DrawSurface& surface) {
+  GpuSurface result;
+  result.layout = make_vertex_array();
+  result.vertices = make_buffer(GL_ARRAY_BUFFER, surface.vertices.data(), surface.vertices.size() * sizeof(DrawVertex));
+  result.indices =
+      make_buffer(GL_ELEMENT_ARRAY_BUFFER, surface.indices.data(), surface.indices.size() * sizeof(std::uint32_t));
+  describe_attribute(0, 3, GL_FLOAT, sizeof(DrawVertex), offsetof(DrawVertex, position));
+  describe_attribute(1, 3, GL_FLOAT, sizeof(DrawVertex), offsetof(DrawVertex, normal));
+  describe_attribute(2, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, color));
+  describe_attribute(3, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, edge));
+  result.points = surface.indices.empty();
+  result.count = static_cast<GLsizei>(result.points ? surface.vertices.size() : surface.indices.size());
+  return result;
+}
+
+GpuOccluder upload(const Occluder& occluder, double point_radius) {
+  GpuOccluder result{upload_positions(occluder.positions, occluder.indices), upload_positions(occluder.points, {}),
+                     occluder.center, occluder.radius, occluder.ground};
+  result.points.point_radius = point_radius;
+  return result;
+}
+
+}  // namespace knead::render

@@ -1,0 +1,30 @@
+// Small steps that the passes share: uniforms, state, drawing what is on the card.
+#pragma once
+
+#include "knead/render/passes.h"
+
+namespace knead::render {
+
+void set(const Program& program, const char* name, const Vec3d& v);
+void set(const Program& program, const char* name, double x);
+void set(const Program& program, const char* name, const Color& c);
+void set_with_alpha(const Program& program, const char* name, const Color& c);
+
+// Makes the program current and tells it of the camera and the clipping plane.
+void use(const Program& program, const Pass& pass);
+
+// The light of things that neither cast nor catch shadows.
+void set_simple_light(const Program& program, const View& view);
+void set_ground(const Program& program, const Pass& pass, const GpuOccluder& occluder);
+
+void draw(const GpuSurface& surface);
+void draw_full_screen(const Pass& pass);
+
+// Everything off, depth test by GL_LESS once it is enabled.
+void reset_state(int width, int height);
+
+// The bound framebuffer.
+void clear(float red, float green, float blue, float alpha);
+void clear_depth();
+
+}  // namespace knead::render
