@@ -96,9 +96,10 @@ struct TwistStroke {
   double rate_deg = 0;  // degrees per length
   double inner = 0;
   double outer = 0;
-  std::optional<Vec3d> normal;  // the axis where not given
+  std::optional<Vec3d> normal = std::nullopt;  // the axis where not given
   double gauge = 0;
-  std::optional<double> radius;  // of the cylinder about {center + s normal} that is moved; everything where not given
+  std::optional<double> radius =
+      std::nullopt;  // of the cylinder about {center + s normal} that is moved; everything where not given
 
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
@@ -123,7 +124,8 @@ struct BendStroke {
   double angle_deg = 0;
   std::variant<BendWidth, Thresholds<double>> extent;
   double gauge = 1;
-  std::optional<double> radius;  // of the cylinder about {center + s normal} that is moved; everything where not given
+  std::optional<double> radius =
+      std::nullopt;  // of the cylinder about {center + s normal} that is moved; everything where not given
 
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
