@@ -116,14 +116,15 @@ void check_outputs(const DeformOptions& options, const Target& target) {
 
 void check_until(const DeformOptions& options, const Session& session) {
   if (options.until && *options.until > static_cast<double>(session.strokes.size())) {
-    throw UsageError(fmt::format("--until {}: {} has {} strokes; give at most that", *options.until, session.name,
-                                 session.strokes.size()));
+    throw UsageError(fmt::format("--until {}: {} has {}; give at most that", *options.until, session.name,
+                                 counted(session.strokes.size(), "stroke")));
   }
 }
 
 std::string summary(const DeformOptions& options, const Target& target, const Report& report) {
-  std::string text = fmt::format("{}: {} of {} vertices moved by {} strokes ({} segments)\n", target.last_path(),
-                                 report.moved_vertices, report.vertices, report.strokes, report.segments);
+  std::string text =
+      fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
+                  report.vertices, counted(report.strokes, "stroke"), counted(report.segments, "segment"));
   if (options.frames) text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
   text += fmt::format("steps    {:.3g} a vertex on average, {} at most\n", report.steps_mean, report.steps_max);
   text += report.volume_error ? fmt::format("volume   changed by {:.2g} of itself\n", *report.volume_error)

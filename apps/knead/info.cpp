@@ -39,7 +39,6 @@ Json to_json(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
 
 std::string json_of(const Info& info) {
   const Measures& m = info.measures;
-  const bool boxed = !m.box.empty();
   Json json;
   json["format"] = info.file.format;
   json["vertices"] = m.vertices;
@@ -53,8 +52,8 @@ std::string json_of(const Info& info) {
   json["euler"] = m.euler;
   json["volume"] = has_volume(m) ? Json(m.volume) : Json(nullptr);
   json["area"] = m.area;
-  json["box_min"] = boxed ? to_json(m.box.min) : Json(nullptr);
-  json["box_max"] = boxed ? to_json(m.box.max) : Json(nullptr);
+  json["box_min"] = to_json(m.box.min);
+  json["box_max"] = to_json(m.box.max);
   json["diagonal"] = m.box.diagonal();
   json["attributes"] = attribute_names(info.file.mesh);
   json["notes"] = info.notes;
@@ -81,8 +80,8 @@ std::string table_of(const Info& info) {
   text += row("euler", fmt::format("{}", m.euler));
   text += row("volume", has_volume(m) ? fmt::format("{:.6g}", m.volume) : "- (not closed and oriented)");
   text += row("area", fmt::format("{:.6g}", m.area));
-  text += row("box min", m.box.empty() ? "-" : to_text(m.box.min));
-  text += row("box max", m.box.empty() ? "-" : to_text(m.box.max));
+  text += row("box min", to_text(m.box.min));
+  text += row("box max", to_text(m.box.max));
   text += row("diagonal", fmt::format("{:.6g}", m.box.diagonal()));
   text += row("attributes", fmt::format("{}", fmt::join(attribute_names(info.file.mesh), ", ")));
   for (const std::string& note : info.notes) text += row("note", note);

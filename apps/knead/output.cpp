@@ -70,6 +70,10 @@ void print_message(std::string_view message) noexcept {
   }
 }
 
+std::string counted(std::size_t count, std::string_view noun) {
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+}
+
 void print_notes(std::span<const std::string> notes) {
   for (const std::string& note : notes) print_message("note: " + note);
 }

@@ -15,6 +15,9 @@ void print(std::string_view text);
 // One line on standard error: "knead: " and the message, with control characters (of file names, say) escaped.
 void print_message(std::string_view message) noexcept;
 
+// "1 stroke", "2 strokes".
+std::string counted(std::size_t count, std::string_view noun);
+
 // Remarks, a line each: "knead: note: ...".
 void print_notes(std::span<const std::string> notes);
 

@@ -121,7 +121,7 @@ std::vector<Flow> read_tools(const RenderOptions& options) {
   const std::size_t count = session.strokes.size();
   if (options.stroke && (*options.stroke < 1 || *options.stroke > count)) {
     throw UsageError(
-        fmt::format("--stroke {}: {} has {} strokes, counted from 1", *options.stroke, session.name, count));
+        fmt::format("--stroke {}: {} has {}, counted from 1", *options.stroke, session.name, counted(count, "stroke")));
   }
   std::vector<Flow> tools;
   for (std::size_t i = 0; i < count; ++i) {

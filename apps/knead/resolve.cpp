@@ -34,7 +34,8 @@ void run_resolve(const ResolveOptions& options) {
     const nlohmann::ordered_json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
     print(json.dump(2) + "\n");
   } else if (!options.common.quiet) {
-    print(fmt::format("{}: {} strokes ({} segments)\n", options.output, resolved.strokes.size(), result.segments));
+    print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
+                      counted(result.segments, "segment")));
   }
 }
 
