@@ -318,7 +318,8 @@ void main() {
 )";
 
 // The nearest layer behind those already drawn. Denser where it is seen edge on, as a thin shell is; the line in which
-// it meets a shape is found from the two depths and normals at this sample.
+// it meets a shape is found from the two depths and normals at this sample; steep slopes foretell it too early and are
+// cut.
 const char* const kGlassFragment = R"(
 in vec3 point;
 in vec3 surface_normal;
@@ -336,7 +337,7 @@ float contact(vec3 n, vec3 ray, float t_glass, float t_shape) {
   float nd = dot(n, d), md = dot(m, d);
   if (abs(nd) < 1e-3 || abs(md) < 1e-3) return 0.0;
   vec3 slope = (m - md * d) / md - (n - nd * d) / nd;
-  float away = (t_shape - t_glass) * length(ray) / max(length(slope), 0.02);
+  float away = (t_shape - t_glass) * length(ray) / clamp(length(slope), 0.02, 3.0);
   float samples_away = away / (pixel * mix(1.0, t_shape, perspective));
   return 1.0 - smoothstep(line_width - 0.7, line_width + 0.7, samples_away);
 }
