@@ -110,9 +110,10 @@ void JsonObject::allow(std::initializer_list<std::string_view> keys) const {
 }
 
 JsonValue JsonObject::at(std::string_view key) const {
+  std::string name = prefix_.empty() ? fmt::format("\"{}\"", key) : fmt::format("{} \"{}\"", prefix_, key);
   const auto found = value_.find(key);
-  if (found == value_.end()) throw InvalidInput(place_, fmt::format("\"{}\" is missing; {} needs it", key, what_));
-  return {*found, prefix_.empty() ? fmt::format("\"{}\"", key) : fmt::format("{} \"{}\"", prefix_, key), place_};
+  if (found == value_.end()) throw InvalidInput(place_, fmt::format("{} is missing; {} needs it", name, what_));
+  return {*found, std::move(name), place_};
 }
 
 std::optional<double> JsonObject::optional_number(std::string_view key) const {

@@ -1,0 +1,277 @@
+#include "knead/session/replay.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/mesh/shapes.h"
+
+namespace knead {
+namespace {
+
+Session session_of(std::vector<Stroke> strokes) {
+  Session session;
+  session.name = "s.knead";
+  for (std::size_t i = 0; i < strokes.size(); ++i) session.strokes.push_back({std::move(strokes[i]), i + 2});
+  return session;
+}
+
+Mesh bar() { return make_shape(ShapeKind::box, 1500); }
+
+// Several segments, a cylinder, several fields in one segment.
+Session varied() {
+  PointsStroke points;
+  points.points = {{-1, 0.5, 0}, {1, 0.5, 0.2}};
+  points.outer = 0.8;
+  points.displacements = {{0, 0.3, 0}, {0.2, 0, 0}};
+  TwistStroke twist{{0, 0, 0}, {1, 0, 0}, 20, -1, 1};
+  twist.radius = 1.5;
+  BendStroke bend{{1, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1.5}};
+  bend.radius = 2;
+  return session_of(
+      {ImplicitStroke{{{-2, 0, 0}, {-2, 0.5, 0}, {-1.5, 0.7, 0.2}, {-1, 0.5, 0}}, 0.3, 0.9}, twist, points, bend});
+}
+
+std::vector<Vec3d> result_of(const Mesh& mesh, const Session& session, const ReplayOptions& options = {}) {
+  const ReplayResult result = replay(mesh, session, options);
+  EXPECT_EQ(result.status, AdvectStatus::done);
+  return result.positions;
+}
+
+TEST(Replay, IsTheFlowsOfItsStrokesOneAfterTheOther) {
+  const Mesh mesh = bar();
+  const Session session = varied();
+  std::vector<Vec3d> expected = mesh.positions;
+  std::vector<std::uint32_t> steps(expected.size());
+  AdvectOptions options;
+  options.tolerance = 1e-5 * bounding_box(mesh.positions).diagonal();
+  options.steps = steps;
+  AdvectResult total;
+  for (const SessionStroke& stroke : session.strokes) total += advect(flow_of(stroke.stroke), expected, options);
+  const ReplayResult result = replay(mesh, session);
+  EXPECT_EQ(result.positions, expected);
+  EXPECT_EQ(result.steps, steps);
+  EXPECT_EQ(result.accepted_steps, total.accepted_steps);
+  EXPECT_EQ(result.rejected_steps, total.rejected_steps);
+  EXPECT_EQ(result.evaluations, total.evaluations);
+  EXPECT_EQ(result.strokes, 4u);
+  EXPECT_EQ(result.segments, 7u);
+  EXPECT_EQ(result.resolved, session.strokes);
+}
+
+TEST(Replay, OfNothingLeavesEveryBit) {
+  const Mesh mesh = bar();
+  EXPECT_EQ(result_of(mesh, session_of({})), mesh.positions);
+  EXPECT_TRUE(result_of({}, varied()).empty());
+}
+
+TEST(Replay, DoesNotDependOnThreadsOrTheOrderOfVertices) {
+  Mesh mesh = bar();
+  ReplayOptions one;
+  one.threads = 1;
+  ReplayOptions two;
+  two.threads = 2;
+  const std::vector<Vec3d> expected = result_of(mesh, varied(), one);
+  EXPECT_EQ(result_of(mesh, varied(), two), expected);
+  std::vector<std::uint32_t> order(mesh.positions.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937_64(5));
+  std::vector<std::uint32_t> place(order.size());
+  const std::vector<Vec3d> original = mesh.positions;
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    mesh.positions[i] = original[order[i]];
+    place[order[i]] = i;
+  }
+  for (std::uint32_t& vertex : mesh.corner_vertex) vertex = place[vertex];
+  const std::vector<Vec3d> shuffled = result_of(mesh, varied(), two);
+  for (std::size_t i = 0; i < order.size(); ++i) EXPECT_EQ(shuffled[i], expected[order[i]]);
+}
+
+TEST(Replay, StopsWithinAStroke) {
+  const Mesh mesh = bar();
+  const Session session = varied();
+  for (const double until : {0.0, 0.5, 1.0, 2.5, 3.75, 4.0}) {
+    std::vector<Vec3d> expected = mesh.positions;
+    AdvectOptions options;
+    options.tolerance = 1e-5 * bounding_box(mesh.positions).diagonal();
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Flow flow = flow_of(session.strokes[i].stroke);
+      const double part = std::clamp(until - static_cast<double>(i), 0.0, 1.0);
+      advect(prefix(flow, part * static_cast<double>(flow.segments.size())), expected, options);
+    }
+    ReplayOptions replay_options;
+    replay_options.until = until;
+    EXPECT_EQ(result_of(mesh, session, replay_options), expected) << until;
+    EXPECT_EQ(replay(mesh, session, replay_options).strokes, static_cast<std::size_t>(std::ceil(until)));
+  }
+}
+
+// Every one of 7 segments may err by the tolerance, and errors grow with the flow's stretch, here by less than 10.
+TEST(Replay, InverseReturns) {
+  Mesh mesh = bar();
+  const std::vector<Vec3d> before = mesh.positions;
+  const double tolerance = 1e-7;
+  for (const std::optional<double> until : {std::optional<double>{}, std::optional<double>{2.5}}) {
+    ReplayOptions options;
+    options.precision = Precision::float64;
+    options.tolerance = tolerance;
+    options.until = until;
+    mesh.positions = before;
+    mesh.positions = result_of(mesh, varied(), options);
+    EXPECT_NE(mesh.positions, before);
+    options.inverse = true;
+    const std::vector<Vec3d> back = result_of(mesh, varied(), options);
+    double worst = 0;
+    for (std::size_t i = 0; i < back.size(); ++i) worst = std::max(worst, norm(back[i] - before[i]));
+    EXPECT_LT(worst, 2 * 7 * 10 * tolerance * bounding_box(before).diagonal());
+  }
+}
+
+void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
+  std::vector<std::vector<Vec3d>> delivered;
+  options.frames = frames;
+  options.on_frame = [&](int index, std::span<const Vec3d> positions) {
+    EXPECT_EQ(index, static_cast<int>(delivered.size()));
+    delivered.emplace_back(positions.begin(), positions.end());
+  };
+  Progress progress;
+  options.progress = &progress;
+  const std::uint64_t total = total_work(mesh, varied(), options);
+  const std::vector<Vec3d> result = result_of(mesh, varied(), options);
+  EXPECT_EQ(progress.done, total);
+  ASSERT_EQ(delivered.size(), static_cast<std::size_t>(frames));
+  EXPECT_EQ(delivered.back(), result);
+  options.frames = 0;
+  options.progress = nullptr;
+  EXPECT_EQ(result, result_of(mesh, varied(), options));
+  if (options.inverse) return;
+  const double end = options.until.value_or(4);
+  for (int k = 0; k + 1 < frames; ++k) {
+    options.until = end * k / (frames - 1);
+    EXPECT_EQ(delivered[k], result_of(mesh, varied(), options)) << "frame " << k << " of " << frames;
+  }
+}
+
+TEST(Replay, FramesAreWhatUntilTheirMomentGives) {
+  const Mesh mesh = bar();
+  for (const int frames : {1, 2, 5, 14}) {
+    expect_frames(mesh, {}, frames);
+    ReplayOptions part;
+    part.until = 2.3;
+    expect_frames(mesh, part, frames);
+    ReplayOptions back;
+    back.inverse = true;
+    back.until = 1.5;
+    expect_frames(mesh, back, frames);
+  }
+}
+
+TEST(Replay, FramesOfTheInverseGoBackTheSameWay) {
+  Mesh mesh = bar();
+  ReplayOptions options;
+  options.precision = Precision::float64;
+  options.tolerance = 1e-7;
+  options.frames = 9;
+  std::vector<std::vector<Vec3d>> there;
+  options.on_frame = [&](int, std::span<const Vec3d> p) { there.emplace_back(p.begin(), p.end()); };
+  mesh.positions = result_of(mesh, varied(), options);
+  int met = 0;
+  options.inverse = true;
+  options.on_frame = [&](int k, std::span<const Vec3d> p) {
+    for (std::size_t i = 0; i < p.size(); ++i) EXPECT_LT(norm(p[i] - there[8 - k][i]), 1e-4);
+    ++met;
+  };
+  replay(mesh, varied(), options);
+  EXPECT_EQ(met, 9);
+}
+
+TEST(Replay, CancelsAndLeavesTheMesh) {
+  const Mesh mesh = bar();
+  const std::vector<Vec3d> before = mesh.positions;
+  Progress progress;
+  ReplayOptions options;
+  options.progress = &progress;
+  options.frames = 9;
+  options.on_frame = [&](int index, std::span<const Vec3d>) {
+    if (index == 3) progress.cancel = true;
+    EXPECT_LE(index, 3);
+  };
+  const ReplayResult result = replay(mesh, varied(), options);
+  EXPECT_EQ(result.status, AdvectStatus::cancelled);
+  EXPECT_TRUE(result.positions.empty());
+  EXPECT_EQ(mesh.positions, before);
+}
+
+std::string refusal(const Mesh& mesh, const Session& session, const ReplayOptions& options = {}) {
+  try {
+    replay(mesh, session, options);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Replay, RefusesACutBarrelAndTheRadiusItNamesWorks) {
+  const Mesh mesh = bar();
+  BendStroke bend{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1}};
+  bend.radius = 0.4;
+  const StretchStroke first{{0, 0, 0}, {1, 0, 0}, 1.1, 0.2, 0.5};
+  const std::string message = refusal(mesh, session_of({first, bend}));
+  EXPECT_TRUE(message.starts_with("s.knead:3: ")) << message;
+  const std::size_t at = message.find("use \"radius\": ");
+  ASSERT_NE(at, std::string::npos) << message;
+  bend.radius = std::stod(message.substr(at + 14));
+  EXPECT_GT(*bend.radius, 0.7);  // the bar's corners are 0.7071 from its axis
+  EXPECT_LT(*bend.radius, 0.8);
+  EXPECT_EQ(refusal(mesh, session_of({first, bend})), "");
+}
+
+TEST(Replay, RefusesACutBarrelBackwardsToo) {
+  Mesh mesh = bar();
+  BendStroke bend{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1}};
+  mesh.positions = result_of(mesh, session_of({bend}));
+  bend.radius = 0.4;
+  ReplayOptions options;
+  options.inverse = true;
+  EXPECT_TRUE(refusal(mesh, session_of({bend}), options).starts_with("s.knead:2: "));
+  bend.radius = 0.8;
+  EXPECT_EQ(refusal(mesh, session_of({bend}), options), "");
+}
+
+TEST(Replay, RefusesOptionsOutOfRange) {
+  const Mesh mesh = bar();
+  const auto with = [&](const auto& change) {
+    ReplayOptions options;
+    change(options);
+    return refusal(mesh, varied(), options);
+  };
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = 4.5; }).starts_with("\"until\" must be from 0"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = -1; }).starts_with("\"until\""));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = std::nan(""); }).starts_with("\"until\""));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.tolerance = 0; }).starts_with("the tolerance"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.frames = -1; }).starts_with("the number of frames"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.threads = -1; }).starts_with("the number of threads"));
+}
+
+TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
+  const Session session = session_of({ImplicitStroke{{{-1e308, 0, 0}, {1e308, 0, 0}}, 1, 2}});
+  EXPECT_TRUE(refusal(bar(), session).starts_with("s.knead:2: "));
+}
+
+TEST(Replay, WarnsWithTheLine) {
+  const Session session = session_of({ImplicitStroke{{{-1, 0, 0}, {1, 0, 0}}, 0.95, 1}});
+  ReplayOptions options;
+  options.tolerance = 1e-7;
+  const std::vector<std::string> warnings = replay(bar(), session, options).warnings;
+  ASSERT_EQ(warnings.size(), 2u);
+  EXPECT_NE(warnings[0].find("use double precision"), std::string::npos);
+  EXPECT_TRUE(warnings[1].starts_with("s.knead:2: \"inner\" is 0.95 of \"outer\"")) << warnings[1];
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,158 @@
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "knead/math/error.h"
+#include "knead/session/session.h"
+
+namespace knead {
+namespace {
+
+std::string error_of(const std::string& text) {
+  try {
+    parse_session(text, "s.knead");
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+struct Case {
+  std::string line;
+  std::string message;  // how it begins, after file and line
+};
+
+TEST(SessionErrors, OfTheHeaderNameLineOne) {
+  const std::vector<Case> cases{
+      {"", "the file is empty"},
+      {" \n\n", "the file is empty"},
+      {"{\"tool\": \"bend\"}\n", "\"knead\" is missing; the first line must be the header"},
+      {"{\"knead\": 2}\n", "\"knead\" must be 1, the format that this version reads, got 2"},
+      {"{\"knead\": \"1\"}\n", "\"knead\" must be a whole number, got \"1\""},
+      {"{\"knead\": 1.5}\n", "\"knead\" must be a whole number"},
+      {"{\"knead\": 1, \"mash\": \"a.ply\"}\n", "unknown key \"mash\"; the header has the keys \"knead\", \"mesh\""},
+      {"{\"knead\": 1, \"mesh\": 3}\n", "\"mesh\" must be text in double quotes, got 3"},
+      {"{\"knead\": 1, \"note\": null}\n", "\"note\" must be text in double quotes, got null"},
+      {"{\"knead\": 1", "the line ends before its JSON object does"},
+      {"[1]\n", "the line must be a JSON object"},
+      {"\n{\"knead\": 1}\n", "the line is empty"},
+      {"ply\n", "column 1 is not JSON"},
+  };
+  for (const Case& c : cases) {
+    EXPECT_TRUE(error_of(c.line).starts_with("s.knead:1: " + c.message)) << c.line << "gives: " << error_of(c.line);
+  }
+}
+
+void expect_errors(const std::vector<Case>& cases) {
+  for (const Case& c : cases) {
+    const std::string error = error_of("{\"knead\": 1}\n" + c.line + "\n");
+    EXPECT_TRUE(error.starts_with("s.knead:2: " + c.message)) << c.line << "\ngives: " << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos);
+  }
+}
+
+TEST(SessionErrors, OfEventsNameTheKeyAndWhatWasExpected) {
+  expect_errors({
+      {R"({})", R"(the line is an empty object)"},
+      {R"({"stroke": 1})", R"(unknown key "stroke")"},
+      {R"({"undo": 1})", R"("undo" must be a whole number from 1 to the 0 strokes in effect, got 1)"},
+      {R"({"redo": 1})", R"("redo" must be a whole number from 1 to the 0 strokes to be redone, got 1)"},
+      {R"({"undo": 0})", R"("undo" must be a whole number from 1)"},
+      {R"({"undo": -1})", R"("undo" must be a whole number from 1)"},
+      {R"({"undo": 0.5})", R"("undo" must be a whole number)"},
+      {R"({"undo": true})", R"("undo" must be a whole number, got true)"},
+      {R"({"undo": 1e300})", R"("undo" must be a whole number)"},
+      {R"({"undo": 1, "redo": 1})", R"(unknown key "redo")"},
+      {R"({"tool": 5})", R"("tool" must be text in double quotes, got 5)"},
+      {R"({"tool": "nudge"})", R"("tool" must be one of "implicit", "paint", "points")"},
+      {R"(null)", R"(the line must be a JSON object)"},
+      {"\n{\"undo\": 1}", "the line is empty"},
+  });
+}
+
+TEST(SessionErrors, OfWhatIsNotThereYetSaySo) {
+  expect_errors({
+      {R"({"remesh": null})", R"("remesh" is not available in this version of knead)"},
+      {R"({"remesh": {"edge": 1}})", R"("remesh" is not available in this version of knead)"},
+      {R"({"tool": "stamp", "mesh": "a.ply"})", R"(tool "stamp" is not available in this version of knead)"},
+      {R"({"tool": "handles"})", R"(tool "handles" is not available in this version of knead)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "path": [[0,0,0]]})",
+       R"(tool "paint" with a "path" is not available in this version of knead)"},
+  });
+}
+
+TEST(SessionErrors, OfJsonNameColumnAndKey) {
+  expect_errors({
+      {R"({"undo": 1)", "the line ends before its JSON object does"},
+      {R"({"undo" 1})", "at \"undo\", column 9 is not JSON"},
+      {R"({"undo": 1} x)", "at \"undo\", column 13 is not JSON"},
+      {R"({"undo": 1, "undo": 1})", R"(the key "undo" is given twice)"},
+      {R"({"tool": "rotate", "angle_deg": 1e999})", R"(at "angle_deg", a number is too large)"},
+      {R"({"tool": "rotate", "angle_deg": NaN})", R"(at "angle_deg", column 33 is not JSON)"},
+      {R"({"tool": "rotate", "angle_deg": -Infinity})", R"(at "angle_deg", column 34 is not JSON)"},
+      {"{\"tool\": \"\xFF\"}", "at \"tool\", column 11 is not JSON"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "samples": [{"point": [0,0,0], "point": [0,0,0]}]})",
+       R"(the key "point" is given twice)"},
+  });
+}
+
+TEST(SessionErrors, OfStrokesNameTheKeyAndWhatWasExpected) {
+  const std::string rotate = R"({"tool": "rotate", "center": [0,0,0], "axis": [0,0,1], "angle_deg": 1, )";
+  const std::string bend = R"({"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [1,0,0], "angle_deg": 1)";
+  const std::string implicit = R"({"tool": "implicit", "inner": 0.1, "outer": 0.5, )";
+  expect_errors({
+      {rotate + R"("inner": 0.6, "outer": 0.2})", R"("outer" must be a number greater than "inner" (0.6), got 0.2)"},
+      {rotate + R"("inner": -2, "outer": 0})", R"("outer" must be a number greater than 0, got 0)"},
+      {rotate + R"("inner": 0.1})", R"("outer" is missing; tool "rotate" needs it)"},
+      {rotate + R"("inner": 0.1, "outer": "1"})", R"("outer" must be a number, got "1")"},
+      {rotate + R"("inner": 0.1, "outer": 1, "gage": 1})",
+       R"(unknown key "gage"; tool "rotate" has the keys "tool", )"},
+      {R"({"tool": "rotate", "center": [0,0], "axis": [0,0,1], "angle_deg": 1, "inner": 0.1, "outer": 1})",
+       R"("center" must be three numbers [x, y, z], got an array of 2)"},
+      {R"({"tool": "rotate", "center": [0,0,"0"], "axis": [0,0,1], "angle_deg": 1, "inner": 0.1, "outer": 1})",
+       R"("center" must be three numbers)"},
+      {R"({"tool": "rotate", "center": [0,0,0], "axis": [0,0,0], "angle_deg": 1, "inner": 0.1, "outer": 1})",
+       R"("axis" must be a vector of any length but 0)"},
+      {implicit + R"("path": [[0,0,0]]})", R"("path" must hold 2 or more points, got 1)"},
+      {implicit + R"("path": [[0,0,0], [0,1]]})", R"("path"[1] must be three numbers)"},
+      {implicit + R"("path": 1})", R"("path" must be a list)"},
+      {implicit + R"("path": [[0,0,0], [0,0,1]], "half_axis": [0,0,1]})", R"("half_axis" needs "region": "capsule")"},
+      {implicit + R"("path": [[0,0,0], [0,0,1]], "region": "box"})",
+       R"("region" must be one of "ball", "capsule", got "box")"},
+      {implicit + R"("path": [[0,0,0], [0,0,1]], "region": "capsule"})", R"("half_axis" is missing)"},
+      {implicit + R"("path": [[0,0,0], [0,0,1]], "time": 1})", R"("time" must be one of "swept", "blended", got 1)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1})", R"("samples" is missing)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "samples": [{"point": [0,0,0]}]})",
+       R"("samples"[0] "normal" is missing)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "samples": [[0,0,0]]})", R"("samples"[0] must be a JSON object)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "samples": [], "path": []})",
+       R"(a paint stroke has either "samples" or "path")"},
+      {R"({"tool": "points", "outer": 1, "displacements": [[0,0,1]]})", R"("points" or "curves" is missing)"},
+      {R"({"tool": "points", "points": [[0,0,0]], "outer": 1, "displacements": [[0,0,1]], "exponent": 7})",
+       R"("exponent" must be an even number, 2 or more, got 7)"},
+      {R"({"tool": "points", "points": [[0,0,0]], "outer": 1, "displacements": [[0,0,1]], "exponent": 1e12})",
+       R"("exponent" must be a whole number)"},
+      {bend + "}", R"(a bend has either "width" (and "center_fraction") or "inner" and "outer", got neither)"},
+      {bend + R"(, "width": 1, "inner": 0})",
+       R"(a bend has either "width" (and "center_fraction") or "inner" and "outer", not)"},
+      {bend + R"(, "center_fraction": 0.5})", R"("width" is missing)"},
+      {bend + R"(, "inner": 1})", R"("outer" is missing)"},
+      {R"({"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,2,0], "angle_deg": 1, "width": 1})",
+       R"("normal" must not be parallel to "axis")"},
+  });
+}
+
+TEST(SessionErrors, OfUndoneStrokesCountToo) {
+  const std::string stroke = stroke_line(RotateStroke{{}, {0, 0, 1}, 10, 1, 2});
+  const std::string text = "{\"knead\": 1}\n" + stroke + "\n{\"undo\": 1}\n" + stroke + "\n{\"redo\": 1}\n";
+  EXPECT_TRUE(error_of(text).starts_with("s.knead:5: \"redo\" must be")) << error_of(text);
+}
+
+// Only what could be the beginning of a line is taken for a line cut off.
+TEST(SessionErrors, OfALastLineThatIsNoJsonAreNotForgiven) {
+  EXPECT_TRUE(error_of("{\"knead\": 1}\n{undo: 1}").starts_with("s.knead:2: column 2 is not JSON"));
+}
+
+}  // namespace
+}  // namespace knead
