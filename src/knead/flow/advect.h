@@ -45,7 +45,8 @@ struct AdvectResult {
 // that point alone, to the bit: not on the number of threads nor on the other points. A point that no tool touches
 // keeps its bits. Points must be finite. Cost: about 0.2 us a step and field evaluation of the integrator's stages;
 // points outside cost a distance. Throws InvalidInput as validate(flow), or for a tolerance that is not positive. On
-// `cancelled` and `step_limit` (a path line needed over a million steps) the points are left part-way: keep a copy.
+// `cancelled` and `step_limit` (a path line needed over a million steps, for instance because it runs to infinity far
+// out in a bend's slab) the points are left part-way: keep a copy.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 }  // namespace knead

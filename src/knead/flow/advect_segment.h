@@ -45,7 +45,7 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
   std::atomic<std::uint64_t> evaluations{0};
   std::atomic<bool> complete{true};
   const auto chunk = [&](std::size_t begin, std::size_t end) {
-    if (options.progress != nullptr && options.progress->cancel) return;
+    if (!complete || (options.progress != nullptr && options.progress->cancel)) return;
     PathLine<S, Kernel> line(segment, kernel, method, coefficients, options.tolerance);
     PathLine<S, Kernel> line_to_start(to_start, kernel, method, coefficients, options.tolerance);
     PathLineStats chunk_stats;
@@ -62,7 +62,10 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
       accepted += stats.accepted;
       rejected += stats.rejected;
       evaluations += stats.evaluations;
-      if (!stats.complete) complete = false;
+      if (!stats.complete) {
+        complete = false;
+        return;
+      }
     }
     if (options.progress != nullptr) options.progress->done += end - begin;
   };

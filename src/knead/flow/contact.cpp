@@ -55,9 +55,11 @@ std::optional<double> advance_to(const Capsule<double>& region, const Thresholds
   const Vec3d axis = h / length;
   const Vec3d across = at.d - axis * dot(axis, at.d);
   const Vec3d velocity_across = at.velocity - axis * dot(axis, at.velocity);
-  if (norm(across) < thresholds.outer) return first;
-  const std::optional<double> side = sphere_contact(across, velocity_across, thresholds.outer);
   const auto height = [&](double s) { return std::abs(dot(axis, at.d + at.velocity * s)); };
+  if (norm(across) <= thresholds.outer) {  // beyond an end, or at the side up to rounding
+    return height(0) <= length ? 0.0 : first;
+  }
+  const std::optional<double> side = sphere_contact(across, velocity_across, thresholds.outer);
   if (side && height(*side) <= length) first = earlier(first, side);
   return first;
 }

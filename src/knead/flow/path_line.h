@@ -113,7 +113,7 @@ class PathLine {
         kernel_(kernel),
         tableau_(tableau),
         coefficients_(coefficients),
-        tolerance_(static_cast<S>(tolerance)),
+        tolerance_(static_cast<S>(kSafety * tolerance)),
         direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
     double width = std::numeric_limits<double>::infinity();
     for (const Field& field : segment.fields) width = std::min(width, field.thresholds.outer - field.thresholds.inner);
@@ -124,24 +124,24 @@ class PathLine {
                motion->velocity == segment.displacement;
   }
 
-  // The displacement of the point that is at x0 at the time t, at the segment's end.
+  // The displacement, at the segment's end, of the point that is at x0 at the time t, when a tool reaches it.
   Vec3d run(const Vec3d& x0, double t, PathLineStats& stats) {
     x0_ = x0;
     moved_ = {};
     bool have_first = false;
+    bool at_contact = true;  // v is 0 there; what follows must be integrated, not asked for again
     S trial = static_cast<S>(std::abs(segment_.end - t));
     while ((segment_.end - t) * direction_ > 0) {
       if (!have_first) evaluate_stage(0, t, {}, stats);
-      have_first = true;
-      if (k_[0] == Vec3<S>{}) {
+      if (k_[0] == Vec3<S>{} && !at_contact) {
         const std::optional<double> contact = next_contact(segment_, x0_ + Vec3d(moved_), t);
         if (!contact) break;
-        if ((*contact - t) * direction_ > kLeastAdvance) {
-          t = *contact;
-          have_first = false;
-          continue;
-        }
+        have_first = t == *contact;
+        t = *contact;
+        at_contact = true;
+        continue;
       }
+      at_contact = false;
       if (carries_ && k_[0] == tool_velocity_) {  // at rest in the rigid core: it stays there
         return Vec3d(moved_) + segment_.displacement * (segment_.end - t);
       }
@@ -152,7 +152,11 @@ class PathLine {
   }
 
  private:
-  static constexpr double kLeastAdvance = 1e-9;
+  // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
+  // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
+  static constexpr double kSafety = 0.1;
+  // Steps are never shorter than this part of the longest: there the estimate is rounding, which no step size mends.
+  static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 128) : S(1e-7);
   static constexpr std::uint32_t kStepLimit = 1'000'000;
 
   void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
@@ -178,7 +182,9 @@ class PathLine {
   // valid.
   bool step(double& t, S& trial, PathLineStats& stats) {
     const double remaining = std::abs(segment_.end - t);
-    double h = std::min<double>(trial, longest_step(t));
+    const S longest = longest_step(t);
+    const S shortest = longest * kShortest;
+    double h = std::min(std::max(trial, shortest), longest);
     const bool last = h >= remaining;
     if (last) h = remaining;
     const S signed_h = static_cast<S>(direction_ * h);
@@ -188,7 +194,7 @@ class PathLine {
     const Vec3<S> slope = combine(coefficients_.b, tableau_.stages);
     const S error = norm(combine(coefficients_.e, tableau_.stages));
     const S noise = S(8) * std::numeric_limits<S>::epsilon() * norm(slope);
-    const bool accept = error <= tolerance_ + noise;
+    const bool accept = error <= tolerance_ + noise || static_cast<S>(h) <= shortest;
     trial = static_cast<S>(h) * step_factor(error);
     stats.complete = (accept ? ++stats.accepted : ++stats.rejected) < kStepLimit;
     if (!accept) return true;

@@ -1,0 +1,8 @@
+knead_test(
+  knead_field_test
+  SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/blend_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/field2d_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/field_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/paper_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/region_test.cpp)

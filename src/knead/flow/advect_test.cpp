@@ -1,0 +1,304 @@
+#include "knead/flow/advect.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "knead/math/error.h"
+#include "support/random_segments.h"
+
+namespace knead {
+namespace {
+
+using test::moved;
+using test::NamedSegment;
+using test::precisely;
+using test::Random;
+
+std::vector<std::uint64_t> bits(const std::vector<Vec3d>& points) {
+  std::vector<std::uint64_t> result;
+  for (const Vec3d& p : points) {
+    for (const double x : {p.x, p.y, p.z}) result.push_back(std::bit_cast<std::uint64_t>(x));
+  }
+  return result;
+}
+
+// How much the flow magnifies an error made at the start: the norm of its Jacobian at each point, at least 1.
+std::vector<double> stretches(const Flow& flow, const std::vector<Vec3d>& points) {
+  const double h = 1e-5;
+  std::vector<double> result(points.size(), 1.0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<Vec3d> low = points;
+    std::vector<Vec3d> high = points;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      low[i][axis] -= h;
+      high[i][axis] += h;
+    }
+    low = moved(flow, low, precisely(1e-10));
+    high = moved(flow, high, precisely(1e-10));
+    for (std::size_t i = 0; i < points.size(); ++i) result[i] = std::fmax(result[i], norm(high[i] - low[i]) / (2 * h));
+  }
+  return result;
+}
+
+TEST(Advect, ForwardsThenBackwardsReturns) {
+  Random random(61);
+  for (int round = 0; round < 8; ++round) {
+    for (const NamedSegment& named : test::random_segments(random)) {
+      const Flow flow{{named.segment}};
+      const auto points = test::random_points(random, 200);
+      const auto there = moved(flow, points, precisely(1e-10));
+      const auto back = moved(inverse(flow), there, precisely(1e-10));
+      const auto stretch = stretches(inverse(flow), there);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_LT(norm(back[i] - points[i]) / stretch[i], 1e-8) << named.name;
+      }
+    }
+  }
+}
+
+// Every integrator, tolerance and precision, against a reference at 1e-11. An error made on the way is magnified by
+// what is left of the flow, which the stretch over all of it stands for here.
+TEST(Advect, ErrorStaysWithinTheTolerance) {
+  Random random(62);
+  for (int round = 0; round < 3; ++round) {
+    for (const NamedSegment& named : test::random_segments(random)) {
+      const Flow flow{{named.segment}};
+      const auto points = test::random_points(random, 200);
+      const auto exact = moved(flow, points, precisely(1e-11));
+      const auto stretch = stretches(flow, points);
+      for (const Integrator integrator :
+           {Integrator::rk4, Integrator::bogacki_shampine, Integrator::dormand_prince, Integrator::tsitouras}) {
+        for (const double tolerance : {1e-4, 1e-5, 1e-6}) {
+          for (const Precision precision : {Precision::float32, Precision::float64}) {
+            AdvectOptions options = precisely(tolerance);
+            options.integrator = integrator;
+            options.precision = precision;
+            const auto found = moved(flow, points, options);
+            double worst = 0;
+            for (std::size_t i = 0; i < points.size(); ++i) {
+              worst = std::fmax(worst, norm(found[i] - exact[i]) / stretch[i]);
+            }
+            EXPECT_LT(worst, tolerance + (precision == Precision::float32 ? 2e-6 : 0.0))
+                << named.name << ", integrator " << static_cast<int>(integrator) << ", tolerance " << tolerance;
+          }
+        }
+      }
+    }
+  }
+}
+
+// The bar of the method, section 3: a segment and the same segment cut into 50 differ by at most ten tolerances. Tools
+// that sweep far past the points, so that most contacts graze.
+TEST(Advect, OneSegmentEqualsTheSameCutIntoFiftyWhereItGrazes) {
+  Random random(63);
+  double worst = 0;
+  for (int round = 0; round < 6; ++round) {
+    const double outer = random.uniform(0.1, 0.4);
+    const Thresholds<double> thresholds{outer * random.uniform(0.05, 0.8), outer};
+    const Vec3d by{random.uniform(2, 4), random.uniform(-0.2, 0.2), random.uniform(-0.2, 0.2)};
+    const Vec3d start{-2, 0, 0};
+    const std::vector<Segment> sweeps = {
+        test::translating(Ball<double>{}, start, by, thresholds),
+        test::translating(Capsule<double>{random.in_box(0.3)}, start, by, thresholds),
+        test::translating(PointSet<double>{{random.in_box(0.3), random.in_box(0.3)}, {}, 8}, start, by, thresholds),
+        test::translating(PointSet<double>{{}, {{random.in_box(0.3), random.in_box(0.3), random.in_box(0.3)}}, 8},
+                          start, by, thresholds)};
+    std::vector<Vec3d> points;
+    for (int i = 0; i < 1000; ++i) {
+      // Near the rim of what the ball sweeps.
+      const double angle = random.uniform(0, 6.3);
+      const double radius = outer * (i % 2 == 0 ? random.uniform(0.9, 1.001) : random.uniform(0, 1.4));
+      points.push_back(start + by * random.uniform(-0.1, 1.1) + Vec3d{0, std::cos(angle), std::sin(angle)} * radius);
+    }
+    for (const Segment& segment : sweeps) {
+      Flow cut;
+      for (int i = 0; i < 50; ++i) {
+        Segment piece = segment;
+        piece.begin = i / 50.0;
+        piece.end = (i + 1) / 50.0;
+        cut.segments.push_back(piece);
+      }
+      for (const double tolerance : {1e-5, 1e-6}) {
+        const auto whole = moved(Flow{{segment}}, points, precisely(tolerance));
+        const auto pieces = moved(cut, points, precisely(tolerance));
+        worst = std::fmax(worst, test::greatest_distance(whole, pieces) / tolerance);
+      }
+    }
+  }
+  EXPECT_LT(worst, 10);
+  RecordProperty("worst_in_tolerances", std::to_string(worst));
+}
+
+TEST(Advect, PointsThatNoToolTouchesKeepTheirBits) {
+  Random random(64);
+  for (int round = 0; round < 10; ++round) {
+    for (const NamedSegment& named : test::random_segments(random)) {
+      if (std::holds_alternative<HalfSpace<double>>(named.segment.fields[0].region)) continue;
+      for (const Precision precision : {Precision::float32, Precision::float64}) {
+        auto points = test::random_points(random, 300, 3.0);
+        points.push_back({-0.0, 30.0, -0.0});  // a negative zero is a bit pattern too
+        AdvectOptions options = precisely(1e-5);
+        options.precision = precision;
+        const auto after = moved(Flow{{named.segment}}, points, options);
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          bool outside = true;
+          for (const Field& field : named.segment.fields) {
+            for (int k = 0; k <= 100; ++k) {
+              const Vec3d d = points[i] - field.center - named.segment.displacement * (k / 100.0);
+              outside = outside && region_value(field, d).value > field.thresholds.outer * 1.01;
+            }
+          }
+          if (outside) {
+            EXPECT_EQ(bits({after[i]}), bits({points[i]})) << named.name;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(Advect, PointsOfTheRigidCoreMoveExactlyWithTheTool) {
+  Random random(65);
+  for (int round = 0; round < 50; ++round) {
+    const Vec3d c = random.in_box(5);
+    const Vec3d by = random.in_box(1);
+    const Flow flow{{test::translating(Ball<double>{}, c, by, {0.5, 0.7})}};
+    std::vector<Vec3d> points;
+    std::vector<Vec3d> expected;
+    for (int i = 0; i < 50; ++i) {
+      points.push_back(c + random.unit() * random.uniform(0, 0.4999));
+      expected.push_back(points.back() + by);
+    }
+    AdvectOptions options;
+    EXPECT_EQ(bits(moved(flow, points, options)), bits(expected));
+  }
+}
+
+TEST(Advect, DoesNotDependOnThreadsNorOnTheOrderOfThePoints) {
+  Random random(66);
+  Flow flow;
+  for (const NamedSegment& named : test::random_segments(random)) flow.segments.push_back(named.segment);
+  const auto points = test::random_points(random, 5000);
+  std::vector<std::size_t> order(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::shuffle(order.begin(), order.end(), std::mt19937(66));
+  std::vector<Vec3d> shuffled;
+  for (const std::size_t i : order) shuffled.push_back(points[i]);
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    AdvectOptions options = precisely(1e-5);
+    options.precision = precision;
+    options.threads = 1;
+    const auto one = moved(flow, points, options);
+    options.threads = 2;
+    EXPECT_EQ(bits(moved(flow, points, options)), bits(one));
+    const auto permuted = moved(flow, shuffled, options);
+    for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(bits({permuted[i]}), bits({one[order[i]]}));
+  }
+}
+
+// The tool, the points and the path far from the origin: the displacement is that near the origin, up to the rounding
+// of the positions themselves.
+TEST(Advect, FloatEvaluationDoesNotMindPositionsFarFromTheOrigin) {
+  Random random(67);
+  const Vec3d far{1000, -2000, 500};
+  const Segment near_segment = test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.8});
+  Segment far_segment = near_segment;
+  far_segment.fields[0].center = far;
+  auto near = test::random_points(random, 500);
+  std::vector<Vec3d> away;
+  for (Vec3d& p : near) {
+    away.push_back(p + far);
+    p = away.back() - far;
+  }
+  AdvectOptions options;
+  const auto near_moved = moved(Flow{{near_segment}}, near, options);
+  const auto far_moved = moved(Flow{{far_segment}}, away, options);
+  double worst = 0;
+  for (std::size_t i = 0; i < near.size(); ++i) worst = std::fmax(worst, norm(far_moved[i] - far - near_moved[i]));
+  EXPECT_LT(worst, 1e-12);
+}
+
+TEST(Advect, CylinderMovesOnlyWhatIsWithinItAtTheStart) {
+  Random random(68);
+  Segment bend = test::resting(Rotation<double>{{0, 0, 1}, 1.2, 1}, HalfSpace<double>{{1, 0, 0}, {0, 0, 1}, 0.6},
+                               {0, 0, 0}, {-0.3, 0.3});
+  const auto points = test::random_points(random, 2000);
+  const auto free = moved(Flow{{bend}}, points, precisely());
+  bend.cylinder = Cylinder{{0, 0, 0}, {1, 0, 0}, 0.4};
+  const Flow flow{{bend}};
+  const auto restricted = moved(flow, points, precisely());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const bool within = std::hypot(points[i].y, points[i].z) <= 0.4;
+    EXPECT_EQ(restricted[i], within ? free[i] : points[i]);
+  }
+  // Backwards: what came from within the cylinder is taken back to where it was.
+  const auto back = moved(inverse(flow), restricted, precisely());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (std::hypot(points[i].y, points[i].z) < 0.399) {
+      EXPECT_LT(norm(back[i] - points[i]), 1e-8);
+    }
+  }
+  // The second half alone asks where the points were at the start, too.
+  Segment first = bend;
+  first.end = 0.5;
+  Segment second = bend;
+  second.begin = 0.5;
+  std::vector<Vec3d> inside;
+  for (const Vec3d& p : points) {
+    if (std::hypot(p.y, p.z) < 0.399) inside.push_back(p);
+  }
+  EXPECT_LT(
+      test::greatest_distance(moved(Flow{{first, second}}, inside, precisely()), moved(flow, inside, precisely())),
+      1e-8);
+}
+
+TEST(Advect, CountsStepsPerPointAndReportsProgress) {
+  Random random(69);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8}),
+                   test::translating(Ball<double>{}, {0.5, 0, 0}, {0, 0.5, 0}, {0.1, 0.8})}};
+  auto points = test::random_points(random, 3000);
+  std::vector<std::uint32_t> steps(points.size(), 7);
+  Progress progress;
+  AdvectOptions options = precisely(1e-6);
+  options.steps = steps;
+  options.progress = &progress;
+  const AdvectResult result = advect(flow, points, options);
+  std::uint64_t sum = 0;
+  for (const std::uint32_t s : steps) sum += s - 7;
+  EXPECT_EQ(sum, result.accepted_steps);
+  EXPECT_GT(result.accepted_steps, 3000U);
+  EXPECT_GE(result.evaluations, 6 * (result.accepted_steps + result.rejected_steps));
+  EXPECT_EQ(progress.done, 6000U);
+}
+
+TEST(Advect, StopsWhenCancelled) {
+  Random random(70);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8})}};
+  auto points = test::random_points(random, 3000);
+  Progress progress;
+  progress.cancel = true;
+  AdvectOptions options = precisely(1e-6);
+  options.progress = &progress;
+  EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
+}
+
+TEST(Advect, RefusesWhatMeansNothing) {
+  std::vector<Vec3d> points(1);
+  AdvectOptions options;
+  const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
+  options.tolerance = 0;
+  EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput);
+  options = {};
+  Segment bad = good;
+  bad.fields[0].thresholds = {0.8, 0.8};
+  EXPECT_THROW(advect(Flow{{bad}}, points, options), InvalidInput);
+  std::vector<std::uint32_t> steps(2);
+  options.steps = steps;
+  EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput);
+}
+
+}  // namespace
+}  // namespace knead

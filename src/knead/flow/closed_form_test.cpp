@@ -1,0 +1,54 @@
+#include "knead/flow/closed_form.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "support/random_segments.h"
+
+namespace knead {
+namespace {
+
+using test::Random;
+
+// Wherever a closed form is given it must be what integration finds, for the whole segment, parts of it and backwards.
+TEST(ClosedForm, IsWhatIntegrationFinds) {
+  Random random(71);
+  std::map<std::string, int> given;
+  for (int round = 0; round < 15; ++round) {
+    for (const auto& [name, whole] : test::random_segments(random)) {
+      Segment segment = whole;
+      if (round % 3 == 1) std::swap(segment.begin, segment.end);
+      if (round % 3 == 2) segment.begin = random.uniform(0, 0.5);
+      for (const Vec3d& x : test::random_points(random, 60, 0.7)) {
+        const std::optional<Vec3d> displacement = closed_form(segment, x);
+        if (!displacement) continue;
+        ++given[name];
+        const Vec3d integrated =
+            test::moved(Flow{{test::without_closed_form(segment)}}, {x}, test::precisely(1e-11))[0];
+        EXPECT_LT(norm(x + *displacement - integrated), 1e-9) << name;
+      }
+    }
+  }
+  for (const char* name : {"ball", "capsule", "rotate", "stretch", "twist", "oblique twist", "bend"}) {
+    EXPECT_GT(given[name], 10) << name;
+  }
+  EXPECT_EQ(given["blended ball"] + given["two parts"], 0);
+}
+
+TEST(ClosedForm, AnglesOfManyTurnsAreNotMistaken) {
+  // Points far up a twist turn many times; the half-space's normal is oblique, so they leave and enter it.
+  Random random(72);
+  const Segment twist = test::resting(Twist<double>{{0, 0, 1}, 25, 0}, HalfSpace<double>{normalized(Vec3d{1, 0, 2})},
+                                      {0, 0, 0}, {0.1, 0.4});
+  for (const Vec3d& x : test::random_points(random, 200, 0.8)) {
+    if (const std::optional<Vec3d> displacement = closed_form(twist, x)) {
+      const Vec3d integrated = test::moved(Flow{{test::without_closed_form(twist)}}, {x}, test::precisely(1e-11))[0];
+      EXPECT_LT(norm(x + *displacement - integrated), 1e-8);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace knead

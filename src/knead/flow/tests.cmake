@@ -1,0 +1,9 @@
+knead_test(
+  knead_flow_test
+  SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/advect_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/closed_form_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/contact_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/tableau_test.cpp)

@@ -1,0 +1,1 @@
+knead_test(knead_math_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/math_test.cpp)
