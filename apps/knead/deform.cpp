@@ -172,24 +172,30 @@ void run_deform(const DeformOptions& options) {
 }
 
 void add_options(CLI::App& app, DeformOptions& options) {
-  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY or OBJ")->required();
-  app.add_option("SESSION", options.session, "The strokes: a .knead file")->required();
-  app.add_option("-o,--output", options.output, "The file to write: .ply or .obj; may be SHAPE itself")->required();
+  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY or OBJ")->required()->type_name("");
+  app.add_option("SESSION", options.session, "The strokes: a .knead file")->required()->type_name("");
+  app.add_option("-o,--output", options.output, "The file to write: .ply or .obj; may be SHAPE itself")
+      ->required()
+      ->type_name("FILE");
   app.add_option("--tolerance", options.tolerance,
                  "Position error of one path line over one segment, relative to the shape's box diagonal")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("T");
   app.add_option("--integrator", options.integrator,
                  "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->type_name("NAME");
   app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
-      ->capture_default_str();
-  app.add_option("--backend", options.backend, "cpu")->capture_default_str();
-  app.add_option("--threads", options.threads, "How many threads (all); the result is the same");
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--backend", options.backend, "cpu")->capture_default_str()->type_name("NAME");
+  app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
   app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
-  app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third");
+  app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third")->type_name("S");
   app.add_option("--frames", options.frames,
-                 "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d");
-  app.add_option("--report", options.report, "Write a JSON report to this file; -: standard output");
+                 "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d")
+      ->type_name("N");
+  app.add_option("--report", options.report, "Write a JSON report to this file; -: standard output")->type_name("FILE");
   add_common_options(app, options.common);
 }
 

@@ -106,7 +106,7 @@ void run_info(const InfoOptions& options) {
 Subcommand add_info(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("info", "What is in a file: counts, closed?, manifold?, volume, area, box");
   const auto options = std::make_shared<InfoOptions>();
-  app->add_option("SHAPE", options->shape, "A mesh or point cloud: PLY or OBJ")->required();
+  app->add_option("SHAPE", options->shape, "A mesh or point cloud: PLY or OBJ")->required()->type_name("");
   add_common_options(*app, options->common);
   add_examples(*app,
                "  knead info hand.ply\n"

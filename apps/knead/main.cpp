@@ -9,6 +9,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "command.h"
 #include "interrupt.h"
@@ -22,7 +23,7 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   app.add_flag("--json", options.json, "The result as one JSON object on standard output");
 }
 
-void add_examples(CLI::App& app, const std::string& examples) { app.footer("\nExamples:\n" + examples); }
+void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
 
 namespace {
 
@@ -62,13 +63,24 @@ void check_first_word(int argc, char** argv, const Subcommands& subcommands) {
   throw UsageError("no command '" + word + "'; say one of " + names);
 }
 
-std::string help_hint(const CLI::App& app) {
+// The subcommand's own help, or the one of all.
+std::string help_of(const CLI::App& app) {
   const auto chosen = app.get_subcommands();
-  return " (see knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help)";
+  return "knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
+}
+
+// The parser lists everything after a wrong option, its value among it; the first wrong word is what helps.
+std::string unexpected_word(const CLI::App& app) {
+  std::vector<std::string> words = app.remaining(true);
+  std::erase(words, "--");
+  if (words.empty()) return "too many arguments";
+  const auto option = std::find_if(words.begin(), words.end(), [](const auto& word) { return word.starts_with('-'); });
+  if (option != words.end()) return "no option " + *option;
+  return "'" + words.front() + "' is one argument too many";
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("Deforms 3D shapes by divergence-free vector fields: no self-intersections, volume kept.", "knead");
+  CLI::App app("Deforms 3D shapes by divergence-free vector fields, which keep volume and never fold space.", "knead");
   app.set_version_flag("--version", "knead " KNEAD_VERSION);
   app.require_subcommand(1);
   add_examples(app,
@@ -85,10 +97,12 @@ int run(int argc, char** argv) {
   } catch (const CLI::CallForVersion&) {
     print(app.version() + "\n");
     return kDone;
+  } catch (const CLI::ExtrasError&) {
+    return fail(kWrongUsage, unexpected_word(app) + "; see " + help_of(app));
   } catch (const CLI::ParseError& error) {
-    return fail(kWrongUsage, error.what() + help_hint(app));
+    return fail(kWrongUsage, error.what() + ("; see " + help_of(app)));
   } catch (const UsageError& error) {
-    return fail(kWrongUsage, error.what() + help_hint(app));
+    return fail(kWrongUsage, error.what() + (" (see " + help_of(app) + ")"));
   }
   const auto chosen =
       std::find_if(subcommands.begin(), subcommands.end(), [](const Subcommand& each) { return each.app->parsed(); });

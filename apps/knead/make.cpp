@@ -57,9 +57,12 @@ void run_make(const MakeOptions& options, bool with_count) {
 Subcommand add_make(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("make", "A shape made by computation: closed, in one piece, of triangles");
   const auto options = std::make_shared<MakeOptions>();
-  app->add_option("KIND", options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")))->required();
-  CLI::Option* count = app->add_option("-n,--vertices", options->vertices, "About so many (each kind has its default)");
-  app->add_option("-o,--output", options->output, "The file: .ply (binary, float coordinates) or .obj")->required();
+  app->add_option("KIND", options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")))->required()->type_name("");
+  CLI::Option* count =
+      app->add_option("-n,--vertices", options->vertices, "About so many (each kind has its default)")->type_name("N");
+  app->add_option("-o,--output", options->output, "The file: .ply (binary, float coordinates) or .obj")
+      ->required()
+      ->type_name("FILE");
   add_common_options(*app, options->common);
   add_examples(*app,
                "  knead make hand -o hand.ply\n"

@@ -154,16 +154,22 @@ void run_render(const RenderOptions& options) {
 }
 
 void add_options(CLI::App& app, RenderOptions& options) {
-  app.add_option("SHAPE", options.shapes, "One or more meshes or point clouds, drawn side by side")->required();
-  app.add_option("-o,--output", options.output, "The .png file to write")->required();
+  app.add_option("SHAPE", options.shapes, "One or more meshes or point clouds, drawn side by side")
+      ->required()
+      ->type_name("");
+  app.add_option("-o,--output", options.output, "The .png file to write")->required()->type_name("FILE");
   app.add_option("--session", options.session,
-                 "Draw this session's tools over the first shape: r = inner red, r = outer green");
-  app.add_option("--stroke", options.stroke, "Only the tool of this stroke, counted from 1");
-  app.add_option("--size", options.size, "WIDTHxHEIGHT of the whole picture in pixels")->capture_default_str();
+                 "Draw this session's tools over the first shape: r = inner red, r = outer green")
+      ->type_name("FILE");
+  app.add_option("--stroke", options.stroke, "Only the tool of this stroke, counted from 1")->type_name("N");
+  app.add_option("--size", options.size, "WIDTHxHEIGHT of the whole picture in pixels")
+      ->capture_default_str()
+      ->type_name("WxH");
   app.add_option("--view", options.view,
                  "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees; y is up")
-      ->capture_default_str();
-  app.add_option("--background", options.background, "white or transparent")->capture_default_str();
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--background", options.background, "white or transparent")->capture_default_str()->type_name("COLOR");
   app.add_flag("--no-ground", options.no_ground, "No shadow on the ground");
   app.add_flag("--flat", options.flat, "One shade for each face");
   app.add_flag("--wireframe", options.wireframe, "The faces' edges as lines");

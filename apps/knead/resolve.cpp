@@ -44,9 +44,11 @@ void run_resolve(const ResolveOptions& options) {
 Subcommand add_resolve(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("resolve", "Write the session as strokes that read no surface");
   const auto options = std::make_shared<ResolveOptions>();
-  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY or OBJ")->required();
-  app->add_option("SESSION", options->session, "The strokes: a .knead file")->required();
-  app->add_option("-o,--output", options->output, "The .knead file to write")->required();
+  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY or OBJ")
+      ->required()
+      ->type_name("");
+  app->add_option("SESSION", options->session, "The strokes: a .knead file")->required()->type_name("");
+  app->add_option("-o,--output", options->output, "The .knead file to write")->required()->type_name("FILE");
   add_common_options(*app, options->common);
   add_examples(*app,
                "  knead resolve hand.ply paint.knead -o flow.knead\n"

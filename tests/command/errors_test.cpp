@@ -75,7 +75,7 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
   };
   for (const Words& words : wrong) {
     SCOPED_TRACE(::testing::PrintToString(words));
-    expect_error(knead(words), 2, "--help)");
+    expect_error(knead(words), 2, " --help");
   }
   EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
 }
