@@ -7,7 +7,9 @@ function(knead_configure target)
     PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
             -Wimplicit-fallthrough -Werror
             # The same bits from every compiler: no contraction of a * b + c (architecture, decision 3).
-            -ffp-contract=off)
+            -ffp-contract=off
+            # g++ 12's SLP vectoriser drops the rounding of double -> float -> double on neighbouring components.
+            $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
   if(KNEAD_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${KNEAD_SANITIZE} -fno-omit-frame-pointer
                                              -fno-sanitize-recover=all)

@@ -48,7 +48,8 @@ inline std::vector<NamedSegment> random_segments(Random& random) {
   result.push_back({"capsule", translating(Capsule<double>{half}, center(), by, thresholds(), normalized(half), 0.0)});
   result.push_back({"blended ball", translating(Ball<double>{}, center(), by, thresholds())});
   result.back().segment.time_law = TimeLaw::blended;
-  result.push_back({"blended capsule", translating(Capsule<double>{half}, center(), by, thresholds())});
+  result.push_back(
+      {"blended capsule", translating(Capsule<double>{half}, center(), by * 0.5, thresholds(), normalized(half), 0.0)});
   result.back().segment.time_law = TimeLaw::blended;
   result.push_back({"points", translating(random_point_set(random, false), center(), by * 0.5, {0, 0.4})});
   result.push_back({"curves", translating(random_point_set(random, true), center(), by * 0.5, {0, 0.4})});

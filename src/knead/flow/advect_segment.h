@@ -129,8 +129,9 @@ AdvectResult advect_segment(const Segment& segment, std::span<Vec3d> points, con
   for (const Field& field : segment.fields) {
     sum.parts.push_back(with_field<S>(segment, field, [](const auto& kernel) {
       using Part = typename FieldSum<S>::Part;
-      return Part{[kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.velocity(x0, moved, t); },
-                  [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.turning(x0, moved, t); }};
+      return Part{
+          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.velocity(x0, moved, t); },
+          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.hidden_speed(x0, moved, t); }};
     }));
   }
   return advect_with<S>(sum, segment, points, options);

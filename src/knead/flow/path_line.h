@@ -52,9 +52,13 @@ struct SingleField {
            knead::velocity(motion, region, thresholds, d - displacement, s) * s;
   }
 
-  // How fast the region passes a resting point by turning.
-  S turning(const Vec3d& x0, const Vec3<S>& moved, double t) const {
-    return turning_speed(region, Vec3<S>(x0 - center) + moved - displacement * static_cast<S>(t), t);
+  // A speed at which r may change besides that of the point relative to the tool's frame: by turning, or by the part of
+  // a blended field whose weight is still small.
+  S hidden_speed(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
+    if (!blended) return turning_speed(region, d - displacement * static_cast<S>(t), t);
+    return std::max(norm(knead::velocity(motion, region, thresholds, d, S(0))),
+                    norm(knead::velocity(motion, region, thresholds, d - displacement, S(0))));
   }
 };
 
@@ -63,7 +67,7 @@ template <class S>
 struct FieldSum {
   struct Part {
     std::function<Vec3<S>(const Vec3d&, const Vec3<S>&, double)> velocity;
-    std::function<S(const Vec3d&, const Vec3<S>&, double)> turning;
+    std::function<S(const Vec3d&, const Vec3<S>&, double)> hidden_speed;
   };
   std::vector<Part> parts;
 
@@ -72,9 +76,9 @@ struct FieldSum {
     for (const Part& part : parts) sum += part.velocity(x0, moved, t);
     return sum;
   }
-  S turning(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+  S hidden_speed(const Vec3d& x0, const Vec3<S>& moved, double t) const {
     S greatest{0};
-    for (const Part& part : parts) greatest = std::max(greatest, part.turning(x0, moved, t));
+    for (const Part& part : parts) greatest = std::max(greatest, part.hidden_speed(x0, moved, t));
     return greatest;
   }
 };
@@ -154,9 +158,10 @@ class PathLine {
  private:
   // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
   // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
-  static constexpr double kSafety = 0.1;
-  // Steps are never shorter than this part of the longest: there the estimate is rounding, which no step size mends.
-  static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 128) : S(1e-7);
+  static constexpr double kSafety = 0.03;
+  // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no step
+  // size mends.
+  static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 256) : S(1e-7);
   static constexpr std::uint32_t kStepLimit = 1'000'000;
 
   void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
@@ -173,8 +178,8 @@ class PathLine {
   // The longest step that jumps over nothing: neither the point nor the region passes the other by more than a fifth of
   // the intermediate region's width.
   S longest_step(double t) const {
-    const S turning = kernel_.turning(x0_, moved_, t);
-    const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + turning;
+    const S hidden = kernel_.hidden_speed(x0_, moved_, t);
+    const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
     return speed > S(0) ? reach_ / speed : std::numeric_limits<S>::infinity();
   }
 
@@ -183,7 +188,7 @@ class PathLine {
   bool step(double& t, S& trial, PathLineStats& stats) {
     const double remaining = std::abs(segment_.end - t);
     const S longest = longest_step(t);
-    const S shortest = longest * kShortest;
+    const S shortest = std::min(longest, S(1)) * kShortest;
     double h = std::min(std::max(trial, shortest), longest);
     const bool last = h >= remaining;
     if (last) h = remaining;
