@@ -264,7 +264,7 @@ TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
 }
 
 TEST(Replay, WarnsWithTheLine) {
-  const Session session = session_of({ImplicitStroke{{{-1, 0, 0}, {1, 0, 0}}, 0.95, 1}});
+  const Session session = session_of({ImplicitStroke{{{-1, 0, 90}, {1, 0, 90}}, 0.95, 1}});
   ReplayOptions options;
   options.tolerance = 1e-7;
   const std::vector<std::string> warnings = replay(bar(), session, options).warnings;
