@@ -54,12 +54,16 @@ Vec3d barycentre(const PointsStroke& stroke, const Part& part) {
   return origin + sum / weight;
 }
 
-// The curve relative to c; a point that repeats the one before is left out.
+// The curve relative to c; a point that repeats the one before is left out, also where single precision cannot tell
+// the two apart, unless that would leave no curve.
 std::vector<Vec3d> curve_about(const std::vector<Vec3d>& curve, const Vec3d& c) {
-  std::vector<Vec3d> result;
-  for (const Vec3d& p : curve) result.push_back(p - c);
-  result.erase(std::unique(result.begin(), result.end()), result.end());
-  return result;
+  std::vector<Vec3d> exact;
+  for (const Vec3d& p : curve) exact.push_back(p - c);
+  exact.erase(std::unique(exact.begin(), exact.end()), exact.end());
+  std::vector<Vec3d> result = exact;
+  const auto same = [](const Vec3d& p, const Vec3d& q) { return Vec3f(p) == Vec3f(q); };
+  result.erase(std::unique(result.begin(), result.end(), same), result.end());
+  return result.size() < 2 ? exact : result;
 }
 
 Field field_of(const PointsStroke& stroke, const Part& part) {

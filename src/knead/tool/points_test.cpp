@@ -83,6 +83,16 @@ TEST(PointsStroke, CurvesHaveTheSameCentreHoweverTheyAreCut) {
   EXPECT_NO_THROW(validate(flow_of(fine)));
 }
 
+TEST(PointsStroke, LeavesOutPiecesThatSinglePrecisionCannotTell) {
+  PointsStroke stroke;
+  stroke.curves = {{{-0.5, 0.1, 1}, {0.3, 0.3, 1}, {0.3, 0.3 + 1e-12, 1}, {0.6, -0.2, 1}}};
+  stroke.outer = 0.5;
+  stroke.displacements = {{0, 0, 0.2}};
+  std::vector<Vec3d> points{{0.35, 0.35, 1.1}};
+  EXPECT_EQ(advect(flow_of(stroke), points, {}).status, AdvectStatus::done);
+  EXPECT_TRUE(is_finite(points[0]));
+}
+
 TEST(PointsStroke, WeighsACurveByItsLengthInUnitsOfOuter) {
   PointsStroke stroke;
   stroke.points = {{0, 0, 0}};
