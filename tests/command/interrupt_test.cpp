@@ -42,7 +42,9 @@ TEST_F(InterruptTest, AtAnyMoment) {
     Process process({"deform", "big.ply", "long.knead", "-o", "out.ply"}, folder());
     std::this_thread::sleep_for(delay);
     process.send(SIGINT);
-    expect_error(process.wait(), 130, "interrupted");
+    const Outcome outcome = process.wait();
+    const bool before_main = outcome.exit_code == -SIGINT;  // on a busy machine
+    if (!before_main) expect_error(outcome, 130, "interrupted");
     EXPECT_EQ(files(), (Words{"big.ply", "long.knead"}));
   }
 }
@@ -57,15 +59,14 @@ TEST_F(InterruptTest, KeepsTheOldOutput) {
 }
 
 TEST_F(InterruptTest, WhileWriting) {
-  write("none.knead", kNoStrokes);
   for (int i = 0; i < 12; ++i) {
     Process process({"make", "sphere", "-n", "1000000", "-o", "out.obj", "-q"}, folder());
     std::this_thread::sleep_for(100ms * (i + 1));
     process.send(SIGINT);
     const Outcome outcome = process.wait();
     const bool finished = outcome.exit_code == 0;
-    EXPECT_TRUE(finished || outcome.exit_code == 130) << outcome.exit_code;
-    Words expected{"big.ply", "long.knead", "none.knead"};
+    EXPECT_TRUE(finished || outcome.exit_code == 130 || outcome.exit_code == -SIGINT) << outcome.exit_code;
+    Words expected{"big.ply", "long.knead"};
     if (finished) expected.push_back("out.obj");
     EXPECT_EQ(files(), expected);
     if (finished) break;
