@@ -40,7 +40,7 @@ struct OracleSegment {
   std::vector<OracleField> fields;
   Vec3d displacement;
   bool blended = false;
-  double longest_step = 0.002;
+  double longest_step = 0.01;
   std::function<bool(const Vec3d& x)> member = [](const Vec3d&) { return true; };
 };
 
@@ -74,7 +74,7 @@ Vec3d integrate(const OracleSegment& segment, const Vec3d& x, double size) {
   namespace odeint = boost::numeric::odeint;
   State state{x.x, x.y, x.z};
   const auto stepper =
-      odeint::make_controlled(1e-12 * size, 0.0, segment.longest_step, odeint::runge_kutta_fehlberg78<State>());
+      odeint::make_controlled(1e-14 * size, 0.0, segment.longest_step, odeint::runge_kutta_dopri5<State>());
   const auto rate = [&](const State& y, State& dydt, double t) {
     const Vec3d v = segment_velocity(segment, {y[0], y[1], y[2]}, t);
     dydt = {v.x, v.y, v.z};
@@ -177,10 +177,13 @@ Scalar curve_distance(const std::vector<Vec3d>& curve, const Vec3d& d) {
                                                0.10122853629037625915};
   double integral = 0;
   Vec3d gradient{0, 0, 0};
+  bool touches = false;
   const std::function<void(const Vec3d&, const Vec3d&)> add = [&](const Vec3d& a, const Vec3d& b) {
     const Vec3d e = b - a;
     const double along = std::fmin(1.0, std::fmax(0.0, dot(e, d - a) / norm2(e)));
-    if (norm(e) > 0.5 * norm(d - a - e * along)) {
+    const double distance = norm(d - a - e * along);
+    touches = touches || distance < 1e-12;
+    if (!touches && norm(e) > 0.5 * distance) {
       const Vec3d middle = (a + b) * 0.5;
       add(a, middle);
       add(middle, b);
@@ -196,6 +199,7 @@ Scalar curve_distance(const std::vector<Vec3d>& curve, const Vec3d& d) {
     }
   };
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) add(curve[i], curve[i + 1]);
+  if (touches) return {};
   const double r = std::pow(0.75 * integral, -0.25);
   return {r, gradient * (-0.25 * r / integral)};
 }
@@ -225,7 +229,7 @@ double radians(double degrees) { return degrees * std::numbers::pi / 180; }
 OracleSegment sweep(OracleField field, const Vec3d& by) {
   OracleSegment segment;
   segment.displacement = by;
-  segment.longest_step = std::fmin(0.002, 0.005 * (field.outer - field.inner) / norm(by));
+  segment.longest_step = std::fmin(0.01, 0.02 * (field.outer - field.inner) / norm(by));
   segment.fields.push_back(std::move(field));
   return segment;
 }

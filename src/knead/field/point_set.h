@@ -31,7 +31,9 @@ template <class T, class S>
 T squared_distance_to_segment(const Vec3<T>& d, const Vec3<S>& a, const Vec3<S>& b) {
   const Vec3<S> e = b - a;
   const Vec3<T> from_a = d - Vec3<T>(a);
-  const T along = minimum(maximum(dot(Vec3<T>(e), from_a) / T(norm2(e)), T(0)), T(1));
+  const S length2 = norm2(e);
+  const T inverse(length2 > S(0) ? S(1) / length2 : S(0));
+  const T along = minimum(maximum(dot(Vec3<T>(e), from_a) * inverse, T(0)), T(1));
   return norm2(from_a - Vec3<T>(e) * along);
 }
 
@@ -95,6 +97,7 @@ RegionValue<T> curve_distance(const Vec3<T>& d, const std::vector<Vec3<S>>& curv
   for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
     const Vec3<S> edge = curve[i + 1] - curve[i];
     const S length = norm(edge);
+    if (length == S(0)) continue;  // two points that differ in double only
     const Vec3<T> from_a = (d - Vec3<T>(curve[i])) * scale;
     const CurveIntegral<T> part = segment_integral(from_a, Vec3<T>(edge / length), T(length) * scale);
     sum.value = sum.value + part.value;

@@ -48,7 +48,6 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
     if (!complete || (options.progress != nullptr && options.progress->cancel)) return;
     PathLine<S, Kernel> line(segment, kernel, method, coefficients, options.tolerance);
     PathLine<S, Kernel> line_to_start(to_start, kernel, method, coefficients, options.tolerance);
-    PathLineStats chunk_stats;
     for (std::size_t i = begin; i < end; ++i) {
       PathLineStats stats;
       Vec3d& x = points[i];

@@ -159,8 +159,8 @@ class PathLine {
   // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
   // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
   static constexpr double kSafety = 0.03;
-  // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no step
-  // size mends.
+  // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no
+  // step size mends.
   static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 256) : S(1e-7);
   static constexpr std::uint32_t kStepLimit = 1'000'000;
 
@@ -180,7 +180,10 @@ class PathLine {
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
-    return speed > S(0) ? reach_ / speed : std::numeric_limits<S>::infinity();
+    const S longest = speed > S(0) ? reach_ / speed : std::numeric_limits<S>::infinity();
+    if (segment_.time_law == TimeLaw::swept) return longest;
+    const double from_end = std::min(t, 1 - t);
+    return std::min(longest, static_cast<S>(std::max(0.5 * from_end, 1.0 / 32)));
   }
 
   // Tries one step from t, of at most `trial`; on success advances t and the state. Returns whether k_[0] is still
@@ -201,7 +204,7 @@ class PathLine {
     const S noise = S(8) * std::numeric_limits<S>::epsilon() * norm(slope);
     const bool accept = error <= tolerance_ + noise || static_cast<S>(h) <= shortest;
     trial = static_cast<S>(h) * step_factor(error);
-    stats.complete = (accept ? ++stats.accepted : ++stats.rejected) < kStepLimit;
+    stats.complete = (accept ? ++stats.accepted : ++stats.rejected) < kStepLimit && std::isfinite(error);
     if (!accept) return true;
     moved_ += slope * signed_h;
     t = last ? segment_.end : t + direction_ * h;
