@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# The demo that `./dev demo` runs: a hand is made, two of its fingers bent and a bump painted on its palm by the session
+# peace.knead, and what came of it is measured and drawn. Everything is written into out/demo.
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+knead=${KNEAD:-knead}
+out=$(dirname "$here")/out/demo
+mkdir -p "$out"
+
+"$knead" make hand -o "$out/hand.ply"
+"$knead" deform "$out/hand.ply" "$here/peace.knead" --report "$out/report.json" -o "$out/peace.ply"
+"$knead" deform "$out/peace.ply" "$here/peace.knead" --inverse -q -o "$out/hand_again.ply"
+drawn=
+if "$knead" render "$out/hand.ply" "$out/peace.ply" --session "$here/peace.knead" --view 25,14 --size 1600x800 -q \
+  -o "$out/before_after.png"; then
+  drawn="  before_after.png   before, with the tools of the session, and after
+"
+else
+  printf 'The pictures are left out; all else is there.\n' >&2
+fi
+
+cat <<END
+
+Written to $out:
+  hand.ply           the hand
+  peace.ply          the hand deformed by $here/peace.knead
+  report.json        volume error, moved vertices, steps, seconds
+  hand_again.ply     peace.ply taken back by the same session
+$drawn
+What to try next, with a shape of your own (PLY or OBJ):
+  $knead info SHAPE
+  cp "$here/peace.knead" mine.knead        a stroke is a line: change its numbers, add others
+  $knead deform SHAPE mine.knead -o OUT
+  $knead render SHAPE OUT --session mine.knead -o picture.png
+docs/session.md has every tool, docs/command.md every option.
+END
