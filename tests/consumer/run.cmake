@@ -9,4 +9,6 @@ run(${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK_DIR}/build -G Ninja -DCMAKE_PREFIX_PATH=${WORK_DIR}/prefix
     -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS})
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
-run(${WORK_DIR}/build/consumer)
+run(${WORK_DIR}/build/consumer ${WORK_DIR}/sphere.ply)
+run(${WORK_DIR}/build/pull ${WORK_DIR}/sphere.ply ${WORK_DIR}/pulled.ply)
+run(${WORK_DIR}/build/consumer ${WORK_DIR}/sphere.ply ${WORK_DIR}/pulled.ply)
