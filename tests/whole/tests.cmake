@@ -1,0 +1,8 @@
+knead_test(
+  knead_whole_test
+  SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/documents_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/volume_test.cpp
+  LIBRARIES
+  fmt::fmt)
+target_compile_definitions(knead_whole_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}")
