@@ -7,8 +7,8 @@
 namespace knead {
 
 // Calls body(begin, end) for consecutive chunks of at most `grain` indices that together cover [0, count) once, on at
-// most `threads` threads (0: all of the machine's; never more). Chunk boundaries depend on count and grain only, never on the
-// number of threads. Returns when every call has returned; the first exception thrown by a body is rethrown.
+// most `threads` threads (0: all of the machine's; never more). Chunk boundaries depend on count and grain only, never
+// on the number of threads. Returns when every call has returned; the first exception thrown by a body is rethrown.
 void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 
