@@ -16,9 +16,9 @@ constexpr double kTraceResolution = 1e-4;
 struct Approach {
   Vec3d d;         // x - c(t)
   Vec3d velocity;  // of d, per unit of advance
-  double t;
-  double direction;  // +1 or -1: the sign of time
-  double advance;    // at most this much time is left
+  double t = 0;
+  double direction = 1;  // +1 or -1: the sign of time
+  double advance = 0;    // at most this much time is left
 };
 
 // The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.

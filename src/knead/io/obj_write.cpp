@@ -72,7 +72,7 @@ Lines lines_of(const Mesh& mesh, const char* attribute_name, const char* keyword
   std::unordered_map<std::array<double, N>, std::size_t, HashBits<N>> known;
   for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
     const std::size_t element = attribute->domain == Domain::corner ? c : mesh.corner_vertex[c];
-    std::array<double, N> values;
+    std::array<double, N> values{};
     for (std::size_t i = 0; i < N; ++i) values[i] = attribute->values[element * N + i];
     const auto [entry, is_new] = known.try_emplace(values, known.size() + 1);
     if (is_new) {

@@ -98,7 +98,7 @@ void check_range(const Mesh& mesh) {
 
 void append_corner_uv(std::string& bytes, const Mesh& mesh, const Attribute& uv, std::size_t f, NumberType length) {
   append_binary(bytes, length, 2.0 * static_cast<double>(mesh.face(f).size()), is_swapped(PlyEncoding::little_endian));
-  for (std::size_t i = 2 * mesh.face_begin[f]; i < 2 * std::size_t{mesh.face_begin[f + 1]}; ++i) {
+  for (std::size_t i = 2 * std::size_t{mesh.face_begin[f]}; i < 2 * std::size_t{mesh.face_begin[f + 1]}; ++i) {
     append_binary(bytes, NumberType::float32, nearest(NumberType::float32, uv.values[i]),
                   is_swapped(PlyEncoding::little_endian));
   }

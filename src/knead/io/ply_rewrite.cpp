@@ -35,7 +35,7 @@ class Rewriter {
   }
 
   std::string run() {
-    result_.reserve(source_.bytes.size() + (widened_ ? 3 * 4 * positions_.size() + 64 : 64));
+    result_.reserve(source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       if (columns_[p].widened) rewrite_type(element_.properties[p]);
     }

@@ -57,7 +57,7 @@ std::string read_bytes(const std::filesystem::path& path) {
   const std::uintmax_t size = std::filesystem::file_size(path, no_size);
   std::string bytes;
   if (!no_size) bytes.reserve(size + 1);
-  std::array<char, 1 << 16> block;
+  std::array<char, 1 << 16> block{};
   while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
     bytes.append(block.data(), count);
   if (std::ferror(file.get()) != 0) fail(errno);

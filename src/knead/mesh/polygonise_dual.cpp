@@ -47,9 +47,9 @@ constexpr std::uint8_t kNoEdge = 255;
 
 // How the surface passes through a cell.
 struct Passage {
-  std::uint8_t flipped = 0;              // faces, by bits, joined against the saddle
-  std::array<std::uint8_t, 12> next;     // the crossed edges in loops
-  std::array<std::uint32_t, 12> vertex;  // of the loop of each crossed edge
+  std::uint8_t flipped = 0;                // faces, by bits, joined against the saddle
+  std::array<std::uint8_t, 12> next{};     // the crossed edges in loops
+  std::array<std::uint32_t, 12> vertex{};  // of the loop of each crossed edge
 };
 
 bool crossed(const SurfaceCell& cell, int edge) { return cell.inside(edge_start(edge)) != cell.inside(edge_end(edge)); }

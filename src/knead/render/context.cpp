@@ -14,6 +14,9 @@ struct OffscreenContext::State {
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
 
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
   // EGL displays are shared within a process, so only the context is ours to destroy.
   ~State() {
     if (context == EGL_NO_CONTEXT) return;

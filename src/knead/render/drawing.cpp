@@ -89,9 +89,10 @@ namespace {
 Program compile(const ShaderSource& source) { return make_program(source.vertex, source.fragment); }
 
 void describe_attribute(GLuint location, GLint components, GLenum type, std::size_t stride, std::size_t offset) {
+  const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);
   glVertexAttribPointer(location, components, type, type == GL_UNSIGNED_BYTE ? GL_TRUE : GL_FALSE,
-                        static_cast<GLsizei>(stride), reinterpret_cast<const void*>(offset));
+                        static_cast<GLsizei>(stride), start);
 }
 
 GpuSurface upload_positions(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& indices) {

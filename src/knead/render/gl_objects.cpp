@@ -120,7 +120,7 @@ namespace {
 
 using Shader = GlName<delete_shader>;
 
-[[noreturn]] void fail(const char* step, std::string log) {
+[[noreturn]] void fail(const char* step, const std::string& log) {
   throw std::runtime_error(std::string("render: the graphics driver could not ") + step +
                            " a shader: " + log.substr(0, log.find('\n')));
 }

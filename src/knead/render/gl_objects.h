@@ -19,6 +19,8 @@ class GlName {
   ~GlName() {
     if (name_ != 0) kDelete(name_);
   }
+  GlName(const GlName&) = delete;
+  GlName& operator=(const GlName&) = delete;
   GlName(GlName&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
   GlName& operator=(GlName&& other) noexcept {
     std::swap(name_, other.name_);

@@ -102,6 +102,9 @@ double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
 
 // Leaves the default framebuffer bound, whatever happens.
 struct FramebufferGuard {
+  FramebufferGuard() = default;
+  FramebufferGuard(const FramebufferGuard&) = delete;
+  FramebufferGuard& operator=(const FramebufferGuard&) = delete;
   ~FramebufferGuard() { glBindFramebuffer(GL_FRAMEBUFFER, 0); }
 };
 

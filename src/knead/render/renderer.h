@@ -41,6 +41,8 @@ class Renderer {
  public:
   Renderer();  // throws std::runtime_error where the current context is below OpenGL 3.3
   ~Renderer();
+  Renderer(const Renderer&) = delete;
+  Renderer& operator=(const Renderer&) = delete;
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 

@@ -12,8 +12,8 @@ constexpr int kSides = 48;
 // A circle of vertices to be joined to others: where, how wide, and how far the normals lean along the axis.
 struct Circle {
   Vec3d center;
-  double radius;
-  double lean;  // of the unit normal along the axis: 0 for a cylinder, -1 for a cap that faces back
+  double radius = 0;
+  double lean = 0;  // of the unit normal along the axis: 0 for a cylinder, -1 for a cap that faces back
 };
 
 struct Frame {
