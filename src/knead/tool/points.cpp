@@ -58,6 +58,7 @@ Vec3d barycentre(const PointsStroke& stroke, const Part& part) {
 // the two apart, unless that would leave no curve.
 std::vector<Vec3d> curve_about(const std::vector<Vec3d>& curve, const Vec3d& c) {
   std::vector<Vec3d> exact;
+  exact.reserve(curve.size());
   for (const Vec3d& p : curve) exact.push_back(p - c);
   exact.erase(std::unique(exact.begin(), exact.end()), exact.end());
   std::vector<Vec3d> result = exact;
