@@ -84,11 +84,12 @@ void require_renderer() {}
 std::string draw_picture(const PictureRequest& request) {
   std::vector<Scene> scenes = scenes_of(request);
   const int count = static_cast<int>(scenes.size());
-  set_cameras(request, static_cast<double>(request.width / count) / request.height, scenes);
+  const int width = request.width / count;
+  set_cameras(request, static_cast<double>(width) / request.height, scenes);
   render::Options options = options_of(request);
   std::vector<Image> images;
   for (int i = 0; i < count; ++i) {
-    options.width = request.width / count + (i < request.width % count ? 1 : 0);
+    options.width = width + (i < request.width % count ? 1 : 0);
     images.push_back(render::render(scenes[static_cast<std::size_t>(i)], options));
   }
   return render::encode_png(render::side_by_side(images));
