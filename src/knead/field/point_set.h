@@ -32,8 +32,8 @@ T squared_distance_to_segment(const Vec3<T>& d, const Vec3<S>& a, const Vec3<S>&
   const Vec3<S> e = b - a;
   const Vec3<T> from_a = d - Vec3<T>(a);
   const S length2 = norm2(e);
-  const T inverse(length2 > S(0) ? S(1) / length2 : S(0));
-  const T along = minimum(maximum(dot(Vec3<T>(e), from_a) * inverse, T(0)), T(1));
+  const T divisor(length2 > S(0) ? length2 : S(1));
+  const T along = minimum(maximum(dot(Vec3<T>(e), from_a) / divisor, T(0)), T(1));
   return norm2(from_a - Vec3<T>(e) * along);
 }
 
