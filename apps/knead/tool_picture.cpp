@@ -88,10 +88,12 @@ struct Sketch {
   void operator()(const CustomMotion& /*motion*/) const {}
 };
 
-double tool_size(const Field& field, const std::optional<Cylinder>& cylinder) {
+// A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape.
+double tool_size(const Field& field, const std::optional<Cylinder>& cylinder, const Box& around) {
   if (cylinder) return cylinder->radius;
   const Thresholds<double>& r = field.thresholds;
-  return std::holds_alternative<HalfSpace<double>>(field.region) ? r.outer - r.inner : r.outer;
+  if (!std::holds_alternative<HalfSpace<double>>(field.region)) return r.outer;
+  return std::min(r.outer - r.inner, 0.3 * around.diagonal());
 }
 
 Color fainter(Color color, double opacity) {
@@ -119,7 +121,7 @@ void draw_start(const Segment& segment, const Box& around, render::Scene& scene)
     if (segment.cylinder && is_plane) {
       scene.surfaces.push_back({barrel_surface(*segment.cylinder, field, around), kBarrelGrey});
     }
-    const Sketch sketch{scene, field, tool_size(field, segment.cylinder), 0.006 * around.diagonal()};
+    const Sketch sketch{scene, field, tool_size(field, segment.cylinder, around), 0.006 * around.diagonal()};
     std::visit(sketch, field.motion);
   }
 }
