@@ -140,7 +140,7 @@ void run_render(const RenderOptions& options) {
   for (const std::string& path : options.shapes) {
     ShapeFile file = read_shape(path);
     if (!options.common.quiet) {
-      for (const std::string& note : file.notes) print_message("note: " + path + ": " + note);
+      for (const std::string& note : file.notes) print_message(fmt::format("note: {}: {}", path, note));
     }
     request.shapes.push_back(std::move(file.mesh));
   }

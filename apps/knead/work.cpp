@@ -1,5 +1,7 @@
 #include "work.h"
 
+#include <fmt/format.h>
+
 #include "command.h"
 #include "interrupt.h"
 #include "output.h"
@@ -13,7 +15,7 @@ Inputs read_inputs(const std::string& shape, const std::string& session, bool qu
   inputs.shape = read_shape(shape);
   if (!quiet) {
     print_notes(inputs.session.warnings);
-    for (const std::string& note : inputs.shape.notes) print_message("note: " + shape + ": " + note);
+    for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
   }
   return inputs;
 }

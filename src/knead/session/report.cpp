@@ -1,8 +1,10 @@
 #include "knead/session/report.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <cstring>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "knead/math/parallel.h"
@@ -14,9 +16,8 @@ namespace knead {
 namespace {
 
 bool same_bits(const Vec3d& a, const Vec3d& b) {
-  const double from[] = {a.x, a.y, a.z};
-  const double to[] = {b.x, b.y, b.z};
-  return std::memcmp(from, to, sizeof from) == 0;
+  using Bits = std::array<std::uint64_t, 3>;
+  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
 void add_displacements(const Mesh& mesh, const std::vector<Vec3d>& after, Report& report) {

@@ -157,7 +157,7 @@ const Tool& find_tool(const JsonValue& name, const Place& place) {
 
 Stroke read_stroke(const JsonValue& line, const Place& place) {
   const Tool& tool = find_tool(JsonObject(line, place, "a stroke").at("tool"), place);
-  const Stroke stroke = tool.read(JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place);
+  Stroke stroke = tool.read(JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place);
   try {
     validate(stroke);
   } catch (const InvalidInput& error) {
