@@ -155,7 +155,7 @@ Mesh point_set_surface(const PointSet<double>& set, const Vec3d& center, double 
 struct SurfaceOf {
   const Field& field;
   Vec3d center;
-  double level;
+  double level = 0;
   const Box& around;
   const std::optional<Cylinder>& cylinder;
 

@@ -21,7 +21,7 @@ struct Dual {
   friend Dual operator-(const Dual& a) { return {-a.v, -a.g}; }
   friend Dual operator*(const Dual& a, const Dual& b) { return {a.v * b.v, a.g * b.v + b.g * a.v}; }
   friend Dual operator/(const Dual& a, const Dual& b) { return {a.v / b.v, (a.g * b.v - b.g * a.v) / (b.v * b.v)}; }
-  friend bool operator==(const Dual& a, const Dual& b) { return a.v == b.v; }
+  friend constexpr bool operator==(const Dual& a, const Dual& b) { return a.v == b.v; }
   friend bool operator<(const Dual& a, const Dual& b) { return a.v < b.v; }
   friend bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
   friend bool operator>=(const Dual& a, const Dual& b) { return a.v >= b.v; }

@@ -89,7 +89,8 @@ void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch,
 Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
                    const GpuOccluder& occluder) {
   const int groups = pass.options.supersampling * pass.options.supersampling;
-  const auto per_pass = static_cast<std::size_t>(kLightsPerPass / groups * groups);
+  const int lights_per_pass = kLightsPerPass / groups * groups;
+  const auto per_pass = static_cast<std::size_t>(lights_per_pass);
   const bool shadows = pass.options.ambient_occlusion && occluder.radius > 0;
   Texture light = make_texture(pass.width, pass.height, GL_RGBA32F);
   const Framebuffer light_target = make_framebuffer({&light}, nullptr);
