@@ -9,5 +9,6 @@ knead_test(
   fmt::fmt
   nlohmann_json::nlohmann_json)
 # Boost.Odeint copies steppers whose scratch space is not yet set, which g++ takes for a mistake.
-set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/oracle.cpp PROPERTIES COMPILE_OPTIONS
-                                                                            "-Wno-uninitialized;-Wno-maybe-uninitialized")
+set_source_files_properties(
+  ${CMAKE_CURRENT_LIST_DIR}/oracle.cpp
+  PROPERTIES COMPILE_OPTIONS "$<$<CXX_COMPILER_ID:GNU>:-Wno-uninitialized;-Wno-maybe-uninitialized>")
