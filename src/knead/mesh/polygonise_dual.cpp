@@ -170,12 +170,13 @@ void append_vertices(const SurfaceCell& cell, Passage& passage, const Grid& grid
 void append_quad(std::size_t i, int a, std::span<const SurfaceCell> cells, std::span<const Passage> passages,
                  std::vector<Quad>& quads) {
   const SurfaceCell& cell = cells[i];
-  if (!crossed(cell, 4 * a)) return;
+  const int edge = 4 * a;
+  if (!crossed(cell, edge)) return;
   const std::uint64_t b = kStride[(a + 1) % 3];
   const std::uint64_t c = kStride[(a + 2) % 3];
   const CellFinder find(cells);
-  Quad quad{passages[find(cell.key - b - c)].vertex[4 * a + 3], passages[find(cell.key - c)].vertex[4 * a + 2],
-            passages[i].vertex[4 * a], passages[find(cell.key - b)].vertex[4 * a + 1]};
+  Quad quad{passages[find(cell.key - b - c)].vertex[edge + 3], passages[find(cell.key - c)].vertex[edge + 2],
+            passages[i].vertex[edge], passages[find(cell.key - b)].vertex[edge + 1]};
   if (!cell.inside(0)) std::swap(quad[1], quad[3]);
   quads.push_back(quad);
 }
