@@ -9,6 +9,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/tool/barrel.h"
+#include "knead/tool/barrel_members.h"
 
 namespace knead {
 
@@ -199,6 +200,7 @@ class Replayer {
     }
   }
 
+  // Backwards a cylinder is left out: which points it holds, barrel_members says.
   AdvectResult move(const Task& task, std::span<Vec3d> points, std::span<std::uint32_t> steps) const {
     if (plan_.strokes.empty()) return {};
     AdvectOptions options;
@@ -208,21 +210,68 @@ class Replayer {
     options.threads = options_.threads;
     options.progress = options_.progress;
     options.steps = steps;
-    return advect(flow_between(plan_.strokes[task.stroke].flow, task.from, task.to), points, options);
+    Flow flow = flow_between(plan_.strokes[task.stroke].flow, task.from, task.to);
+    if (options_.inverse) {
+      for (Segment& segment : flow.segments) segment.cylinder.reset();
+    }
+    return advect(flow, points, options);
   }
 
-  void advance(const Task& task) {
-    const AdvectResult moved = move(task, result_.positions, result_.steps);
+  void count(const AdvectResult& moved) {
     result_.status = moved.status;
     result_.accepted_steps += moved.accepted_steps;
     result_.rejected_steps += moved.rejected_steps;
     result_.evaluations += moved.evaluations;
+  }
+
+  // A stroke with a barrel, taken back wholly.
+  struct TakenBack {
+    std::vector<Vec3d> positions;
+    std::vector<bool> members;
+  };
+
+  bool is_taken_back_within_a_barrel(const Task& task) const {
+    return options_.inverse && !plan_.strokes.empty() && plan_.strokes[task.stroke].barrel;
+  }
+
+  // Of the task's stroke; kept until the stroke's advance has used it.
+  const TakenBack& taken_back(const Task& task) {
+    if (taken_back_) return *taken_back_;
+    const PlannedStroke& stroke = plan_.strokes[task.stroke];
+    taken_back_ = TakenBack{result_.positions, {}};
+    const Task whole{TaskKind::advance, task.stroke, stroke.segments(), 0};
+    count(move(whole, taken_back_->positions, result_.steps));
+    if (triangles_.empty()) triangles_ = triangulate(mesh_);
+    const double slack = 10 * tolerance_ + 1e-3 * stroke.barrel->radius;
+    taken_back_->members = barrel_members(*stroke.barrel, result_.positions, taken_back_->positions, triangles_, slack);
+    return *taken_back_;
+  }
+
+  void advance(const Task& task) {
     result_.segments += segment_count(task);
+    if (!is_taken_back_within_a_barrel(task)) {
+      count(move(task, result_.positions, result_.steps));
+      return;
+    }
+    const TakenBack& back = taken_back(task);
+    for (std::size_t i = 0; i < back.members.size(); ++i) {
+      if (back.members[i]) result_.positions[i] = back.positions[i];
+    }
+    taken_back_.reset();
   }
 
   void deliver_frame(const Task& task) {
     std::vector<Vec3d> points = result_.positions;
-    result_.status = move(task, points, {}).status;
+    if (is_taken_back_within_a_barrel(task)) {
+      const TakenBack& back = taken_back(task);
+      if (result_.status != AdvectStatus::done) return;
+      result_.status = move(task, points, {}).status;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (!back.members[i]) points[i] = result_.positions[i];
+      }
+    } else {
+      result_.status = move(task, points, {}).status;
+    }
     if (result_.status == AdvectStatus::done && options_.on_frame) options_.on_frame(frame_++, points);
   }
 
@@ -232,6 +281,7 @@ class Replayer {
   Plan plan_;
   double tolerance_ = 0;
   std::vector<Triangle> triangles_;
+  std::optional<TakenBack> taken_back_;
   int frame_ = 0;
   ReplayResult result_;
 };
