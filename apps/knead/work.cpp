@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "interrupt.h"
+#include "knead/math/error.h"
 #include "output.h"
 #include "progress_bar.h"
 
@@ -31,7 +32,10 @@ ReplayResult replay_watched(const Inputs& inputs, ReplayOptions options, bool qu
   }
   if (progress.cancel) throw Interrupted{};
   if (result.status == AdvectStatus::step_limit) {
-    throw QualityError(inputs.session.name + ": a path line needed over a million steps; ask for a larger --tolerance");
+    throw QualityError(
+        to_string(Place{inputs.session.name, result.failed_line}) +
+        ": a path line runs away or needs over a million steps here; use a wider transition, a smaller angle, "
+        "another gauge, or a larger --tolerance");
   }
   if (!quiet) print_notes(result.warnings);
   return result;

@@ -28,46 +28,64 @@ inline Segment resting(const Motion& motion, const Region& region, const Vec3d& 
   return segment;
 }
 
-// One segment of every kind: every tool, swept and blended.
+// One segment of every kind: every tool, swept and blended. Numbers are drawn one statement after the other, so that
+// every compiler draws the same.
 inline std::vector<NamedSegment> random_segments(Random& random) {
-  const auto center = [&] { return random.in_box(0.3); };
-  const auto thresholds = [&] {
-    const double outer = random.uniform(0.4, 0.9);
-    return Thresholds<double>{outer * random.uniform(0.1, 0.75), outer};
+  struct BallNumbers {
+    Vec3d center;
+    Thresholds<double> thresholds;
   };
-  const Vec3d by = random.unit() * random.uniform(0.1, 0.8);
+  const auto ball = [&] {
+    BallNumbers result;
+    result.center = random.in_box(0.3);
+    const double outer = random.uniform(0.4, 0.9);
+    result.thresholds = {outer * random.uniform(0.1, 0.75), outer};
+    return result;
+  };
+  const Vec3d direction = random.unit();
+  const Vec3d by = direction * random.uniform(0.1, 0.8);
   const Vec3d half = random.in_box(0.4);
   const Vec3d axis = random.unit();
   const Vec3d normal = normalized(cross(axis, random.unit()));
-  const double angle = random.uniform(-1.0, 1.0);
-  const Thresholds<double> slab{random.uniform(-0.5, -0.3), random.uniform(0.3, 0.5)};
+  const double angle = random.uniform(-0.5, 0.5);
+  const double gauge = random.uniform(0, 1);
+  const Vec3d near = random.in_box(0.1);
+  const double slab_inner = random.uniform(-0.5, -0.4);
+  const Thresholds<double> slab{slab_inner, random.uniform(0.4, 0.5)};
   const Mat3d squash = (outer_product(axis, axis) * 1.5 + Mat3d{} * -0.5) * random.uniform(-0.7, 0.7);
+  const Mat3d traceless = random_traceless(random) * 0.5;
+  const PointSet<double> points = random_point_set(random, false);
+  const PointSet<double> curves = random_point_set(random, true);
   std::vector<NamedSegment> result;
-  result.push_back({"ball", translating(Ball<double>{}, center(), by, thresholds())});
-  result.push_back({"painting ball", translating(Ball<double>{}, center(), by * 0.5, {0, 0.5})});
-  result.push_back({"capsule", translating(Capsule<double>{half}, center(), by, thresholds(), normalized(half), 0.0)});
-  result.push_back({"blended ball", translating(Ball<double>{}, center(), by, thresholds())});
+  BallNumbers b = ball();
+  result.push_back({"ball", translating(Ball<double>{}, b.center, by, b.thresholds)});
+  result.push_back({"painting ball", translating(Ball<double>{}, b.center, by * 0.5, {0, 0.5})});
+  b = ball();
+  result.push_back({"capsule", translating(Capsule<double>{half}, b.center, by, b.thresholds, normalized(half), 0.0)});
+  b = ball();
+  result.push_back({"blended ball", translating(Ball<double>{}, b.center, by, b.thresholds)});
   result.back().segment.time_law = TimeLaw::blended;
+  b = ball();
   result.push_back(
-      {"blended capsule", translating(Capsule<double>{half}, center(), by * 0.5, thresholds(), normalized(half), 0.0)});
+      {"blended capsule", translating(Capsule<double>{half}, b.center, by * 0.5, b.thresholds, normalized(half), 0.0)});
   result.back().segment.time_law = TimeLaw::blended;
-  result.push_back({"points", translating(random_point_set(random, false), center(), by * 0.5, {0, 0.4})});
-  result.push_back({"curves", translating(random_point_set(random, true), center(), by * 0.5, {0, 0.4})});
+  result.push_back({"points", translating(points, near, by * 0.5, {0, 0.4})});
+  result.push_back({"curves", translating(curves, near, by * 0.5, {0, 0.4})});
   Segment parts = translating(Ball<double>{}, {-0.5, 0, 0}, by * 0.5, {0, 0.4});
   parts.fields.push_back(parts.fields.front());
   parts.fields.back().center = {0.5, 0, 0};
   result.push_back({"two parts", parts});
-  result.push_back({"rotate", resting(Rotation<double>{axis, angle, random.uniform(0, 1), RotationGauge::radial},
-                                      Ball<double>{}, center(), thresholds())});
-  result.push_back({"stretch", resting(Strain<double>{squash}, Ball<double>{}, center(), thresholds())});
-  result.push_back(
-      {"strain", resting(Strain<double>{random_traceless(random) * 0.5}, Ball<double>{}, center(), thresholds())});
-  result.push_back(
-      {"twist", resting(Twist<double>{axis, angle, random.uniform(0, 1)}, HalfSpace<double>{axis}, center(), slab)});
-  result.push_back({"oblique twist", resting(Twist<double>{axis, angle, random.uniform(0, 1)},
-                                             HalfSpace<double>{normal}, center(), slab)});
-  result.push_back({"bend", resting(Rotation<double>{axis, angle, random.uniform(0, 1)},
-                                    HalfSpace<double>{normal, axis, angle / 2}, center(), slab)});
+  b = ball();
+  const Rotation<double> turn{axis, 2 * angle, gauge, RotationGauge::radial};
+  result.push_back({"rotate", resting(turn, Ball<double>{}, b.center, b.thresholds)});
+  b = ball();
+  result.push_back({"stretch", resting(Strain<double>{squash}, Ball<double>{}, b.center, b.thresholds)});
+  result.push_back({"strain", resting(Strain<double>{traceless}, Ball<double>{}, b.center, b.thresholds)});
+  const Twist<double> twist{axis, angle, gauge};
+  result.push_back({"twist", resting(twist, HalfSpace<double>{axis}, near, slab)});
+  result.push_back({"oblique twist", resting(twist, HalfSpace<double>{normal}, near, slab)});
+  const Rotation<double> bend{axis, angle, gauge};
+  result.push_back({"bend", resting(bend, HalfSpace<double>{normal, axis, angle / 2}, near, slab)});
   return result;
 }
 

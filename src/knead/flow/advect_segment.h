@@ -74,34 +74,18 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
   return {status, accepted, rejected, evaluations};
 }
 
-template <class S, class M>
-auto convert_motion(const M& motion) {
-  if constexpr (std::is_same_v<M, Translation<double>>) {
-    return static_cast<Translation<S>>(motion);
-  } else if constexpr (std::is_same_v<M, Rotation<double>>) {
-    return static_cast<Rotation<S>>(motion);
-  } else if constexpr (std::is_same_v<M, Twist<double>>) {
-    return static_cast<Twist<S>>(motion);
-  } else if constexpr (std::is_same_v<M, Strain<double>>) {
-    return static_cast<Strain<S>>(motion);
-  } else {
-    return motion;
-  }
+// A motion or region with its numbers in the scalar S; the caller's own stay as they are.
+template <class S, template <class> class Part>
+Part<S> in_scalar(const Part<double>& part) {
+  return static_cast<Part<S>>(part);
 }
-
-template <class S, class R>
-auto convert_region(const R& region) {
-  if constexpr (std::is_same_v<R, Ball<double>>) {
-    return static_cast<Ball<S>>(region);
-  } else if constexpr (std::is_same_v<R, Capsule<double>>) {
-    return static_cast<Capsule<S>>(region);
-  } else if constexpr (std::is_same_v<R, HalfSpace<double>>) {
-    return static_cast<HalfSpace<S>>(region);
-  } else if constexpr (std::is_same_v<R, PointSet<double>>) {
-    return static_cast<PointSet<S>>(region);
-  } else {
-    return region;
-  }
+template <class S>
+CustomMotion in_scalar(const CustomMotion& motion) {
+  return motion;
+}
+template <class S>
+CustomRegion in_scalar(const CustomRegion& region) {
+  return region;
 }
 
 // Calls body with the field as a SingleField of the right types: the dispatch on the variants, once per segment.
@@ -109,8 +93,8 @@ template <class S, class Body>
 auto with_field(const Segment& segment, const Field& field, const Body& body) {
   return std::visit(
       [&](const auto& m, const auto& r) {
-        auto motion = convert_motion<S>(m);
-        auto region = convert_region<S>(r);
+        auto motion = in_scalar<S>(m);
+        auto region = in_scalar<S>(r);
         return body(SingleField<S, decltype(motion), decltype(region)>{
             std::move(motion), std::move(region), static_cast<Thresholds<S>>(field.thresholds), field.center,
             Vec3<S>(segment.displacement), segment.time_law == TimeLaw::blended});

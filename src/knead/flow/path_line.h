@@ -119,9 +119,12 @@ class PathLine {
         coefficients_(coefficients),
         tolerance_(static_cast<S>(kSafety * tolerance)),
         direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
-    double width = std::numeric_limits<double>::infinity();
-    for (const Field& field : segment.fields) width = std::min(width, field.thresholds.outer - field.thresholds.inner);
-    reach_ = static_cast<S>(0.2 * width);
+    double reach = std::numeric_limits<double>::infinity();
+    for (const Field& field : segment.fields) {
+      const bool capsule = std::holds_alternative<Capsule<double>>(field.region);
+      reach = std::min(reach, (capsule ? kCapsuleReach : kReach) * (field.thresholds.outer - field.thresholds.inner));
+    }
+    reach_ = static_cast<S>(reach);
     if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
     const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
     carries_ = segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
@@ -156,12 +159,16 @@ class PathLine {
   }
 
  private:
+  // How much of the intermediate region's width a step may pass. The gradient of a capsule's v jumps on the planes
+  // through its ends, which an estimate misses where a step's last stages alone are beyond one.
+  static constexpr double kReach = 0.16;
+  static constexpr double kCapsuleReach = 0.06;
   // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
   // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
-  static constexpr double kSafety = 0.03;
+  static constexpr double kSafety = 0.02;
   // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no
   // step size mends.
-  static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 256) : S(1e-7);
+  static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 16) : S(1e-7);
   static constexpr std::uint32_t kStepLimit = 1'000'000;
 
   void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
@@ -175,7 +182,7 @@ class PathLine {
     return sum;
   }
 
-  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than a fifth of
+  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than kReach of
   // the intermediate region's width.
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(x0_, moved_, t);

@@ -67,7 +67,9 @@ void count_edges(std::span<const EdgeUse> uses, Measures& m) {
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
     ++m.edges;
     if (edge.size() == 1) ++m.boundary_edges;
-    if (edge.size() == 2 && edge[0].upward == edge[1].upward) ++m.misoriented_edges;
+    const std::ptrdiff_t upward =
+        std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.upward; });
+    if (std::abs(2 * upward - std::ssize(edge)) > 1) ++m.misoriented_edges;
     if (edge.size() > 2) ++m.nonmanifold_edges;
   });
 }
@@ -138,8 +140,8 @@ std::vector<std::string> describe_oddities(const Measures& m) {
   say(m.boundary_edges, "edge has one face only (the mesh is open)", "edges have one face only (the mesh is open)");
   say(m.nonmanifold_edges, "edge has more than two faces", "edges have more than two faces");
   say(m.nonmanifold_vertices, "vertex joins several fans of faces", "vertices join several fans of faces");
-  say(m.misoriented_edges, "edge has two faces of opposite orientation",
-      "edges have two faces of opposite orientation");
+  say(m.misoriented_edges, "edge is not traversed as often one way as the other",
+      "edges are not traversed as often one way as the other");
   say(m.degenerate_triangles, "triangle has no area", "triangles have no area");
   return list;
 }

@@ -23,7 +23,7 @@ struct Measures {
   std::size_t edges = 0;
   std::size_t boundary_edges = 0;        // with one face
   std::size_t nonmanifold_edges = 0;     // with more than two faces
-  std::size_t misoriented_edges = 0;     // with two faces that traverse it in the same direction
+  std::size_t misoriented_edges = 0;     // not traversed as often one way as the other, but for one face at most
   std::size_t nonmanifold_vertices = 0;  // whose faces fall into several fans (across edges of two faces)
   std::size_t components = 0;            // of faces, by shared vertices; unused vertices are none
   std::size_t boundary_loops = 0;
@@ -35,8 +35,9 @@ struct Measures {
 
   bool closed() const { return faces > 0 && boundary_edges == 0; }
   bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }
-  // Every edge of two faces is traversed once each way, and no edge has more than two.
-  bool oriented() const { return misoriented_edges == 0 && nonmanifold_edges == 0; }
+  // Every edge of two or more faces is traversed as often one way as the other: a closed mesh then has a volume that
+  // does not depend on the origin, manifold or not.
+  bool oriented() const { return misoriented_edges == 0; }
 };
 
 // Linear in the corners but for a small sort around each vertex; sums in face order, so the same bits on every run.

@@ -161,6 +161,7 @@ class Replayer {
       if (task.kind == TaskKind::frame) deliver_frame(task);
       if (task.kind == TaskKind::advance) advance(task);
       if (options_.progress != nullptr && options_.progress->cancel) result_.status = AdvectStatus::cancelled;
+      if (result_.status == AdvectStatus::step_limit) result_.failed_line = plan_.strokes[task.stroke].source->line;
       if (result_.status != AdvectStatus::done) break;
     }
     if (result_.status != AdvectStatus::done) result_.positions.clear();

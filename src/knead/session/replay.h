@@ -30,6 +30,7 @@ struct ReplayOptions {
 
 struct ReplayResult {
   AdvectStatus status = AdvectStatus::done;
+  std::size_t failed_line = 0;       // of the session, where status is step_limit: the stroke that could not be done
   std::vector<Vec3d> positions;      // of the deformed shape where status is done, else empty
   std::vector<std::uint32_t> steps;  // accepted steps of each vertex, over the session
   std::uint64_t accepted_steps = 0;  // of all vertices

@@ -273,5 +273,32 @@ TEST(Replay, WarnsWithTheLine) {
   EXPECT_TRUE(warnings[1].starts_with("s.knead:2: \"inner\" is 0.95 of \"outer\"")) << warnings[1];
 }
 
+// The barrel's image after the bend reaches beyond the fingertip over the next fingers, which never moved: only the
+// surface tells which vertices came from within it.
+TEST(Replay, TakesBackABentFingerAndNothingElse) {
+  const Mesh hand = make_shape(ShapeKind::hand, 8000);
+  const Session session = parse_session(
+      "{\"knead\": 1}\n"
+      R"({"tool": "bend", "center": [0.112, 0.65, 0], "axis": [0, 0, 1], "normal": [0, -1, 0], "width": 0.3,)"
+      R"( "angle_deg": -60, "radius": 0.1165})"
+      "\n",
+      "finger.knead");
+  ReplayOptions options;
+  Mesh bent = hand;
+  bent.positions = replay(hand, session, options).positions;
+  options.inverse = true;
+  options.frames = 3;
+  std::vector<Vec3d> first;
+  options.on_frame = [&](int index, std::span<const Vec3d> positions) {
+    if (index == 0) first.assign(positions.begin(), positions.end());
+  };
+  const auto back = replay(bent, session, options).positions;
+  const double diagonal = bounding_box(hand.positions).diagonal();
+  for (std::size_t i = 0; i < back.size(); ++i) {
+    ASSERT_LT(norm(back[i] - hand.positions[i]), 2e-5 * diagonal) << "vertex " << i;
+    ASSERT_EQ(first[i], bent.positions[i]);
+  }
+}
+
 }  // namespace
 }  // namespace knead

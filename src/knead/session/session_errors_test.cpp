@@ -55,7 +55,7 @@ void expect_errors(const std::vector<Case>& cases) {
 TEST(SessionErrors, OfEventsNameTheKeyAndWhatWasExpected) {
   expect_errors({
       {R"({})", R"(the line is an empty object)"},
-      {R"({"stroke": 1})", R"(unknown key "stroke")"},
+      {R"({"stroke": 1})", R"(unknown key "stroke"; an event has the keys "tool", "undo", "redo")"},
       {R"({"undo": 1})", R"("undo" must be a whole number from 1 to the 0 strokes in effect, got 1)"},
       {R"({"redo": 1})", R"("redo" must be a whole number from 1 to the 0 strokes to be redone, got 1)"},
       {R"({"undo": 0})", R"("undo" must be a whole number from 1)"},

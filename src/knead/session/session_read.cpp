@@ -105,8 +105,8 @@ class SessionReader {
     } else if (event.has("remesh")) {
       throw InvalidInput(place_, R"("remesh" is not available in this version of knead; take the line out)");
     } else {
-      event.allow({});
-      throw InvalidInput(place_, R"(the line is an empty object; an event has "tool", "undo" or "redo")");
+      event.allow({"tool", "undo", "redo"});
+      throw InvalidInput(place_, R"(the line is an empty object; an event has the key "tool", "undo" or "redo")");
     }
   }
 

@@ -38,6 +38,10 @@ void require_positive(std::string_view key, double value) {
   require(std::isfinite(value) && value > 0, key, "a number greater than 0", value);
 }
 
+void require_factor(std::string_view key, double value) {
+  require(value >= 1e-6 && value <= 1e6, key, "a number greater than 0, from 1e-6 to 1e6", value);
+}
+
 void require_direction(std::string_view key, const Vec3d& value) {
   require_finite(key, value);
   if (value == Vec3d{0, 0, 0}) {

@@ -16,6 +16,9 @@ void require_finite(std::string_view key, const std::vector<Vec3d>& values);
 // Finite and greater than 0.
 void require_positive(std::string_view key, double value);
 
+// A factor from 1e-6 to 1e6: beyond that nothing is left of a shape, and path lines take for ever.
+void require_factor(std::string_view key, double value);
+
 // Finite, and not the zero vector.
 void require_direction(std::string_view key, const Vec3d& value);
 

@@ -8,7 +8,7 @@ namespace knead::tool_detail {
 void validate(const StretchStroke& stroke) {
   require_finite("center", stroke.center);
   require_direction("axis", stroke.axis);
-  require_positive("factor", stroke.factor);
+  require_factor("factor", stroke.factor);
   require_distance_thresholds(stroke.inner, stroke.outer);
 }
 

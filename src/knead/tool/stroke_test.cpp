@@ -179,7 +179,7 @@ TEST(Stroke, IsRefusedForValuesThatMeanNothing) {
   expect_refused(RotateStroke{x, y, 1e9, 0.1, 1}, "\"angle_deg\"");
   expect_refused(RotateStroke{x, y, 1, -0.1, 1}, "\"inner\" must be a number that is 0 or greater");
   expect_refused(RotateStroke{x, y, 1, 0.1, 1, nan}, "\"gauge\"");
-  expect_refused(StretchStroke{x, y, 0, 0.1, 1}, "\"factor\" must be a number greater than 0, got 0");
+  expect_refused(StretchStroke{x, y, 0, 0.1, 1}, "\"factor\" must be a number greater than 0, from 1e-6 to 1e6, got 0");
   expect_refused(TwistStroke{x, y, 1, 1, 1}, "\"outer\"");
   expect_refused(TwistStroke{x, y, 1, 1, 2, Vec3d{0, 0, 0}}, "\"normal\"");
   expect_refused(TwistStroke{x, y, 1, 1, 2, y, 0, -1}, "\"radius\" must be a number greater than 0, got -1");
