@@ -23,6 +23,9 @@ std::string generate_obj(const Mesh& mesh, const WriteOptions& options);
 // What generate_obj leaves out, a sentence each.
 std::vector<std::string> obj_losses(const Mesh& mesh);
 
+// What a file made of the source's mesh alone leaves out.
+std::vector<std::string> obj_source_losses(const ShapeFile& source);
+
 // The first byte at or after `position` on the same line that is no blank; a backslash at the end of a line joins the
 // next line to it.
 std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position);

@@ -178,4 +178,12 @@ std::vector<std::string> obj_losses(const Mesh& mesh) {
   return losses;
 }
 
+std::vector<std::string> obj_source_losses(const ShapeFile& source) {
+  std::vector<std::string> losses;
+  for (const std::string& keyword : std::get<ObjLayout>(source.layout).other_keywords) {
+    losses.push_back("lines '" + keyword + "' are left out");
+  }
+  return losses;
+}
+
 }  // namespace knead

@@ -22,6 +22,9 @@ std::string generate_ply(const Mesh& mesh, const WriteOptions& options);
 // What generate_ply leaves out, a sentence each.
 std::vector<std::string> ply_losses(const Mesh& mesh);
 
+// What a file made of the source's mesh alone leaves out.
+std::vector<std::string> ply_source_losses(const ShapeFile& source);
+
 // The numbers of one element: for each property those of all rows, one after the other; ends[p][row] is the end of the
 // row's list in values[p]. row_begin: the first byte of each row, then the byte after the last.
 struct PlyColumns {

@@ -131,4 +131,17 @@ std::string generate_ply(const Mesh& mesh, const WriteOptions& options) {
 
 std::vector<std::string> ply_losses(const Mesh& mesh) { return sort_attributes(mesh).losses; }
 
+std::vector<std::string> ply_source_losses(const ShapeFile& source) {
+  std::vector<std::string> losses;
+  for (const PlyElement& element : std::get<PlyLayout>(source.layout).elements) {
+    const bool is_known = element.name == "vertex" || element.name == "face" || element.name == "tristrips";
+    if (!is_known) losses.push_back("element '" + element.name + "' is left out");
+    for (const PlyProperty& property : element.properties) {
+      const bool is_read = is_index_list(element, property) || (element.name == "face" && property.name == "texcoord");
+      if (is_known && property.is_list && !is_read) losses.push_back("list '" + property.name + "' is left out");
+    }
+  }
+  return losses;
+}
+
 }  // namespace knead

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+#include "knead/io/cursor.h"
 #include "knead/io/ply_layout.h"
 
 namespace knead {
@@ -25,15 +26,6 @@ std::string_view ply_type_name(NumberType type);
 
 inline bool is_swapped(PlyEncoding encoding) {
   return (encoding == PlyEncoding::big_endian) == (std::endian::native == std::endian::little);
-}
-
-template <class T>
-T swap_bytes(T value) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
-  std::memcpy(&value, bytes, sizeof(T));
-  return value;
 }
 
 // Calls visit(T{}) for the C++ type that a number type stands for.

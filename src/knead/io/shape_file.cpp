@@ -26,10 +26,12 @@ struct Format {
                          const WriteOptions& options);
   std::string (*generate)(const Mesh& mesh, const WriteOptions& options);
   std::vector<std::string> (*losses)(const Mesh& mesh);
+  std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
 };
 
-constexpr std::array<Format, 2> kFormats = {{{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses},
-                                             {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses}}};
+constexpr std::array<Format, 2> kFormats = {
+    {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
+     {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses}}};
 
 const Format* find_format(std::string_view name) {
   for (const Format& format : kFormats) {
@@ -119,23 +121,6 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
   }
 }
 
-std::vector<std::string> source_losses(const ShapeFile& source) {
-  std::vector<std::string> losses;
-  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
-    for (const std::string& keyword : obj->other_keywords) losses.push_back("lines '" + keyword + "' are left out");
-    return losses;
-  }
-  for (const PlyElement& element : std::get<PlyLayout>(source.layout).elements) {
-    const bool is_known = element.name == "vertex" || element.name == "face" || element.name == "tristrips";
-    if (!is_known) losses.push_back("element '" + element.name + "' is left out");
-    for (const PlyProperty& property : element.properties) {
-      const bool is_read = is_index_list(element, property) || (element.name == "face" && property.name == "texcoord");
-      if (is_known && property.is_list && !is_read) losses.push_back("list '" + property.name + "' is left out");
-    }
-  }
-  return losses;
-}
-
 }  // namespace
 
 std::string format_of(const std::filesystem::path& path) {
@@ -184,7 +169,7 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
   const std::string format = format_of(path);
   if (format == source.format) return {};
   std::vector<std::string> losses = find_format(format)->losses(source.mesh);
-  const std::vector<std::string> more = source_losses(source);
+  const std::vector<std::string> more = known_format(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
   return losses;
 }

@@ -1,0 +1,118 @@
+// Reading a file front to back without ever passing its end. Every reader goes through one of these.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+
+namespace knead {
+
+template <class T>
+T swap_bytes(T value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  for (std::size_t i = 0; i < sizeof(T) / 2; ++i) std::swap(bytes[i], bytes[sizeof(T) - 1 - i]);
+  std::memcpy(&value, bytes, sizeof(T));
+  return value;
+}
+
+// Throws InvalidInput "NAME: byte N: what".
+[[noreturn]] void fail_at_byte(const std::string& name, std::size_t position, const std::string& what);
+
+// Throws InvalidInput "NAME:LINE: what" for the line of the byte at `position`.
+[[noreturn]] void fail_at_line(const std::string& name, std::string_view bytes, std::size_t position,
+                               const std::string& what);
+
+// Binary. Every failure is an InvalidInput that names the byte.
+class ByteCursor {
+ public:
+  // The bytes and the name must outlive the cursor. Numbers are in the byte order named.
+  ByteCursor(std::string_view bytes, const std::string& name, std::endian order = std::endian::little)
+      : bytes_(bytes), name_(name), swapped_(order != std::endian::native) {}
+
+  std::size_t position() const { return position_; }
+  std::size_t left() const { return bytes_.size() - position_; }
+
+  // The next number; `expected` says what it is, e.g. "the count of triangles".
+  template <class T>
+  T take(const char* expected) {
+    const std::string_view from = take_bytes(sizeof(T), expected);
+    T value;
+    std::memcpy(&value, from.data(), sizeof(T));
+    return swapped_ ? swap_bytes(value) : value;
+  }
+
+  std::string_view take_bytes(std::size_t count, const char* expected) {
+    if (left() < count) fail_missing(count, expected);
+    position_ += count;
+    return bytes_.substr(position_ - count, count);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, position_, what); }
+
+ private:
+  [[noreturn]] void fail_missing(std::size_t count, const char* expected) const;
+
+  std::string_view bytes_;
+  const std::string& name_;
+  bool swapped_;
+  std::size_t position_ = 0;
+};
+
+// Text: words between blanks, lines that end with LF, CR LF or CR, comments from # to the end of the line. Every
+// failure is an InvalidInput that names the line.
+class TextCursor {
+ public:
+  // The bytes and the name must outlive the cursor.
+  TextCursor(std::string_view bytes, const std::string& name, std::size_t position = 0)
+      : bytes_(bytes), name_(name), position_(position) {}
+
+  // The byte after the word that was taken last.
+  std::size_t position() const { return position_; }
+  std::size_t word_begin() const { return word_begin_; }
+
+  // The next word of this line; empty where the line, or the file, has no more.
+  std::string_view next_on_line() {
+    while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
+    word_begin_ = position_;
+    if (position_ < bytes_.size() && bytes_[position_] == '#') return {};
+    position_ = token_end(bytes_, position_);
+    return bytes_.substr(word_begin_, position_ - word_begin_);
+  }
+
+  // Goes to the beginning of the next line; false at the end of the file.
+  bool next_line();
+
+  // The next word on this line or a later one; empty at the end of the file.
+  std::string_view next() {
+    std::string_view word = next_on_line();
+    while (word.empty() && next_line()) word = next_on_line();
+    return word;
+  }
+
+  // The number that a word taken spells. An empty word is a missing number; `expected` says which, e.g. "a coordinate".
+  double real(std::string_view word, const char* expected) const;
+
+  // The same for a coordinate: a number that is finite.
+  double coordinate(std::string_view word) const;
+
+  // The same for a whole number from 0 to `most`.
+  std::size_t whole(std::string_view word, std::size_t most, const char* expected) const;
+
+  // Names the line of the word that was taken last.
+  [[noreturn]] void fail(const std::string& what) const { fail_at_line(name_, bytes_, word_begin_, what); }
+
+ private:
+  std::string_view bytes_;
+  const std::string& name_;
+  std::size_t position_ = 0;
+  std::size_t word_begin_ = 0;
+};
+
+}  // namespace knead
