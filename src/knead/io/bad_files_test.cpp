@@ -123,7 +123,7 @@ TEST(BadFiles, MeasuresOfTheOddOnes) {
 
 TEST(BadFiles, AnUnknownExtensionIsAnsweredWithTheKnownOnes) {
   try {
-    read_shape("shape.xyz");
+    read_shape("shape.step");
     FAIL();
   } catch (const InvalidInput& error) {
     EXPECT_NE(std::string(error.what()).find(".ply, .obj"), std::string::npos);

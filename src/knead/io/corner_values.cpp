@@ -19,4 +19,14 @@ std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attrib
   return merged;
 }
 
+std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components) {
+  for (const Attribute& attribute : mesh.attributes) {
+    if (attribute.name != name || attribute.components != components) continue;
+    if (attribute.domain == Domain::vertex) return attribute;
+    if (attribute.domain != Domain::corner) continue;
+    if (std::optional<Attribute> merged = merge_corners(mesh, attribute)) return merged;
+  }
+  return std::nullopt;
+}
+
 }  // namespace knead

@@ -11,4 +11,7 @@ namespace knead {
 // have 0.
 std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute);
 
+// The first attribute of that name and number of components that vertices have, or that corners have and vertices can.
+std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components);
+
 }  // namespace knead

@@ -15,6 +15,13 @@ void fail_at_line(const std::string& name, std::string_view bytes, std::size_t p
   throw InvalidInput(Place{name, line_of(bytes, position)}, what);
 }
 
+std::size_t text_begin(std::string_view bytes, const std::string& name) {
+  const std::string_view mark = bytes.substr(0, 2);
+  if (mark == "\xfe\xff" || mark == "\xff\xfe")
+    throw InvalidInput(Place{name, 1}, "is UTF-16 text; convert it to UTF-8");
+  return bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0;
+}
+
 void ByteCursor::fail_missing(std::size_t count, const char* expected) const {
   fail("expected " + std::string(expected) + " (" + std::to_string(count) + " bytes), but only " +
        std::to_string(left()) + " are left; the file is cut short or damaged");

@@ -29,6 +29,9 @@ T swap_bytes(T value) {
 [[noreturn]] void fail_at_line(const std::string& name, std::string_view bytes, std::size_t position,
                                const std::string& what);
 
+// The first byte of a text after a UTF-8 byte-order mark, if it has one. Throws InvalidInput for UTF-16.
+std::size_t text_begin(std::string_view bytes, const std::string& name);
+
 // Binary. Every failure is an InvalidInput that names the byte.
 class ByteCursor {
  public:
@@ -94,6 +97,13 @@ class TextCursor {
     std::string_view word = next_on_line();
     while (word.empty() && next_line()) word = next_on_line();
     return word;
+  }
+
+  // Takes a word whose bounds the caller has found, for formats whose words have other ends.
+  std::string_view take(std::size_t begin, std::size_t end) {
+    word_begin_ = begin;
+    position_ = end;
+    return bytes_.substr(begin, end - begin);
   }
 
   // The number that a word taken spells. An empty word is a missing number; `expected` says which, e.g. "a coordinate".

@@ -12,6 +12,7 @@
 #include "knead/io/obj.h"
 #include "knead/io/ply.h"
 #include "knead/io/text.h"
+#include "knead/io/xyz.h"
 #include "knead/math/error.h"
 #include "knead/mesh/normals.h"
 
@@ -29,9 +30,10 @@ struct Format {
   std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
 };
 
-constexpr std::array<Format, 2> kFormats = {
+constexpr std::array<Format, 3> kFormats = {
     {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
-     {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses}}};
+     {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses},
+     {"xyz", parse_xyz, rewrite_xyz, generate_xyz, xyz_losses, xyz_source_losses}}};
 
 const Format* find_format(std::string_view name) {
   for (const Format& format : kFormats) {
