@@ -149,8 +149,8 @@ TEST(WriteMesh, FilesOfEveryName) {
     write_shape(folder / name, shape, shape.mesh.positions);
     EXPECT_EQ(file_bytes(folder / name), shape.bytes);
   }
-  EXPECT_THROW(write_mesh(folder / "x.stl", mesh), InvalidInput);
-  EXPECT_FALSE(std::filesystem::exists(folder / "x.stl"));
+  EXPECT_THROW(write_mesh(folder / "x.step", mesh), InvalidInput);
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.step"));
   std::filesystem::remove_all(folder);
 }
 

@@ -39,31 +39,37 @@ bool TextCursor::next_line() {
   return position_ < bytes_.size();
 }
 
+void TextCursor::fail_about(std::string_view word, const std::string& what) const {
+  fail_at_line(name_, bytes_, word.empty() ? word_begin_ : static_cast<std::size_t>(word.data() - bytes_.data()), what);
+}
+
 double TextCursor::real(std::string_view word, const char* expected) const {
-  if (word.empty()) fail("expected " + std::string(expected) + ", found the end of the line or file");
+  if (word.empty()) fail_about(word, "expected " + std::string(expected) + ", found the end of the line or file");
   double value = 0;
   const ParseResult result = parse_real(word, value);
-  if (result == ParseResult::malformed) fail("expected " + std::string(expected) + ", found " + in_quotes(word));
-  if (result == ParseResult::overflow) fail(in_quotes(word) + " does not fit in a double; repair the file");
+  if (result == ParseResult::malformed)
+    fail_about(word, "expected " + std::string(expected) + ", found " + in_quotes(word));
+  if (result == ParseResult::overflow) fail_about(word, in_quotes(word) + " does not fit in a double; repair the file");
   return value;
 }
 
 double TextCursor::coordinate(std::string_view word) const {
   const double value = real(word, "a coordinate");
-  if (!std::isfinite(value)) fail("a coordinate is " + in_quotes(word) + ", which is not finite; repair the file");
+  if (!std::isfinite(value))
+    fail_about(word, "a coordinate is " + in_quotes(word) + ", which is not finite; repair the file");
   return value;
 }
 
 std::size_t TextCursor::whole(std::string_view word, std::size_t most, const char* expected) const {
-  if (word.empty()) fail("expected " + std::string(expected) + ", found the end of the line or file");
+  if (word.empty()) fail_about(word, "expected " + std::string(expected) + ", found the end of the line or file");
   std::uint64_t value = 0;
   const char* end = word.data() + word.size();
   const auto [stop, error] = std::from_chars(word.data(), end, value);
   if (error == std::errc::invalid_argument || stop != end) {
-    fail("expected " + std::string(expected) + ", found " + in_quotes(word));
+    fail_about(word, "expected " + std::string(expected) + ", found " + in_quotes(word));
   }
   if (error != std::errc{} || value > most) {
-    fail(std::string(expected) + " is " + in_quotes(word) + ", more than " + std::to_string(most));
+    fail_about(word, std::string(expected) + " is " + in_quotes(word) + ", more than " + std::to_string(most));
   }
   return static_cast<std::size_t>(value);
 }

@@ -106,7 +106,8 @@ class TextCursor {
     return bytes_.substr(begin, end - begin);
   }
 
-  // The number that a word taken spells. An empty word is a missing number; `expected` says which, e.g. "a coordinate".
+  // The number that a word of the file spells; failures name its line. An empty word is a missing number, at the word
+  // that was taken last; `expected` says which, e.g. "a coordinate".
   double real(std::string_view word, const char* expected) const;
 
   // The same for a coordinate: a number that is finite.
@@ -119,6 +120,8 @@ class TextCursor {
   [[noreturn]] void fail(const std::string& what) const { fail_at_line(name_, bytes_, word_begin_, what); }
 
  private:
+  [[noreturn]] void fail_about(std::string_view word, const std::string& what) const;
+
   std::string_view bytes_;
   const std::string& name_;
   std::size_t position_ = 0;

@@ -11,6 +11,7 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/obj.h"
 #include "knead/io/ply.h"
+#include "knead/io/stl.h"
 #include "knead/io/text.h"
 #include "knead/io/xyz.h"
 #include "knead/math/error.h"
@@ -30,9 +31,10 @@ struct Format {
   std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
 };
 
-constexpr std::array<Format, 3> kFormats = {
+constexpr std::array<Format, 4> kFormats = {
     {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
      {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses},
+     {"stl", parse_stl, rewrite_stl, generate_stl, stl_losses, stl_source_losses},
      {"xyz", parse_xyz, rewrite_xyz, generate_xyz, xyz_losses, xyz_source_losses}}};
 
 const Format* find_format(std::string_view name) {
@@ -59,11 +61,11 @@ std::string read_bytes(const std::filesystem::path& path) {
   if (!file) fail(errno);
   std::error_code no_size;  // pipes have none
   const std::uintmax_t size = std::filesystem::file_size(path, no_size);
-  std::string bytes;
-  if (!no_size) bytes.reserve(size + 1);
+  std::string bytes(no_size ? 0 : size, '\0');
+  std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get());
+  bytes.resize(count);
   std::array<char, 1 << 16> block{};
-  while (const std::size_t count = std::fread(block.data(), 1, block.size(), file.get()))
-    bytes.append(block.data(), count);
+  while ((count = std::fread(block.data(), 1, block.size(), file.get())) > 0) bytes.append(block.data(), count);
   if (std::ferror(file.get()) != 0) fail(errno);
   return bytes;
 }
