@@ -1,6 +1,8 @@
 #include "knead/mesh/measures.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "knead/mesh/edges.h"
 #include "knead/mesh/triangulate.h"
@@ -24,15 +26,33 @@ VolumeAndArea sum_triangles(std::span<const Triangle> triangles, std::span<const
 
 Vec3d center_of(const Box& box) { return box.empty() ? Vec3d{} : box.center(); }
 
+// The tangent of a triangle's smallest angle. That is between the two longest edges, where their dot product is the
+// largest of the three, and at most 60 degrees.
+double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = b - a;
+  const Vec3d bc = c - b;
+  const Vec3d ca = a - c;
+  return norm(cross(ab, ca)) / std::max({-dot(ca, ab), -dot(ab, bc), -dot(bc, ca)});
+}
+
 void count_triangles(const Mesh& mesh, Measures& m) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   m.triangles = triangles.size();
   const VolumeAndArea sums = sum_triangles(triangles, mesh.positions, center_of(m.box));
   m.volume = sums.volume;
   m.area = sums.area;
+  double tangent = Box::kInfinity;
   for (const Triangle& t : triangles) {
-    if (is_degenerate(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]])) ++m.degenerate_triangles;
+    const Vec3d& a = mesh.positions[t[0]];
+    const Vec3d& b = mesh.positions[t[1]];
+    const Vec3d& c = mesh.positions[t[2]];
+    if (is_degenerate(a, b, c)) {
+      ++m.degenerate_triangles;
+    } else {
+      tangent = std::min(tangent, smallest_tangent(a, b, c));
+    }
   }
+  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
 }
 
 // The corners around a vertex that lie in one fan of faces form one set: faces hang together across edges of

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -31,7 +32,8 @@ struct Measures {
   double volume = 0;       // signed, positive where faces point outward; about the centre of the box, so that an open
                            // mesh has some finite value that means little
   double area = 0;
-  Box box;  // of every vertex, used or not
+  std::optional<double> smallest_angle_deg;  // of all triangles but the degenerate ones; nothing where there is none
+  Box box;                                   // of every vertex, used or not
 
   bool closed() const { return faces > 0 && boundary_edges == 0; }
   bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <optional>
 #include <random>
 
@@ -156,6 +158,31 @@ TEST(Measures, NothingAtAll) {
   const Measures points = measure(make_mesh({{1, 2, 3}, {4, 5, 6}}, {}));
   EXPECT_EQ(points.components, 0u);
   EXPECT_EQ(points.unused_vertices, 2u);
+}
+
+// Right triangles of known angles, of every size, with the corners in every order.
+TEST(SmallestAngle, IsThatOfTheTriangle) {
+  for (const double degrees : {1e-6, 0.5, 5.0, 20.0, 30.0, 44.9}) {
+    for (const double size : {1e-30, 1.0, 1e30}) {
+      const Vec3d far{size, 0, 0};
+      const Vec3d high{size, size * std::tan(degrees * std::numbers::pi / 180), 0};
+      for (const Mesh& mesh : {make_mesh({{}, far, high}, {{0, 1, 2}}), make_mesh({far, high, {}}, {{0, 1, 2}}),
+                               make_mesh({high, {}, far}, {{0, 1, 2}})}) {
+        const std::optional<double> angle = measure(mesh).smallest_angle_deg;
+        ASSERT_TRUE(angle.has_value());
+        EXPECT_NEAR(*angle, degrees, 1e-14 * degrees);  // some tens of roundings, no cancellation
+      }
+    }
+  }
+}
+
+TEST(SmallestAngle, IsThatOfTheWorstTriangleThatHasAnArea) {
+  EXPECT_NEAR(*measure(unit_cube()).smallest_angle_deg, 45, 1e-12);
+  const Mesh mixed =
+      make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 0.8, 0}, {2, 0, 0}, {1, 1, 0}}, {{0, 1, 2}, {0, 1, 3}, {0, 3, 4}});
+  EXPECT_NEAR(*measure(mixed).smallest_angle_deg, 45, 1e-12);
+  EXPECT_EQ(measure(make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}})).smallest_angle_deg, std::nullopt);
+  EXPECT_EQ(measure(Mesh{}).smallest_angle_deg, std::nullopt);
 }
 
 }  // namespace

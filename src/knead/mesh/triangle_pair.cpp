@@ -1,0 +1,127 @@
+#include "knead/mesh/triangle_pair.h"
+
+#include <algorithm>
+
+#include "knead/mesh/predicates.h"
+
+namespace knead {
+namespace {
+
+bool all_negative(const std::array<int, 3>& signs) { return std::max({signs[0], signs[1], signs[2]}) < 0; }
+bool all_positive(const std::array<int, 3>& signs) { return std::min({signs[0], signs[1], signs[2]}) > 0; }
+bool none_negative(const std::array<int, 3>& signs) { return std::min({signs[0], signs[1], signs[2]}) >= 0; }
+bool none_positive(const std::array<int, 3>& signs) { return std::max({signs[0], signs[1], signs[2]}) <= 0; }
+
+int side_of(const Corners& t, const Vec3d& p) { return orient3d(t[0], t[1], t[2], p); }
+
+std::array<int, 3> sides_of(const Corners& t, const Corners& points) {
+  return {side_of(t, points[0]), side_of(t, points[1]), side_of(t, points[2])};
+}
+
+// A coordinate axis along which the triangle is seen to have an area, and the turn of its corners.
+struct View {
+  int axis = 0;
+  int turn = 0;  // 0: along none
+};
+
+View view_of(const Corners& t) {
+  for (int axis = 0; axis < 3; ++axis) {
+    const int turn = orient2d(t[0], t[1], t[2], axis);
+    if (turn != 0) return {axis, turn};
+  }
+  return {};
+}
+
+// Two convex sets in a plane are disjoint only if the line of an edge of one separates them.
+bool meets_in_plane(const Corners& t, const Vec3d& p, const Vec3d& q) {
+  const View view = view_of(t);
+  const auto turn = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) { return orient2d(a, b, c, view.axis); };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d& a = t[i];
+    const Vec3d& b = t[(i + 1) % 3];
+    if (turn(a, b, p) == -view.turn && turn(a, b, q) == -view.turn) return false;
+  }
+  const std::array<int, 3> turns{turn(p, q, t[0]), turn(p, q, t[1]), turn(p, q, t[2])};
+  return !all_positive(turns) && !all_negative(turns);
+}
+
+// Whether the segment p q meets the triangle; p and q lie on those sides of its plane.
+bool meets(const Corners& t, const Vec3d& p, const Vec3d& q, int p_side, int q_side) {
+  if (p_side * q_side > 0) return false;
+  if (p_side == 0 && q_side == 0) return meets_in_plane(t, p, q);
+  const std::array<int, 3> turns{orient3d(p, q, t[0], t[1]), orient3d(p, q, t[1], t[2]), orient3d(p, q, t[2], t[0])};
+  return none_negative(turns) || none_positive(turns);
+}
+
+// Whether an edge of u meets t.
+bool an_edge_meets(const Corners& t, const Corners& u, const std::array<int, 3>& u_sides) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (meets(t, u[i], u[j], u_sides[i], u_sides[j])) return true;
+  }
+  return false;
+}
+
+// Two triangles meet if and only if an edge of one meets the other.
+bool meet(const Corners& t, const Corners& u) {
+  const std::array<int, 3> u_sides = sides_of(t, u);
+  if (all_positive(u_sides) || all_negative(u_sides)) return false;
+  const std::array<int, 3> t_sides = sides_of(u, t);
+  if (all_positive(t_sides) || all_negative(t_sides)) return false;
+  return an_edge_meets(t, u, u_sides) || an_edge_meets(u, t, t_sides);
+}
+
+// Both share corner 0: whether the edge opposite to it of one meets the other.
+bool meet_beyond_corner(const Corners& t, const Corners& u) {
+  const int u1 = side_of(t, u[1]);
+  const int u2 = side_of(t, u[2]);
+  if (u1 * u2 > 0) return false;  // u is in the plane of t with its corner 0 only
+  if (meets(t, u[1], u[2], u1, u2)) return true;
+  return meets(u, t[1], t[2], side_of(u, t[1]), side_of(u, t[2]));
+}
+
+// Both share corners 0 and 1: whether one covers a part of the other.
+bool meet_beyond_edge(const Corners& t, const Corners& u) {
+  if (side_of(t, u[2]) != 0) return false;
+  const View view = view_of(t);
+  return orient2d(t[0], t[1], u[2], view.axis) == view.turn;
+}
+
+// The corners of t that u has, too, as places in both.
+struct Shared {
+  std::size_t count = 0;
+  std::array<std::array<std::size_t, 2>, 3> places{};
+};
+
+Shared shared_corners(const Triangle& t, const Triangle& u) {
+  Shared shared;
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      if (t[i] == u[j]) shared.places[shared.count++] = {i, j};
+    }
+  }
+  return shared;
+}
+
+// The same corners, from two of them on; the turn may change.
+Corners beginning_with(std::size_t first, std::size_t second, const Corners& c) {
+  return {c[first], c[second], c[3 - first - second]};
+}
+
+}  // namespace
+
+bool are_collinear(const Corners& corners) { return view_of(corners).turn == 0; }
+
+bool meet_beyond_shared(const Triangle& t, const Corners& t_corners, const Triangle& u, const Corners& u_corners) {
+  const Shared shared = shared_corners(t, u);
+  if (shared.count == 0) return meet(t_corners, u_corners);
+  if (shared.count == 3) return true;
+  const auto [i, j] = shared.places[0];
+  if (shared.count == 1) {
+    return meet_beyond_corner(beginning_with(i, (i + 1) % 3, t_corners), beginning_with(j, (j + 1) % 3, u_corners));
+  }
+  const auto [i2, j2] = shared.places[1];
+  return meet_beyond_edge(beginning_with(i, i2, t_corners), beginning_with(j, j2, u_corners));
+}
+
+}  // namespace knead
