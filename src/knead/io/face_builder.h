@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,16 +24,22 @@ class FaceBuilder {
   explicit FaceBuilder(Mesh& mesh) : mesh_(mesh) {}
 
   // Adds a face and returns true; one of fewer than three corners is dropped. The caller has checked the range.
-  bool add(const std::vector<std::uint32_t>& vertices) {
-    if (vertices.size() < 3) {
-      ++dropped_;
+  bool add(std::span<const std::uint32_t> vertices) { return add_equal(vertices, vertices.size(), 1); }
+
+  // The same for `count` faces that have as many corners each, one after the other.
+  bool add_equal(std::span<const std::uint32_t> vertices, std::size_t corners, std::size_t count) {
+    if (corners < 3) {
+      dropped_ += count;
       return false;
     }
     if (mesh_.corner_vertex.size() + vertices.size() > kMostElements) {
       throw InvalidInput("more than 4294967295 corners; split the shape");
     }
-    if (has_repeated(vertices)) ++repeated_;
-    mesh_.add_face(vertices);
+    mesh_.corner_vertex.insert(mesh_.corner_vertex.end(), vertices.begin(), vertices.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      if (has_repeated(vertices.subspan(i * corners, corners))) ++repeated_;
+      mesh_.face_begin.push_back(mesh_.face_begin.back() + static_cast<std::uint32_t>(corners));
+    }
     return true;
   }
 
@@ -47,9 +54,9 @@ class FaceBuilder {
   }
 
  private:
-  bool has_repeated(const std::vector<std::uint32_t>& v) {
+  bool has_repeated(std::span<const std::uint32_t> v) {
     if (v.size() == 3) return v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
-    sorted_ = v;
+    sorted_.assign(v.begin(), v.end());
     std::sort(sorted_.begin(), sorted_.end());
     return std::adjacent_find(sorted_.begin(), sorted_.end()) != sorted_.end();
   }

@@ -26,9 +26,15 @@ std::vector<std::string> obj_losses(const Mesh& mesh);
 // What a file made of the source's mesh alone leaves out.
 std::vector<std::string> obj_source_losses(const ShapeFile& source);
 
+// The byte at which the lines begin: after a byte order mark.
+std::size_t first_obj_byte(std::string_view bytes);
+
 // The first byte at or after `position` on the same line that is no blank; a backslash at the end of a line joins the
 // next line to it.
 std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position);
+
+// The line end at or after `position`, or the end of the text.
+std::size_t obj_line_end(std::string_view bytes, std::size_t position);
 
 // The byte after the token that begins at `position`.
 std::size_t obj_token_end(std::string_view bytes, std::size_t position);

@@ -1,7 +1,6 @@
-// Where the numbers of an OBJ file are.
+// What an OBJ file holds besides a mesh.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -12,10 +11,8 @@ namespace knead {
 
 // The part of an OBJ file that a mesh does not hold.
 struct ObjLayout {
-  std::vector<std::size_t> vertex_begin;     // the byte after the keyword `v` of each vertex
-  std::vector<std::size_t> normal_begin;     // the byte after the keyword `vn` of each normal
   std::vector<Vec3d> normals;                // the value of each vn
-  std::vector<std::uint32_t> corner_normal;  // which vn each corner of the mesh uses, or kNoNormal
+  std::vector<std::uint32_t> corner_normal;  // which vn each corner of the mesh uses, or kNoNormal; empty: none does
   std::vector<std::string> other_keywords;   // of the lines that a mesh does not hold, e.g. "usemtl"; each once
 };
 

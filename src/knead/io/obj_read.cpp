@@ -5,6 +5,7 @@
 
 #include "knead/io/face_builder.h"
 #include "knead/io/obj.h"
+#include "knead/io/room_ahead.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 #include "knead/mesh/normals.h"
@@ -17,7 +18,7 @@ namespace {
 struct References {
   const char* what;
   std::size_t given = 0;                // so far
-  std::vector<std::uint32_t> corner{};  // of each corner kept, from 0; kNoNormal: none
+  std::vector<std::uint32_t> corner{};  // of each corner kept, from 0; kNoNormal: none; empty until one is given
   std::size_t largest = 0;              // index used, from 1, and where
   std::size_t largest_position = 0;
 };
@@ -50,7 +51,7 @@ class ObjReader {
     if (begins_with("\xfe\xff") || begins_with("\xff\xfe")) {
       throw InvalidInput(Place{name_, 1}, "is UTF-16 text; convert it to UTF-8");
     }
-    if (begins_with("\xef\xbb\xbf")) position_ = 3;
+    position_ = first_obj_byte(bytes_);
     if (const std::size_t zero = bytes_.find('\0'); zero != std::string_view::npos) {
       fail(zero, "a zero byte; this is no OBJ text");
     }
@@ -63,16 +64,16 @@ class ObjReader {
     const std::string_view keyword = bytes_.substr(begin, position_ - begin);
     if (keyword == "v") {
       read_vertex();
-    } else if (keyword == "vt") {
-      read_texture();
-    } else if (keyword == "vn") {
-      read_normal();
     } else if (keyword == "f") {
       read_face();
+    } else if (keyword == "vn") {
+      read_normal();
+    } else if (keyword == "vt") {
+      read_texture();
     } else if (!keyword.empty() && keyword[0] != '#') {
       add_other(keyword);
     }
-    position_ = std::min(bytes_.find_first_of("\r\n", position_), bytes_.size() - 1) + 1;
+    position_ = obj_line_end(bytes_, position_) + 1;
   }
 
   void add_other(std::string_view keyword) {
@@ -99,7 +100,16 @@ class ObjReader {
     return value;
   }
 
+  // A number that ends with a blank or a line end is read where it stands.
   double next_number(const char* expected) {
+    position_ = skip_obj_blanks(bytes_, position_);
+    double value = 0;
+    const char* const end = bytes_.data() + bytes_.size();
+    const auto [stop, error] = std::from_chars(bytes_.data() + position_, end, value);
+    if (error == std::errc{} && (stop == end || is_blank(*stop) || is_line_end(*stop))) {
+      position_ = static_cast<std::size_t>(stop - bytes_.data());
+      return value;
+    }
     const std::string_view token = next_token();
     if (token.empty()) fail(position_, std::string("a number is missing; expected ") + expected);
     return parse_number(token);
@@ -113,9 +123,9 @@ class ObjReader {
 
   // v x y z [w], or v x y z r g b [a].
   void read_vertex() {
-    layout_.vertex_begin.push_back(position_);
     const Vec3d p = next_vector("'v x y z'");
     if (!is_finite(p)) fail(position_, "a coordinate is not finite; repair the file");
+    vertex_room_.make(shape_.mesh.positions, 1, position_, bytes_.size());
     shape_.mesh.positions.push_back(p);
     ++vertex_.given;
     double more[4] = {};
@@ -143,7 +153,6 @@ class ObjReader {
   }
 
   void read_normal() {
-    layout_.normal_begin.push_back(position_);
     const Vec3d n = next_vector("'vn x y z'");
     layout_.normals.push_back({finite(n.x), finite(n.y), finite(n.z)});
     ++normal_.given;
@@ -153,10 +162,37 @@ class ObjReader {
     face_.clear();
     face_textures_.clear();
     face_normals_.clear();
+    while (read_plain_corner()) continue;
     for (std::string_view token = next_token(); !token.empty(); token = next_token()) read_corner(token);
+    Mesh& mesh = shape_.mesh;
+    corner_room_.make(mesh.corner_vertex, face_.size(), position_, bytes_.size());
+    face_room_.make(mesh.face_begin, 1, position_, bytes_.size());
+    const std::size_t corners = mesh.corner_vertex.size();
     if (!faces_.add(face_)) return;
-    texture_.corner.insert(texture_.corner.end(), face_textures_.begin(), face_textures_.end());
-    normal_.corner.insert(normal_.corner.end(), face_normals_.begin(), face_normals_.end());
+    add_references(texture_, corners, face_textures_);
+    add_references(normal_, corners, face_normals_);
+  }
+
+  // What the corners of a face that was added refer to; `before` is how many corners there were before it.
+  void add_references(References& to, std::size_t before, const std::vector<std::uint32_t>& of_face) const {
+    if (to.corner.empty() && of_face.empty()) return;
+    to.corner.resize(before, kNoNormal);
+    to.corner.insert(to.corner.end(), of_face.begin(), of_face.end());
+    to.corner.resize(shape_.mesh.corner_vertex.size(), kNoNormal);
+  }
+
+  // A corner that is a vertex's number and nothing else, which most files have; false where the next word is no such.
+  bool read_plain_corner() {
+    std::size_t i = skip_obj_blanks(bytes_, position_);
+    std::size_t index = 0;
+    const std::size_t begin = i;
+    for (; i < bytes_.size() && i < begin + 9 && bytes_[i] >= '0' && bytes_[i] <= '9'; ++i) {
+      index = index * 10 + static_cast<std::size_t>(bytes_[i] - '0');
+    }
+    if (index == 0 || i == bytes_.size() || !(is_blank(bytes_[i]) || is_line_end(bytes_[i]))) return false;
+    position_ = i;
+    face_.push_back(referred(index, vertex_));
+    return true;
   }
 
   // v, v/vt, v//vn or v/vt/vn.
@@ -172,8 +208,22 @@ class ObjReader {
       token = more ? token.substr(slash + 1) : std::string_view{};
     }
     face_.push_back(resolve(part[0], vertex_, whole));
-    face_textures_.push_back(part[1].empty() ? kNoNormal : resolve(part[1], texture_, whole));
-    face_normals_.push_back(part[2].empty() ? kNoNormal : resolve(part[2], normal_, whole));
+    if (!part[1].empty()) put_reference(face_textures_, resolve(part[1], texture_, whole));
+    if (!part[2].empty()) put_reference(face_normals_, resolve(part[2], normal_, whole));
+  }
+
+  // For the corner of the face that was read last.
+  void put_reference(std::vector<std::uint32_t>& of_face, std::uint32_t reference) const {
+    of_face.resize(face_.size() - 1, kNoNormal);
+    of_face.push_back(reference);
+  }
+
+  std::uint32_t referred(std::size_t index, References& to) const {
+    if (index > to.largest) {
+      to.largest = index;
+      to.largest_position = position_;
+    }
+    return static_cast<std::uint32_t>(index - 1);
   }
 
   std::uint32_t resolve(std::string_view text, References& to, std::string_view whole) {
@@ -187,12 +237,7 @@ class ObjReader {
       fail(position_, std::string("index ") + std::string(text.substr(0, 24)) + " of a " + to.what +
                           " is out of range (" + std::to_string(given) + " so far, counted from 1); repair the file");
     }
-    const std::size_t resolved = static_cast<std::size_t>(index > 0 ? index : given + index + 1);
-    if (resolved > to.largest) {
-      to.largest = resolved;
-      to.largest_position = position_;
-    }
-    return static_cast<std::uint32_t>(resolved - 1);
+    return referred(static_cast<std::size_t>(index > 0 ? index : given + index + 1), to);
   }
 
   // Faces may stand before what they refer to, so that only the end of the file tells what is out of range.
@@ -205,7 +250,7 @@ class ObjReader {
   // An attribute of corners, from the values that they refer to; corners without a reference have 0.
   void add_corner_attribute(const char* attribute, std::size_t n, const std::vector<std::uint32_t>& corner,
                             const std::vector<double>& values) {
-    if (std::all_of(corner.begin(), corner.end(), [](std::uint32_t i) { return i == kNoNormal; })) return;
+    if (corner.empty()) return;
     Attribute result{attribute, Domain::corner, NumberType::float32, static_cast<int>(n), {}};
     result.values.resize(corner.size() * n, 0.0);
     std::size_t without = 0;
@@ -254,6 +299,9 @@ class ObjReader {
   std::string_view bytes_;
   const std::string& name_;
   FaceBuilder faces_;
+  RoomAhead vertex_room_;
+  RoomAhead corner_room_;
+  RoomAhead face_room_;
   ObjLayout layout_;
   std::size_t position_ = 0;
   References vertex_{"vertex"};

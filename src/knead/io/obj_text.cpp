@@ -15,6 +15,8 @@ std::size_t joined_length(std::string_view bytes, std::size_t position) {
 
 }  // namespace
 
+std::size_t first_obj_byte(std::string_view bytes) { return bytes.substr(0, 3) == "\xef\xbb\xbf" ? 3 : 0; }
+
 std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position) {
   while (position < bytes.size()) {
     if (is_blank(bytes[position])) {
@@ -25,6 +27,11 @@ std::size_t skip_obj_blanks(std::string_view bytes, std::size_t position) {
       break;
     }
   }
+  return position;
+}
+
+std::size_t obj_line_end(std::string_view bytes, std::size_t position) {
+  while (position < bytes.size() && !is_line_end(bytes[position])) ++position;
   return position;
 }
 

@@ -14,8 +14,8 @@ class Replacer {
  public:
   explicit Replacer(std::string_view bytes) : bytes_(bytes) { result_.reserve(bytes.size() + bytes.size() / 4 + 64); }
 
-  // The numbers after `begin`; a component that stays the same keeps its bytes.
-  void replace(std::size_t begin, const Vec3d& from, const Vec3d& to) {
+  // The numbers after `begin`; a component that stays the same keeps its bytes. Returns the byte after them.
+  std::size_t replace(std::size_t begin, const Vec3d& from, const Vec3d& to) {
     std::size_t position = begin;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       position = skip_obj_blanks(bytes_, position);
@@ -27,6 +27,7 @@ class Replacer {
       }
       position = end;
     }
+    return position;
   }
 
   std::string finish() {
@@ -136,18 +137,24 @@ void append_face(std::string& text, const Mesh& mesh, std::size_t f, const Lines
 std::string rewrite_obj(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                         const WriteOptions&) {
   const ObjLayout& layout = std::get<ObjLayout>(source.layout);
-  Replacer replacer(source.bytes);
-  std::size_t n = 0;
-  const auto replace_normals_before = [&](std::size_t end) {
-    for (; n < normals.size() && layout.normal_begin[n] < end; ++n) {
-      replacer.replace(layout.normal_begin[n], layout.normals[n], normals[n]);
+  const std::string_view bytes = source.bytes;
+  Replacer replacer(bytes);
+  std::size_t vertex = 0;
+  std::size_t normal = 0;
+  for (std::size_t position = first_obj_byte(bytes); position < bytes.size();) {
+    position = skip_obj_blanks(bytes, position);
+    const std::size_t end = obj_token_end(bytes, position);
+    const std::string_view keyword = bytes.substr(position, end - position);
+    position = end;
+    if (keyword == "v") {
+      position = replacer.replace(position, source.mesh.positions[vertex], positions[vertex]);
+      ++vertex;
+    } else if (keyword == "vn" && !normals.empty()) {
+      position = replacer.replace(position, layout.normals[normal], normals[normal]);
+      ++normal;
     }
-  };
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    replace_normals_before(layout.vertex_begin[i]);
-    replacer.replace(layout.vertex_begin[i], source.mesh.positions[i], positions[i]);
+    position = obj_line_end(bytes, position) + 1;
   }
-  replace_normals_before(source.bytes.size());
   return replacer.finish();
 }
 

@@ -7,6 +7,7 @@
 #include "knead/io/corner_values.h"
 #include "knead/io/ply.h"
 #include "knead/io/ply_header.h"
+#include "knead/io/ply_plan.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 

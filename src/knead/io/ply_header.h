@@ -12,7 +12,7 @@
 
 namespace knead {
 
-// Reads the header: encoding, elements and properties, and where the body begins. row_begin stays empty. Throws
+// Reads the header: encoding, elements and properties, and where the body begins. Throws
 // InvalidInput that names the line.
 PlyLayout parse_ply_header(std::string_view bytes, const std::string& name);
 

@@ -29,9 +29,9 @@ enum class PlyEncoding { ascii, little_endian, big_endian };
 struct PlyLayout {
   PlyEncoding encoding = PlyEncoding::ascii;
   std::vector<PlyElement> elements;
-  std::size_t body_begin = 0;          // the byte after the header
-  std::size_t vertex_element = 0;      // index of the element "vertex"
-  std::vector<std::size_t> row_begin;  // the first byte of each vertex, then the byte after the last
+  std::size_t body_begin = 0;      // the byte after the header
+  std::size_t vertex_element = 0;  // index of the element "vertex"
+  std::size_t vertex_begin = 0;    // the first byte of its first row; in text, a blank or line end before it at most
 };
 
 }  // namespace knead

@@ -1,187 +1,174 @@
-// Reading PLY (Turk 1994). The body is read row by row into columns of numbers, which ply_mesh.cpp makes a mesh of.
-#include <cmath>
-#include <limits>
+// Reading PLY (Turk 1994): every number goes straight to its place in the mesh.
+#include <algorithm>
+#include <array>
 
 #include "knead/io/ply.h"
-#include "knead/io/ply_header.h"
-#include "knead/io/text.h"
-#include "knead/math/error.h"
+#include "knead/io/ply_body.h"
+#include "knead/io/ply_columns.h"
+#include "knead/io/ply_target.h"
 
 namespace knead {
 namespace {
 
-// Bounds-checked reading of one number after the other.
-class BodyReader {
+std::size_t count_lists(const PlyElement& element) {
+  return static_cast<std::size_t>(std::count_if(element.properties.begin(), element.properties.end(),
+                                                [](const PlyProperty& property) { return property.is_list; }));
+}
+
+// Reads an element row by row.
+template <class Body>
+class RowReader {
  public:
-  BodyReader(std::string_view bytes, const PlyLayout& layout, const std::string& name)
-      : bytes_(bytes),
-        position_(layout.body_begin),
-        ascii_(layout.encoding == PlyEncoding::ascii),
-        swapped_(is_swapped(layout.encoding)),
-        name_(name) {}
+  RowReader(Body& body, const PlyElement& element, const std::vector<PlySink>& sinks, PlyTarget& target)
+      : body_(body), element_(element), sinks_(sinks), target_(target) {}
 
-  std::size_t position() const { return position_; }
-
-  [[noreturn]] void fail(const std::string& what) const { fail_at(bytes_, position_, ascii_, name_, what); }
-
-  [[noreturn]] static void fail_at(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
-                                   const std::string& what) {
-    if (ascii) throw InvalidInput(Place{name, line_of(bytes, position)}, what);
-    throw InvalidInput(Place{name}, "byte " + std::to_string(position) + ": " + what);
-  }
-
-  // Refuses an element whose rows cannot all be in the rest of the file.
-  void check_count(const PlyElement& element) const {
-    std::size_t smallest = 0;
-    for (const PlyProperty& p : element.properties) {
-      smallest += ascii_ ? 2 : (p.is_list ? size_of(p.count_type) : size_of(p.type));
+  void run() {
+    for (std::size_t i = 0; i < element_.count; ++i) read_row();
+    for (const PlySink& sink : sinks_) {
+      if (sink.kind != PlySink::Kind::attribute) continue;
+      Attribute& attribute = target_.mesh().attributes[sink.attribute];
+      attribute.values.resize(row_ * static_cast<std::size_t>(attribute.components));  // some are left out
     }
-    const std::size_t left = bytes_.size() - position_ + (ascii_ ? 1 : 0);  // the last number needs no blank after it
-    if (smallest > 0 && element.count > left / smallest) {
-      fail("the header declares " + std::to_string(element.count) + " of element '" + element.name + "', but only " +
-           std::to_string(bytes_.size() - position_) + " bytes follow; the file is cut short");
-    }
-  }
-
-  void begin_row() {
-    if (ascii_) skip_to_token();
-  }
-
-  // In text, a row may span lines but ends with one.
-  void end_row(const PlyElement& element) {
-    if (!ascii_) return;
-    while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
-    if (position_ < bytes_.size() && !is_line_end(bytes_[position_])) {
-      fail("more numbers on the line than element '" + element.name + "' declares, from " + in_quotes(next_token()) +
-           " on; check the counts in the header");
-    }
-  }
-
-  double number(NumberType type, const PlyElement& element) {
-    return ascii_ ? text_number(type, element) : binary_number(type, element);
-  }
-
-  // The length of a list, checked against what the file can hold.
-  std::size_t length(const PlyProperty& property, const PlyElement& element) {
-    const double value = number(property.count_type, element);
-    if (value < 0 || value != std::floor(value)) fail("a list cannot have " + shown(value) + " items");
-    const std::size_t left = bytes_.size() - position_;
-    const std::size_t most = ascii_ ? left / 2 + 1 : left / size_of(property.type);
-    if (value > static_cast<double>(most)) {
-      fail("a list of element '" + element.name + "' declares " + shown(value) + " items, but only " +
-           std::to_string(left) + " bytes follow; the file is cut short or damaged");
-    }
-    return static_cast<std::size_t>(value);
-  }
-
-  bool anything_left() {
-    if (ascii_) skip_to_token();
-    return position_ < bytes_.size();
   }
 
  private:
-  void skip_to_token() {
-    while (position_ < bytes_.size() && (is_blank(bytes_[position_]) || is_line_end(bytes_[position_]))) ++position_;
+  void read_row() {
+    body_.begin_row();
+    begin_ = body_.position();
+    corners_ = 0;
+    kept_ = true;
+    texcoord_sink_ = nullptr;
+    if (row_ == grown_) grow();
+    for (std::size_t p = 0; p < element_.properties.size(); ++p) {
+      const PlyProperty& property = element_.properties[p];
+      if (property.is_list) {
+        read_list(property, sinks_[p]);
+      } else {
+        read_number(property, sinks_[p]);
+      }
+    }
+    body_.end_row(element_);
+    if (texcoord_sink_ != nullptr) target_.add_corner_uv(*texcoord_sink_, texcoords_, corners_, kept_);
+    if (kept_) ++row_;
   }
 
-  std::string_view next_token() const { return bytes_.substr(position_, token_end(bytes_, position_) - position_); }
-
-  [[noreturn]] void fail_missing(const PlyElement& element) const {
-    fail("the file ends within element '" + element.name + "'; it is cut short, or the counts in the header are wrong");
+  void grow() {
+    constexpr std::size_t most = 1024;
+    const std::size_t count = std::min(most, element_.count - row_);
+    target_.grow(sinks_, {row_, count});
+    grown_ += count;
   }
 
-  double binary_number(NumberType type, const PlyElement& element) {
-    const std::size_t size = size_of(type);
-    if (bytes_.size() - position_ < size) fail_missing(element);
-    const double value = read_binary(bytes_.data() + position_, type, swapped_);
-    position_ += size;
-    return value;
+  void read_number(const PlyProperty& property, const PlySink& sink) {
+    const double value = body_.number(property.type, element_);
+    if (sink.kind == PlySink::Kind::coordinate && !std::isfinite(value)) {
+      body_.fail_at(begin_, "a coordinate of vertex " + std::to_string(row_) + " is not finite; repair the file");
+    }
+    target_.put(value, sink, row_);
   }
 
-  double text_number(NumberType type, const PlyElement& element) {
-    skip_to_token();
-    if (position_ == bytes_.size()) fail_missing(element);
-    const std::string_view token = next_token();
-    double value = 0;
-    float single = 0;
-    const bool is_single = type == NumberType::float32;
-    const ParseResult result = is_single ? parse_real(token, single) : parse_real(token, value);
-    if (result == ParseResult::malformed) fail(in_quotes(token) + " is not a number");
-    if (result == ParseResult::overflow)
-      fail(in_quotes(token) + " does not fit in a " + std::string(ply_type_name(type)));
-    position_ += token.size();
-    return is_single ? double{single} : value;
+  void read_list(const PlyProperty& property, const PlySink& sink) {
+    const std::size_t count = body_.length(property, element_);
+    switch (sink.kind) {
+      case PlySink::Kind::faces:
+        body_.indices(property, count, element_, items_);
+        return add_face();
+      case PlySink::Kind::strips:
+        body_.indices(property, count, element_, items_);
+        for (const std::int64_t item : items_) check_index(item, item == -1);
+        return target_.add_strips(items_);
+      case PlySink::Kind::corner_uv:
+        texcoords_.resize(count);
+        for (double& value : texcoords_) value = body_.number(property.type, element_);
+        texcoord_sink_ = &sink;
+        return;
+      default:
+        body_.skip_list(property, count, element_);
+    }
   }
 
-  std::string_view bytes_;
-  std::size_t position_;
-  bool ascii_;
-  bool swapped_;
-  const std::string& name_;
+  void add_face() {
+    face_.clear();
+    for (const std::int64_t item : items_) {
+      check_index(item, false);
+      face_.push_back(static_cast<std::uint32_t>(item));
+    }
+    corners_ = face_.size();
+    kept_ = target_.faces().add(face_);
+  }
+
+  void check_index(std::int64_t index, bool separator) const {
+    if (separator || (index >= 0 && static_cast<std::size_t>(index) < target_.vertices())) return;
+    body_.fail_at(begin_, ply_index_message(index, target_.vertices()));
+  }
+
+  Body& body_;
+  const PlyElement& element_;
+  const std::vector<PlySink>& sinks_;
+  PlyTarget& target_;
+  std::size_t row_ = 0;      // not counting faces that are left out
+  std::size_t grown_ = 0;    // rows that there is room for
+  std::size_t begin_ = 0;    // byte of this row
+  bool kept_ = true;         // this row is no face that is left out
+  std::size_t corners_ = 0;  // of this row's face
+  const PlySink* texcoord_sink_ = nullptr;
+  std::vector<double> texcoords_;
+  std::vector<std::int64_t> items_;
+  std::vector<std::uint32_t> face_;
 };
 
-// Whether the numbers of a property go into the mesh; others are read over.
-bool is_kept(const PlyElement& element, const PlyProperty& property) {
-  if (!property.is_list) return element.name == "vertex" || element.name == "face";
-  return is_index_list(element, property) || (element.name == "face" && property.name == "texcoord");
+// Refuses an element whose rows cannot all be in the rest of the file.
+template <class Body>
+void check_count(const Body& body, const PlyElement& element) {
+  const std::size_t smallest = smallest_row(element, Body::kAscii);
+  const std::size_t left = body.left() + (Body::kAscii ? 1 : 0);  // the last number needs no blank after it
+  if (smallest > 0 && element.count > left / smallest) {
+    body.fail("the header declares " + std::to_string(element.count) + " of element '" + element.name + "', but only " +
+              std::to_string(body.left()) + " bytes follow; the file is cut short");
+  }
 }
 
-PlyColumns read_element(BodyReader& reader, const PlyElement& element) {
-  reader.check_count(element);
-  PlyColumns columns;
-  columns.values.resize(element.properties.size());
-  columns.ends.resize(element.properties.size());
-  std::vector<bool> kept;
-  bool any = false;
-  for (const PlyProperty& property : element.properties) {
-    kept.push_back(is_kept(element, property));
-    any = any || kept.back();
+template <class Body>
+void read_element(Body& body, const PlyElement& element, const std::vector<PlySink>& sinks, PlyTarget& target) {
+  check_count(body, element);
+  if (element.properties.empty()) return;
+  reserve_rows(element, sinks, body.left(), Body::kAscii, target);
+  if constexpr (!Body::kAscii) {
+    const std::size_t lists = count_lists(element);
+    const bool of_faces =
+        std::any_of(sinks.begin(), sinks.end(), [](const PlySink& sink) { return sink.kind == PlySink::Kind::faces; });
+    if (lists == 0 || (lists == 1 && of_faces)) return read_columns(body, element, sinks, target);
   }
-  if (element.properties.empty()) return columns;
-  for (std::size_t row = 0; row < element.count; ++row) {
-    reader.begin_row();
-    if (any) columns.row_begin.push_back(reader.position());
-    for (std::size_t p = 0; p < element.properties.size(); ++p) {
-      const PlyProperty& property = element.properties[p];
-      const std::size_t items = property.is_list ? reader.length(property, element) : 1;
-      for (std::size_t i = 0; i < items; ++i) {
-        const double value = reader.number(property.type, element);
-        if (kept[p]) columns.values[p].push_back(value);
-      }
-      if (kept[p] && property.is_list) columns.ends[p].push_back(columns.values[p].size());
-    }
-    reader.end_row(element);
+  RowReader<Body>(body, element, sinks, target).run();
+}
+
+template <class Body>
+void read_body(ShapeFile& shape, PlyLayout& layout, const std::string& name) {
+  PlyPlan plan = plan_ply(layout, name);
+  Body body(shape.bytes, layout, name);
+  PlyTarget target(shape.mesh, std::move(plan.attributes), layout.elements[layout.vertex_element].count);
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    if (e == layout.vertex_element) layout.vertex_begin = body.position();
+    read_element(body, layout.elements[e], plan.sinks[e], target);
   }
-  columns.row_begin.push_back(reader.position());
-  return columns;
+  if constexpr (Body::kAscii) body.skip_to_token();
+  if (body.left() > 0) shape.notes.push_back(std::to_string(body.left()) + " bytes follow the last element");
+  target.finish(shape.notes);
 }
 
 }  // namespace
-
-bool is_index_list(const PlyElement& element, const PlyProperty& property) {
-  return property.is_list && (element.name == "face" || element.name == "tristrips") &&
-         (property.name == "vertex_indices" || property.name == "vertex_index");
-}
-
-void fail_in_ply(std::string_view bytes, const PlyLayout& layout, std::size_t position, const std::string& name,
-                 const std::string& what) {
-  BodyReader::fail_at(bytes, position, layout.encoding == PlyEncoding::ascii, name, what);
-}
 
 ShapeFile parse_ply(std::string bytes, const std::string& name) {
   ShapeFile shape;
   shape.format = "ply";
   shape.bytes = std::move(bytes);
   PlyLayout layout = parse_ply_header(shape.bytes, name);
-  BodyReader reader(shape.bytes, layout, name);
-  std::vector<PlyColumns> columns;
-  for (const PlyElement& element : layout.elements) columns.push_back(read_element(reader, element));
-  if (reader.anything_left()) {
-    shape.notes.push_back(std::to_string(shape.bytes.size() - reader.position()) + " bytes follow the last element");
+  if (layout.encoding == PlyEncoding::ascii) {
+    read_body<PlyTextBody>(shape, layout, name);
+  } else {
+    read_body<PlyBinaryBody>(shape, layout, name);
   }
-  layout.row_begin = std::move(columns[layout.vertex_element].row_begin);
   shape.layout = std::move(layout);
-  build_ply_mesh(shape, columns, name);
   return shape;
 }
 

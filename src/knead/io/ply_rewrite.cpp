@@ -32,16 +32,23 @@ class Rewriter {
         positions_(positions),
         normals_(normals) {
     for (const PlyProperty& property : element_.properties) columns_.push_back(column_for(property, as_doubles));
+    for (const PlyProperty& property : element_.properties) {
+      if (property.is_list) {
+        stride_ = 0;
+        break;
+      }
+      stride_ += size_of(property.type);
+    }
   }
 
   std::string run() {
+    if (!widened_ && !ascii_ && stride_ > 0) return patched();
     result_.reserve(source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       if (columns_[p].widened) rewrite_type(element_.properties[p]);
     }
-    for (std::size_t i = 0; i < positions_.size(); ++i) {
-      if (widened_ || is_changed(i)) rewrite_row(i);
-    }
+    std::size_t position = layout_.vertex_begin;
+    for (std::size_t i = 0; i < positions_.size(); ++i) position = rewrite_row(i, position);
     copy_until(source_.bytes.size());
     return std::move(result_);
   }
@@ -86,8 +93,52 @@ class Rewriter {
     copied_ = property.type_end;
   }
 
-  void rewrite_row(std::size_t i) {
-    std::size_t position = layout_.row_begin[i];
+  // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
+  std::string patched() {
+    result_ = source_.bytes;
+    char* to = result_.data() + layout_.vertex_begin;
+    for (const Column& column : columns_) {
+      if (column.role == Role::position) {
+        patch_column(to, column, [&](std::size_t i) { return source_.mesh.positions[i][column.axis]; });
+      } else if (column.role == Role::normal) {
+        patch_column(to, column, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+      }
+      to += size_of(column.type);
+    }
+    return std::move(result_);
+  }
+
+  template <class OldValue>
+  void patch_column(char* to, const Column& column, OldValue old_value_of) {
+    visit_type(column.type, [&](auto number) {
+      for (std::size_t i = 0; i < positions_.size(); ++i) {
+        const double new_value = value(i, column);
+        if (new_value == old_value_of(i)) continue;
+        check_range(i, column);
+        number = static_cast<decltype(number)>(new_value);
+        if (swapped_) number = swap_bytes(number);
+        std::memcpy(to + i * stride_, &number, sizeof number);
+      }
+    });
+  }
+
+  double value(std::size_t i, const Column& column) const {
+    return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
+  }
+
+  double old_value(std::size_t i, const Column& column) const {
+    return column.role == Role::position ? source_.mesh.positions[i][column.axis] : old_normal(i)[column.axis];
+  }
+
+  void check_range(std::size_t i, const Column& column) const {
+    if (column.type != NumberType::float32 || fits_float(value(i, column))) return;
+    throw InvalidInput("vertex " + std::to_string(i) +
+                       " has moved to where a float cannot hold its coordinates; use double precision");
+  }
+
+  // Returns the byte after the row.
+  std::size_t rewrite_row(std::size_t i, std::size_t position) {
+    const bool changed = widened_ || is_changed(i);
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       const PlyProperty& property = element_.properties[p];
       if (property.is_list) {
@@ -96,38 +147,34 @@ class Rewriter {
       }
       if (ascii_) position = token_begin(position);
       const std::size_t end = ascii_ ? token_end(source_.bytes, position) : position + size_of(property.type);
-      if (columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
+      if (changed && columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
       position = end;
     }
+    return position;
   }
 
   void rewrite_number(std::size_t i, const Column& column, std::size_t begin, std::size_t end) {
-    const bool is_position = column.role == Role::position;
-    const double value = is_position ? positions_[i][column.axis] : normals_[i][column.axis];
-    const double old = is_position ? source_.mesh.positions[i][column.axis] : old_normal(i)[column.axis];
-    if (value == old && (!column.widened || (ascii_ && reads_as(begin, end, value)))) return;
-    if (column.type == NumberType::float32 && !fits_float(value)) {
-      throw InvalidInput("vertex " + std::to_string(i) +
-                         " has moved to where a float cannot hold its coordinates; use double precision");
-    }
+    const double number = value(i, column);
+    if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
+    check_range(i, column);
     copy_until(begin);
-    append_number(column.type, value);
+    append_number(column.type, number);
     copied_ = end;
   }
 
-  bool reads_as(std::size_t begin, std::size_t end, double value) const {
+  bool reads_as(std::size_t begin, std::size_t end, double number) const {
     double read = 0;
     return parse_real(std::string_view(source_.bytes).substr(begin, end - begin), read) == ParseResult::ok &&
-           read == value;
+           read == number;
   }
 
-  void append_number(NumberType type, double value) {
+  void append_number(NumberType type, double number) {
     if (!ascii_) {
-      append_binary(result_, type, value, swapped_);
+      append_binary(result_, type, number, swapped_);
     } else if (type == NumberType::float32) {
-      append_real(result_, static_cast<float>(value));
+      append_real(result_, static_cast<float>(number));
     } else {
-      append_real(result_, value);
+      append_real(result_, number);
     }
   }
 
@@ -159,6 +206,7 @@ class Rewriter {
   std::span<const Vec3d> normals_;
   std::vector<Column> columns_;
   bool widened_ = false;
+  std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
   std::string result_;
   std::size_t copied_ = 0;
 };

@@ -216,7 +216,7 @@ TEST(Ply, ValuesThatAreNotFiniteAreNotedUnlessTheyAreCoordinates) {
   EXPECT_EQ(shape.mesh.find_attribute("normal")->values[0], 0);
   ASSERT_EQ(shape.notes.size(), 1u);
   EXPECT_EQ(error_of(replaced(kWithNormals, "0 0 0 0 0 1", "0 inf 0 0 0 1")),
-            "shape.ply:13: coordinate y of vertex 0 is not finite; repair the file");
+            "shape.ply:13: a coordinate of vertex 0 is not finite; repair the file");
 }
 
 TEST(Ply, ErrorsNameTheLine) {

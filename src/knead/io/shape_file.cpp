@@ -10,6 +10,7 @@
 
 #include "knead/io/atomic_file.h"
 #include "knead/io/obj.h"
+#include "knead/io/off.h"
 #include "knead/io/ply.h"
 #include "knead/io/stl.h"
 #include "knead/io/text.h"
@@ -31,10 +32,11 @@ struct Format {
   std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
 };
 
-constexpr std::array<Format, 4> kFormats = {
+constexpr std::array<Format, 5> kFormats = {
     {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
      {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses},
      {"stl", parse_stl, rewrite_stl, generate_stl, stl_losses, stl_source_losses},
+     {"off", parse_off, rewrite_off, generate_off, off_losses, off_source_losses},
      {"xyz", parse_xyz, rewrite_xyz, generate_xyz, xyz_losses, xyz_source_losses}}};
 
 const Format* find_format(std::string_view name) {
@@ -74,6 +76,7 @@ std::string read_bytes(const std::filesystem::path& path) {
 // has none that follow the shape.
 std::vector<Vec3d> transported_normals(const ShapeFile& source, std::span<const Vec3d> positions) {
   if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
+    if (obj->corner_normal.empty()) return {};
     return transport_normals(source.mesh, positions, obj->normals, obj->corner_normal);
   }
   const Attribute* normal = source.mesh.find_attribute("normal");

@@ -1,5 +1,5 @@
-// Shapes in files: PLY, OBJ, STL and XYZ. A shape is written back into its own format by copying the bytes it was read
-// from and replacing only the numbers that changed, so everything that Knead does not understand survives.
+// Shapes in files: PLY, OBJ, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it was
+// read from and replacing only the numbers that changed, so everything that Knead does not understand survives.
 #pragma once
 
 #include <filesystem>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "knead/io/obj_layout.h"
+#include "knead/io/off_layout.h"
 #include "knead/io/ply_layout.h"
 #include "knead/io/stl_layout.h"
 #include "knead/io/xyz_layout.h"
@@ -19,14 +20,15 @@ namespace knead {
 
 // A mesh together with the file that it came from. `bytes` and `layout` belong to the readers and writers.
 // Attributes of the mesh: "normal" (3), "uv" (2), "color" (3 or 4), and any other number per vertex or face of a PLY
-// file under its own name; "attribute" for the 16 bits after each triangle of an STL file; "column4" and so on
+// file under its own name; "attribute" for the 16 bits after each triangle of an STL file; "color_index" for
+// the single number after each face of an OFF file; "column4" and so on
 // for the numbers after x y z of an XYZ file. Values that are not finite are read as 0, which a note says.
 struct ShapeFile {
   Mesh mesh;
-  std::string format;              // "ply", "obj", "stl" or "xyz"
+  std::string format;              // "ply", "obj", "stl", "off" or "xyz"
   std::vector<std::string> notes;  // what was odd and how it was read, a sentence each
   std::string bytes;               // the file as read
-  std::variant<PlyLayout, ObjLayout, StlLayout, XyzLayout> layout;
+  std::variant<PlyLayout, ObjLayout, StlLayout, OffLayout, XyzLayout> layout;
 };
 
 // Reads a file, the format chosen by its extension in upper or lower case. Opens no other file, whatever this one
@@ -41,7 +43,7 @@ ShapeFile parse_shape(std::string bytes, std::string_view format, const std::str
 
 struct WriteOptions {
   // PLY: write x y z as doubles (of a file with float coordinates: only if some vertex moved). Text always holds
-  // doubles, binary STL floats.
+  // doubles, binary STL and OFF floats.
   bool double_coordinates = false;
 };
 
@@ -58,16 +60,16 @@ void write_shape(const std::filesystem::path& path, const ShapeFile& source, std
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options = {});
 
-// A new file from a mesh: PLY (binary little endian), OBJ, STL (binary) or XYZ. Attributes are written where the format
-// can hold them.
+// A new file from a mesh: PLY (binary little endian), OBJ, STL (binary), OFF (text) or XYZ. Attributes are written
+// where the format can hold them.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options = {});
 
 // What write_shape will lose when it writes the source to this path, a sentence each; empty for the same format.
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
-// The format that a path's extension names ("ply", "obj", "stl", "xyz"). Throws InvalidInput that lists the supported
-// ones.
+// The format that a path's extension names ("ply", "obj", "stl", "off", "xyz"). Throws InvalidInput that lists the
+// supported ones.
 std::string format_of(const std::filesystem::path& path);
 
 }  // namespace knead

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "knead/io/binary_floats.h"
 #include "knead/io/face_builder.h"
 #include "knead/io/splice.h"
 #include "knead/io/stl.h"
@@ -14,16 +15,11 @@
 namespace knead {
 namespace {
 
+constexpr std::endian kOrder = std::endian::little;
+
 template <class T>
 T little_endian(T value) {
-  return std::endian::native == std::endian::little ? value : swap_bytes(value);
-}
-
-bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
-
-void put_float(std::string& bytes, std::size_t at, double value) {
-  const float stored = little_endian(static_cast<float>(value));
-  std::memcpy(bytes.data() + at, &stored, sizeof stored);
+  return kOrder == std::endian::native ? value : swap_bytes(value);
 }
 
 float float_at(const std::string& bytes, std::size_t at) {
@@ -65,23 +61,8 @@ struct Moved {
   }
 };
 
-// Replaces three floats where they differ from what they were.
-void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from, const Vec3d& to) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (from[axis] != to[axis]) put_float(bytes, at + axis * sizeof(float), to[axis]);
-  }
-}
-
-void check_range(std::span<const Vec3d> positions) {
-  for (std::size_t i = 0; i < positions.size(); ++i) {
-    if (fits_floats(positions[i])) continue;
-    throw InvalidInput("vertex " + std::to_string(i) +
-                       " is where a float cannot hold its coordinates, as binary STL does; write another format");
-  }
-}
-
 std::string rewrite_binary(const Moved& moved) {
-  check_range(moved.positions);
+  check_fits_floats(moved.positions);
   const ShapeFile& source = moved.source;
   std::string bytes = source.bytes;
   for (std::size_t t = 0; t < source.mesh.face_count(); ++t) {
@@ -89,10 +70,10 @@ std::string rewrite_binary(const Moved& moved) {
     const std::size_t begin = kStlFirst + t * kStlTriangle;
     const auto old = [&](std::size_t axis) { return double{float_at(source.bytes, begin + axis * sizeof(float))}; };
     const Vec3d old_normal{old(0), old(1), old(2)};
-    if (!(old_normal == Vec3d{})) replace_floats(bytes, begin, old_normal, moved.normal(t));
+    if (!(old_normal == Vec3d{})) replace_floats(bytes, begin, old_normal, moved.normal(t), kOrder);
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t v = moved.vertex(t, c);
-      replace_floats(bytes, begin + (c + 1) * 3 * sizeof(float), source.mesh.positions[v], moved.positions[v]);
+      replace_floats(bytes, begin + (c + 1) * 3 * sizeof(float), source.mesh.positions[v], moved.positions[v], kOrder);
     }
   }
   return bytes;
@@ -148,7 +129,7 @@ std::string rewrite_stl(const ShapeFile& source, std::span<const Vec3d> position
 
 std::string generate_stl(const Mesh& mesh, const WriteOptions&) {
   if (mesh.face_count() == 0) throw InvalidInput("STL cannot hold points without faces; write PLY or XYZ");
-  check_range(mesh.positions);
+  check_fits_floats(mesh.positions);
   const std::vector<Triangle> triangles = triangulate(mesh);
   const auto held = std::find_if(mesh.attributes.begin(), mesh.attributes.end(), is_held);
   std::vector<std::uint32_t> faces;
@@ -162,7 +143,7 @@ std::string generate_stl(const Mesh& mesh, const WriteOptions&) {
     const auto& [a, b, c] = triangles[t];
     const Vec3d rows[4] = {facet_normal(mesh.positions[a], mesh.positions[b], mesh.positions[c]), mesh.positions[a],
                            mesh.positions[b], mesh.positions[c]};
-    for (std::size_t i = 0; i < 12; ++i) put_float(bytes, begin + i * sizeof(float), rows[i / 3][i % 3]);
+    for (std::size_t i = 0; i < 12; ++i) put_float(bytes, begin + i * sizeof(float), rows[i / 3][i % 3], kOrder);
     if (faces.empty()) continue;
     const std::uint16_t attribute = little_endian(static_cast<std::uint16_t>(held->values[faces[t]]));
     std::memcpy(bytes.data() + begin + 12 * sizeof(float), &attribute, sizeof attribute);

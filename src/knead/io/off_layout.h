@@ -1,0 +1,17 @@
+// Where the vertices of an OFF file are, and what a mesh does not hold.
+#pragma once
+
+#include <bit>
+#include <cstddef>
+
+namespace knead {
+
+struct OffLayout {
+  bool binary = false;
+  std::endian order = std::endian::big;  // of a binary file
+  std::size_t vertex_begin = 0;          // the first byte after the counts
+  std::size_t width = 0;                 // numbers per vertex
+  bool all_read = true;                  // every color and further number is an attribute of the mesh
+};
+
+}  // namespace knead
