@@ -6,10 +6,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command.h"
 #include "frames.h"
 #include "knead/io/atomic_file.h"
+#include "knead/io/authored_normals.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/triangulate.h"
 #include "knead/session/report.h"
 #include "output.h"
 #include "work.h"
@@ -27,6 +31,7 @@ struct DeformOptions {
   std::string backend = "cpu";
   std::optional<int> threads;
   bool inverse = false;
+  bool check = false;
   std::optional<double> until;
   std::optional<int> frames;
   std::string report;
@@ -130,6 +135,10 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
   text += report.volume_error ? fmt::format("volume   changed by {:.2g} of itself\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
   if (report.flipped_triangles > 0) text += fmt::format("flipped  {} triangles\n", report.flipped_triangles);
+  if (report.self_intersections_before && report.self_intersections_after) {
+    text += fmt::format("crossing {} of triangles before, {} after\n",
+                        counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);
+  }
   const ReportSeconds& seconds = report.seconds;
   return text + fmt::format("seconds  {:.2f}: read {:.2f}, deform {:.2f}, write {:.2f}\n", seconds.total, seconds.read,
                             seconds.deform, seconds.write);
@@ -145,6 +154,14 @@ void print_report(const DeformOptions& options, const Target& target, const Repo
   }
 }
 
+// The same triangles before and after.
+void add_self_intersections(const Mesh& mesh, const ReplayResult& result, int threads, Report& report) {
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const SelfIntersectionOptions options{.threads = threads};
+  report.self_intersections_before = self_intersections(triangles, mesh.positions, options).count;
+  report.self_intersections_after = self_intersections(triangles, result.positions, options).count;
+}
+
 void run_deform(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
@@ -156,19 +173,23 @@ void run_deform(const DeformOptions& options) {
   if (!options.common.quiet) print_notes(conversion_losses(target.path(0), inputs.shape));
   seconds.read = total.seconds();
 
-  const WriteOptions write_options{replay.precision == Precision::float64};
-  const auto write = [&](int index, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> normals;
+  if (inputs.shape.mesh.face_count() == 0) normals = vertex_normals_of(inputs.shape);
+  replay.normals = normals;
+  const auto write = [&](int index, std::span<const Vec3d> positions, std::span<const Vec3d> moved_normals) {
     const Clock clock;
-    write_shape(target.path(index), inputs.shape, positions, write_options);
+    write_shape(target.path(index), inputs.shape, positions, {replay.precision == Precision::float64, moved_normals});
     seconds.write += clock.seconds();
   };
   if (options.frames) replay.on_frame = write;
   const Clock deforming;
   const ReplayResult result = replay_watched(inputs, replay, options.common.quiet);
   seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames) write(0, result.positions);
-  seconds.total = total.seconds();
-  print_report(options, target, make_report(inputs.shape.mesh, result, replay, seconds));
+  if (!options.frames) write(0, result.positions, result.normals);
+  Report report = make_report(inputs.shape.mesh, result, replay, seconds);
+  if (options.check) add_self_intersections(inputs.shape.mesh, result, replay.threads, report);
+  report.seconds.total = total.seconds();
+  print_report(options, target, report);
 }
 
 void add_options(CLI::App& app, DeformOptions& options) {
@@ -191,6 +212,7 @@ void add_options(CLI::App& app, DeformOptions& options) {
   app.add_option("--backend", options.backend, "cpu")->capture_default_str()->type_name("NAME");
   app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
   app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
+  app.add_flag("--check", options.check, "Count the self-intersections before and after, for the report");
   app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third")->type_name("S");
   app.add_option("--frames", options.frames,
                  "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d")

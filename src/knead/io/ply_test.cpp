@@ -201,14 +201,39 @@ TEST(Ply, NormalsFollowTheShape) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(back.mesh.find_attribute("normal")->values[3 * i], 1, 1e-6);
 }
 
-TEST(Ply, NormalsOfPointsStayWithANote) {
+TEST(Ply, NormalsOfPointsAreGiven) {
   std::string text = kWithNormals.substr(0, kWithNormals.find("3 0 1 2"));
   text = replaced(text, "face 1", "face 0");
   const ShapeFile shape = parse(text);
-  EXPECT_EQ(shape.notes.size(), 2u);
   std::vector<Vec3d> positions = shape.mesh.positions;
   positions[0].z = 4;
-  EXPECT_EQ(serialize_shape("ply", shape, positions), replaced(text, "0 0 0 0 0 1", "0 0 4 0 0 1"));
+  const std::string moved = replaced(text, "0 0 0 0 0 1", "0 0 4 0 0 1");
+  EXPECT_EQ(serialize_shape("ply", shape, positions), moved);
+  const std::vector<Vec3d> normals{{1, 0, 0}, {0, 0, 1}, {0, 0, 1}};
+  WriteOptions options;
+  options.normals = normals;
+  EXPECT_EQ(serialize_shape("ply", shape, positions, options), replaced(moved, "0 0 4 0 0 1", "0 0 4 1 0 0"));
+  options.normals = options.normals.first(2);
+  EXPECT_THROW(serialize_shape("ply", shape, positions, options), InvalidInput);
+}
+
+// Two triangles of a roof that share an edge in space only; the normals along it are the same on both sides.
+TEST(Ply, NormalsAlongASeamTurnTogether) {
+  const ShapeFile shape = parse(
+      "ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\nproperty double z\n"
+      "property double nx\nproperty double ny\nproperty double nz\nelement face 2\n"
+      "property list uchar int vertex_indices\nend_header\n"
+      "0 0 0 0 0 1\n0 1 0 0 0 1\n-1 0 0 0 0 1\n0 0 0 0 0 1\n1 0 0 0 0 1\n0 1 0 0 0 1\n3 0 1 2\n3 3 4 5\n");
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[2] = {-1, 0, -1};
+  const ShapeFile back = parse(serialize_shape("ply", shape, positions));
+  const std::vector<double>& normals = back.mesh.find_attribute("normal")->values;
+  const auto normal = [&](std::size_t i) { return Vec3d{normals[3 * i], normals[3 * i + 1], normals[3 * i + 2]}; };
+  EXPECT_EQ(normal(0), normal(3));
+  EXPECT_EQ(normal(1), normal(5));
+  EXPECT_EQ(normal(4), (Vec3d{0, 0, 1}));
+  EXPECT_LT(normal(0).x, -0.1);               // turned, but not as far as
+  EXPECT_GT(normal(0).x, normal(2).x + 0.1);  // the normal that belongs to the sloping face alone
 }
 
 TEST(Ply, ValuesThatAreNotFiniteAreNotedUnlessTheyAreCoordinates) {

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "knead/io/atomic_file.h"
+#include "knead/io/authored_normals.h"
 #include "knead/io/obj.h"
 #include "knead/io/off.h"
 #include "knead/io/ply.h"
@@ -16,12 +17,11 @@
 #include "knead/io/text.h"
 #include "knead/io/xyz.h"
 #include "knead/math/error.h"
-#include "knead/mesh/normals.h"
 
 namespace knead {
 namespace {
 
-// What a format can do. `rewrite` gets the authored normals that transported_normals found.
+// What a format can do. `rewrite` gets the authored normals that moved_normals found.
 struct Format {
   std::string_view name;  // also the extension
   ShapeFile (*parse)(std::string bytes, const std::string& name);
@@ -72,40 +72,6 @@ std::string read_bytes(const std::filesystem::path& path) {
   return bytes;
 }
 
-// The authored normals of the source after its vertices moved: those of its `vn` lines, or one per vertex; empty if it
-// has none that follow the shape.
-std::vector<Vec3d> transported_normals(const ShapeFile& source, std::span<const Vec3d> positions) {
-  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
-    if (obj->corner_normal.empty()) return {};
-    return transport_normals(source.mesh, positions, obj->normals, obj->corner_normal);
-  }
-  const Attribute* normal = source.mesh.find_attribute("normal");
-  if (normal == nullptr || normal->domain != Domain::vertex || source.mesh.face_count() == 0) return {};
-  std::vector<Vec3d> normals(source.mesh.vertex_count());
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
-  }
-  return transport_normals(source.mesh, positions, normals, source.mesh.corner_vertex);
-}
-
-// The source's mesh at the new positions, its normals with it.
-Mesh deformed_mesh(const ShapeFile& source, std::span<const Vec3d> positions) {
-  Mesh mesh = source.mesh;
-  mesh.positions.assign(positions.begin(), positions.end());
-  const std::vector<Vec3d> normals = transported_normals(source, positions);
-  if (normals.empty()) return mesh;
-  const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout);
-  for (Attribute& attribute : mesh.attributes) {
-    if (attribute.name != "normal") continue;
-    for (std::size_t i = 0; i < attribute.values.size() / 3; ++i) {
-      const std::size_t n = obj != nullptr ? obj->corner_normal[i] : i;
-      for (std::size_t axis = 0; axis < 3 && n != kNoNormal; ++axis) attribute.values[3 * i + axis] = normals[n][axis];
-    }
-    break;
-  }
-  return mesh;
-}
-
 bool fits_floats(std::span<const Vec3d> positions) {
   return std::all_of(positions.begin(), positions.end(), [](const Vec3d& p) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -150,13 +116,17 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
                             const WriteOptions& options) {
   const Format& target = known_format(format, "output");
   check_positions(source, positions);
+  if (!options.normals.empty() && options.normals.size() != positions.size()) {
+    throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
+                       " vertices; give one for each, or none");
+  }
   if (target.name != source.format) {
     WriteOptions exact = options;
     exact.double_coordinates = options.double_coordinates || !fits_floats(positions);
-    return target.generate(deformed_mesh(source, positions), exact);
+    return target.generate(moved_mesh(source, positions, options), exact);
   }
   if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) return source.bytes;
-  return target.rewrite(source, positions, transported_normals(source, positions), options);
+  return target.rewrite(source, positions, moved_normals(source, positions, options), options);
 }
 
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {

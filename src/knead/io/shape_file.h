@@ -45,6 +45,8 @@ struct WriteOptions {
   // PLY: write x y z as doubles (of a file with float coordinates: only if some vertex moved). Text always holds
   // doubles, binary STL and OFF floats.
   bool double_coordinates = false;
+  // Of a shape without faces: its normals as they turned (ReplayResult::normals); empty: they stay as they are.
+  std::span<const Vec3d> normals{};
 };
 
 // The source with its vertices at `positions` (as many as it has), as a file of the format that the path's extension

@@ -8,6 +8,7 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
+#include "knead/session/companions.h"
 #include "knead/tool/barrel.h"
 #include "knead/tool/barrel_members.h"
 
@@ -17,6 +18,11 @@ namespace {
 
 // Below it, relative to the diagonal, the rounding of float evaluation is what remains of the error.
 constexpr double kFloatNoise = 1e-6;
+
+// Of the diagonal: how far the companions of a normal are from their point, and the error of their path lines. Together
+// they leave about 1e-5 of a normal's direction to rounding, and less to the flow's curvature.
+constexpr double kCompanionReach = 1e-4;
+constexpr double kCompanionTolerance = 1e-9;
 
 void require(bool good, const std::string& message) {
   if (!good) throw InvalidInput(message);
@@ -150,11 +156,16 @@ class Replayer {
     const double diagonal = bounding_box(mesh.positions).diagonal();
     tolerance_ = options.tolerance * (diagonal > 0 ? diagonal : 1);
     require(tolerance_ > 0 && std::isfinite(tolerance_), "the tolerance and the shape's size leave no positive length");
+    require(options.normals.empty() || options.normals.size() == mesh.positions.size(),
+            "give a normal for each vertex");
+    diagonal_ = diagonal > 0 ? diagonal : 1;
   }
 
   ReplayResult run() {
     result_.positions = mesh_.positions;
     result_.steps.assign(mesh_.positions.size(), 0);
+    companions_ = companions_of(mesh_.positions, options_.normals, kCompanionReach * diagonal_);
+    moved_companions_ = companions_.points;
     describe_plan();
     for (const Task& task : plan_.tasks) {
       if (task.kind == TaskKind::check_barrel) check(plan_.strokes[task.stroke]);
@@ -164,7 +175,11 @@ class Replayer {
       if (result_.status == AdvectStatus::step_limit) result_.failed_line = plan_.strokes[task.stroke].source->line;
       if (result_.status != AdvectStatus::done) break;
     }
-    if (result_.status != AdvectStatus::done) result_.positions.clear();
+    if (result_.status != AdvectStatus::done) {
+      result_.positions.clear();
+    } else {
+      result_.normals = carried_normals(companions_, moved_companions_, options_.normals);
+    }
     return std::move(result_);
   }
 
@@ -202,6 +217,14 @@ class Replayer {
   }
 
   // Backwards a cylinder is left out: which points it holds, barrel_members says.
+  Flow flow_for(const Task& task) const {
+    Flow flow = flow_between(plan_.strokes[task.stroke].flow, task.from, task.to);
+    if (options_.inverse) {
+      for (Segment& segment : flow.segments) segment.cylinder.reset();
+    }
+    return flow;
+  }
+
   AdvectResult move(const Task& task, std::span<Vec3d> points, std::span<std::uint32_t> steps) const {
     if (plan_.strokes.empty()) return {};
     AdvectOptions options;
@@ -211,11 +234,24 @@ class Replayer {
     options.threads = options_.threads;
     options.progress = options_.progress;
     options.steps = steps;
-    Flow flow = flow_between(plan_.strokes[task.stroke].flow, task.from, task.to);
-    if (options_.inverse) {
-      for (Segment& segment : flow.segments) segment.cylinder.reset();
+    return advect(flow_for(task), points, options);
+  }
+
+  // Backwards, a cylinder's members are those that `members` holds (null: the stroke has none).
+  AdvectStatus move_companions(const Task& task, std::span<Vec3d> points, const std::vector<bool>* members) const {
+    if (plan_.strokes.empty() || points.empty()) return AdvectStatus::done;
+    const std::vector<Vec3d> before(points.begin(), points.end());
+    AdvectOptions options;
+    options.tolerance = kCompanionTolerance * diagonal_;
+    options.precision = Precision::float64;
+    options.threads = options_.threads;
+    options.progress = options_.progress;
+    const AdvectStatus status = advect(flow_for(task), points, options).status;
+    for (std::size_t k = 0; members != nullptr && k < companions_.vertex.size(); ++k) {
+      if ((*members)[companions_.vertex[k]]) continue;
+      for (std::size_t i = 4 * k; i < 4 * k + 4; ++i) points[i] = before[i];
     }
-    return advect(flow, points, options);
+    return status;
   }
 
   void count(const AdvectResult& moved) {
@@ -252,28 +288,30 @@ class Replayer {
     result_.segments += segment_count(task);
     if (!is_taken_back_within_a_barrel(task)) {
       count(move(task, result_.positions, result_.steps));
+      if (result_.status == AdvectStatus::done) result_.status = move_companions(task, moved_companions_, nullptr);
       return;
     }
     const TakenBack& back = taken_back(task);
     for (std::size_t i = 0; i < back.members.size(); ++i) {
       if (back.members[i]) result_.positions[i] = back.positions[i];
     }
+    if (result_.status == AdvectStatus::done) result_.status = move_companions(task, moved_companions_, &back.members);
     taken_back_.reset();
   }
 
   void deliver_frame(const Task& task) {
     std::vector<Vec3d> points = result_.positions;
-    if (is_taken_back_within_a_barrel(task)) {
-      const TakenBack& back = taken_back(task);
-      if (result_.status != AdvectStatus::done) return;
-      result_.status = move(task, points, {}).status;
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        if (!back.members[i]) points[i] = result_.positions[i];
-      }
-    } else {
-      result_.status = move(task, points, {}).status;
+    std::vector<Vec3d> companions = moved_companions_;
+    const std::vector<bool>* members = nullptr;
+    if (is_taken_back_within_a_barrel(task)) members = &taken_back(task).members;
+    if (result_.status != AdvectStatus::done) return;
+    result_.status = move(task, points, {}).status;
+    for (std::size_t i = 0; members != nullptr && i < points.size(); ++i) {
+      if (!(*members)[i]) points[i] = result_.positions[i];
     }
-    if (result_.status == AdvectStatus::done && options_.on_frame) options_.on_frame(frame_++, points);
+    if (result_.status == AdvectStatus::done) result_.status = move_companions(task, companions, members);
+    if (result_.status != AdvectStatus::done || !options_.on_frame) return;
+    options_.on_frame(frame_++, points, carried_normals(companions_, companions, options_.normals));
   }
 
   const Mesh& mesh_;
@@ -281,6 +319,9 @@ class Replayer {
   const ReplayOptions& options_;
   Plan plan_;
   double tolerance_ = 0;
+  double diagonal_ = 1;
+  NormalCompanions companions_;
+  std::vector<Vec3d> moved_companions_;
   std::vector<Triangle> triangles_;
   std::optional<TakenBack> taken_back_;
   int frame_ = 0;
@@ -296,7 +337,8 @@ ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOption
 std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   std::uint64_t segments = 0;
   for (const Task& task : make_plan(session, options).tasks) segments += segment_count(task);
-  return segments * mesh.positions.size();
+  const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
+  return segments * (mesh.positions.size() + 4 * static_cast<std::size_t>(carried));
 }
 
 }  // namespace knead

@@ -9,6 +9,7 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
 
 namespace knead {
@@ -135,7 +136,7 @@ TEST(Replay, InverseReturns) {
 void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
   std::vector<std::vector<Vec3d>> delivered;
   options.frames = frames;
-  options.on_frame = [&](int index, std::span<const Vec3d> positions) {
+  options.on_frame = [&](int index, std::span<const Vec3d> positions, auto) {
     EXPECT_EQ(index, static_cast<int>(delivered.size()));
     delivered.emplace_back(positions.begin(), positions.end());
   };
@@ -178,11 +179,11 @@ TEST(Replay, FramesOfTheInverseGoBackTheSameWay) {
   options.tolerance = 1e-7;
   options.frames = 9;
   std::vector<std::vector<Vec3d>> there;
-  options.on_frame = [&](int, std::span<const Vec3d> p) { there.emplace_back(p.begin(), p.end()); };
+  options.on_frame = [&](int, std::span<const Vec3d> p, auto) { there.emplace_back(p.begin(), p.end()); };
   mesh.positions = result_of(mesh, varied(), options);
   int met = 0;
   options.inverse = true;
-  options.on_frame = [&](int k, std::span<const Vec3d> p) {
+  options.on_frame = [&](int k, std::span<const Vec3d> p, auto) {
     for (std::size_t i = 0; i < p.size(); ++i) EXPECT_LT(norm(p[i] - there[8 - k][i]), 1e-4);
     ++met;
   };
@@ -197,7 +198,7 @@ TEST(Replay, CancelsAndLeavesTheMesh) {
   ReplayOptions options;
   options.progress = &progress;
   options.frames = 9;
-  options.on_frame = [&](int index, std::span<const Vec3d>) {
+  options.on_frame = [&](int index, std::span<const Vec3d>, auto) {
     if (index == 3) progress.cancel = true;
     EXPECT_LE(index, 3);
   };
@@ -289,7 +290,7 @@ TEST(Replay, TakesBackABentFingerAndNothingElse) {
   options.inverse = true;
   options.frames = 3;
   std::vector<Vec3d> first;
-  options.on_frame = [&](int index, std::span<const Vec3d> positions) {
+  options.on_frame = [&](int index, std::span<const Vec3d> positions, auto) {
     if (index == 0) first.assign(positions.begin(), positions.end());
   };
   const auto back = replay(bent, session, options).positions;
@@ -297,6 +298,96 @@ TEST(Replay, TakesBackABentFingerAndNothingElse) {
   for (std::size_t i = 0; i < back.size(); ++i) {
     ASSERT_LT(norm(back[i] - hand.positions[i]), 2e-5 * diagonal) << "vertex " << i;
     ASSERT_EQ(first[i], bent.positions[i]);
+  }
+}
+
+std::vector<Vec3d> random_units(std::size_t count) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> number;
+  std::vector<Vec3d> units;
+  for (std::size_t i = 0; i < count; ++i)
+    units.push_back(normalized(Vec3d{number(random), number(random), number(random)}));
+  return units;
+}
+
+// Inside the inner region of a rotation everything turns by its angle; outside nothing does.
+TEST(Replay, NormalsOfPointsTurnWithARotation) {
+  Mesh points;
+  for (int i = 0; i < 40; ++i) points.positions.push_back({0.05 * i - 1, 0.1, 0.02 * i});
+  std::vector<Vec3d> normals = random_units(points.positions.size());
+  for (Vec3d& n : normals) n = n * 3.0;
+  normals[5] = {};
+  ReplayOptions options;
+  options.normals = normals;
+  RotateStroke rotate;
+  rotate.center = {0, 0, 0};
+  rotate.axis = {0, 0, 1};
+  rotate.angle_deg = 90;
+  rotate.inner = 0.6;
+  rotate.outer = 0.9;
+  const ReplayResult result = replay(points, session_of({rotate}), options);
+  ASSERT_EQ(result.normals.size(), normals.size());
+  std::size_t inside = 0;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const double distance = norm(points.positions[i]);
+    if (distance > 0.91) {
+      EXPECT_EQ(result.normals[i], normals[i]);
+    }
+    if (distance < 0.59) {
+      ++inside;
+      EXPECT_LT(norm(result.normals[i] - Vec3d{-normals[i].y, normals[i].x, normals[i].z}), 1e-4);
+    }
+    EXPECT_NEAR(norm(result.normals[i]), norm(normals[i]), 1e-12);
+  }
+  EXPECT_GT(inside, 10u);
+  EXPECT_EQ(result.normals[5], Vec3d{});
+}
+
+// Against the normals of a fine sphere's faces, which the points lie on; and back again.
+TEST(Replay, NormalsOfPointsStayThoseOfTheSurface) {
+  const Mesh sphere = make_shape(ShapeKind::sphere, 40000);
+  Mesh points;
+  std::vector<Vec3d> normals;
+  for (std::size_t i = 0; i < sphere.positions.size(); i += 97) {
+    points.positions.push_back(sphere.positions[i]);
+    normals.push_back(normalized(sphere.positions[i]));
+  }
+  const Session session =
+      session_of({ImplicitStroke{{{0, 0, 1}, {0, 0.2, 1.3}, {0.1, 0.4, 1.6}, {0.2, 0.5, 1.8}}, 0.2, 0.7},
+                  TwistStroke{{0, 0, -0.2}, {0, 0, 1}, 60, -0.5, 0.5}});
+  ReplayOptions options;
+  options.normals = normals;
+  const ReplayResult carried = replay(points, session, options);
+  const std::vector<Vec3d> of_faces = vertex_normals(sphere, result_of(sphere, session));
+  for (std::size_t k = 0; k < normals.size(); ++k) {
+    EXPECT_GT(dot(carried.normals[k], of_faces[97 * k]), 1 - 2e-3) << k;  // the facets' own error: 1/200 of the radius
+  }
+  points.positions = carried.positions;
+  options.normals = carried.normals;
+  options.inverse = true;
+  const ReplayResult back = replay(points, session, options);
+  for (std::size_t k = 0; k < normals.size(); ++k) EXPECT_LT(norm(back.normals[k] - normals[k]), 1e-3) << k;
+}
+
+TEST(Replay, NormalsOfFramesAreThoseOfTheirMoment) {
+  Mesh points;
+  points.positions = bar().positions;
+  const std::vector<Vec3d> normals = random_units(points.positions.size());
+  for (const bool inverse : {false, true}) {
+    ReplayOptions options;
+    options.normals = normals;
+    options.inverse = inverse;
+    options.frames = 5;
+    std::vector<Vec3d> last;
+    int changed = 0;
+    options.on_frame = [&](int, std::span<const Vec3d>, std::span<const Vec3d> of_frame) {
+      ASSERT_EQ(of_frame.size(), normals.size());
+      if (!last.empty() && !std::equal(last.begin(), last.end(), of_frame.begin())) ++changed;
+      last.assign(of_frame.begin(), of_frame.end());
+    };
+    const ReplayResult result = replay(points, varied(), options);
+    EXPECT_EQ(result.normals, last);
+    EXPECT_EQ(changed, 4);
   }
 }
 

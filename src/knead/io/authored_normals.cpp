@@ -1,0 +1,89 @@
+#include "knead/io/authored_normals.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "knead/mesh/normals.h"
+
+namespace knead {
+namespace {
+
+using SeamKey = std::array<double, 9>;
+
+SeamKey seam_key(const Vec3d& before, const Vec3d& after, const Vec3d& normal) {
+  return {before.x, before.y, before.z, after.x, after.y, after.z, normal.x, normal.y, normal.z};
+}
+
+// For each vertex the first one that has its position, before and after, and its normal.
+std::vector<std::uint32_t> seam_leaders(std::span<const Vec3d> before, std::span<const Vec3d> after,
+                                        std::span<const Vec3d> normals) {
+  const auto key = [&](std::uint32_t i) { return seam_key(before[i], after[i], normals[i]); };
+  std::vector<std::uint32_t> order(before.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    const SeamKey a = key(i);
+    const SeamKey b = key(j);
+    return a != b ? a < b : i < j;
+  });
+  std::vector<std::uint32_t> leaders(before.size());
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const bool follows = k > 0 && key(order[k]) == key(order[k - 1]);
+    leaders[order[k]] = follows ? leaders[order[k - 1]] : order[k];
+  }
+  return leaders;
+}
+
+std::vector<Vec3d> transport_vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions,
+                                            const std::vector<Vec3d>& normals) {
+  const std::vector<std::uint32_t> leaders = seam_leaders(mesh.positions, positions, normals);
+  std::vector<std::uint32_t> corner_normal;
+  corner_normal.reserve(mesh.corner_vertex.size());
+  for (const std::uint32_t vertex : mesh.corner_vertex) corner_normal.push_back(leaders[vertex]);
+  std::vector<Vec3d> moved = transport_normals(mesh, positions, normals, corner_normal);
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = moved[leaders[i]];
+  return moved;
+}
+
+}  // namespace
+
+std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
+  const Attribute* normal = source.mesh.find_attribute("normal");
+  if (normal == nullptr || normal->domain != Domain::vertex || normal->components != 3) return {};
+  std::vector<Vec3d> normals(source.mesh.vertex_count());
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
+  }
+  return normals;
+}
+
+std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
+                                 const WriteOptions& options) {
+  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
+    if (obj->corner_normal.empty()) return {};
+    return transport_normals(source.mesh, positions, obj->normals, obj->corner_normal);
+  }
+  const std::vector<Vec3d> normals = vertex_normals_of(source);
+  if (normals.empty()) return {};
+  if (source.mesh.face_count() > 0) return transport_vertex_normals(source.mesh, positions, normals);
+  return {options.normals.begin(), options.normals.end()};
+}
+
+Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
+  Mesh mesh = source.mesh;
+  mesh.positions.assign(positions.begin(), positions.end());
+  const std::vector<Vec3d> normals = moved_normals(source, positions, options);
+  if (normals.empty()) return mesh;
+  const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout);
+  for (Attribute& attribute : mesh.attributes) {
+    if (attribute.name != "normal") continue;
+    for (std::size_t i = 0; i < attribute.values.size() / 3; ++i) {
+      const std::size_t n = obj != nullptr ? obj->corner_normal[i] : i;
+      for (std::size_t axis = 0; axis < 3 && n != kNoNormal; ++axis) attribute.values[3 * i + axis] = normals[n][axis];
+    }
+    break;
+  }
+  return mesh;
+}
+
+}  // namespace knead
