@@ -25,6 +25,8 @@ const Refused kRefused[] = {
     {"obj_index_out_of_range.obj", 28, "out of range"},
     {"obj_index_zero.obj", 0, "out of range"},
     {"obj_utf16_big_endian.obj", 1, "UTF-16"},
+    {"off_claims_353_billion_vertices.off", 2, "353535235358 vertices are declared"},
+    {"off_index_equals_count.off", 22, "a vertex index is '8', more than 7"},
     {"ply_body_cut_in_vertices.ply", 0, "cut short"},
     {"ply_claims_4_billion_vertices.ply", 0, "cut short"},
     {"ply_faces_missing_ascii.ply", 0, "cut short"},
@@ -34,6 +36,8 @@ const Refused kRefused[] = {
     {"ply_list_count_huge.ply", 0, "4294967280"},
     {"ply_nan_coordinate.ply", 0, "not finite"},
     {"ply_vertex_count_too_small.ply", 0, ""},
+    {"stl_ascii_cut.stl", 69, "cut short"},
+    {"stl_binary_count_too_large.stl", 0, "2147483647 triangles are declared"},
 };
 
 class RefusedFile : public testing::TestWithParam<Refused> {};
@@ -73,6 +77,7 @@ struct Accepted {
 
 const Accepted kAccepted[] = {
     {"odd_name_dash_spaces_unicode.obj", 8, 12, 1.0},
+    {"odd_name_percent_encoded_path.off", 8, 12, 1.0},
     {"obj_deep_negative_indices.obj", 400, 600, 50.0},
     {"obj_face_with_two_vertices.obj", 8, 12, 1.0, "2 faces have fewer than three"},
     {"obj_line_continuation_and_long_line.obj", 8, 12, 1.0},
@@ -80,12 +85,15 @@ const Accepted kAccepted[] = {
     {"obj_mtllib_path_traversal.obj", 8, 12, 1.0},
     {"obj_three_faces_on_one_edge.obj", 5, 3, {}},
     {"obj_utf8_bom.obj", 8, 12, 1.0},
+    {"off_all_degenerate.off", 7, 7, {}},
+    {"off_unwelded_grid_and_bow_tie.off", 24, 21, {}},
     {"ply_binary_crlf_header.ply", 8, 12, {}},
     {"ply_comment_path_traversal.ply", 8, 12, 1.0},
     {"ply_concave_ngon.ply", 12, 20, 5.0},
     {"ply_face_with_two_vertices.ply", 8, 12, 1.0, "1 face has fewer than three"},
     {"ply_repeated_index_in_face.ply", 8, 14, 1.0, "2 faces repeat a vertex"},
     {"ply_zero_faces.ply", 8, 0, {}, "point cloud"},
+    {"stl_binary_starts_with_solid.stl", 8, 12, 1.0},
 };
 
 class AcceptedFile : public testing::TestWithParam<Accepted> {};
@@ -119,6 +127,8 @@ TEST(BadFiles, MeasuresOfTheOddOnes) {
   EXPECT_EQ(measured("bad/ply_repeated_index_in_face.ply").degenerate_triangles, 2u);
   EXPECT_EQ(measured("bad/obj_three_faces_on_one_edge.obj").nonmanifold_edges, 1u);
   EXPECT_EQ(measured("bad/obj_deep_negative_indices.obj").components, 50u);
+  EXPECT_EQ(measured("bad/off_all_degenerate.off").degenerate_triangles, 7u);
+  EXPECT_EQ(measured("bad/off_unwelded_grid_and_bow_tie.off").components, 3u);
 }
 
 TEST(BadFiles, AnUnknownExtensionIsAnsweredWithTheKnownOnes) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "knead/io/shape_file.h"
+#include "knead/io/test_samples.h"
 #include "knead/math/error.h"
 #include "support/test_meshes.h"
 
@@ -91,6 +92,31 @@ TEST(Convert, NormalsFollowIntoTheOtherFormat) {
   EXPECT_NEAR(ply.mesh.find_attribute("normal")->values[0], 1, 1e-7);
 }
 
+// The attribute as a file holds it whose numbers have its type.
+Attribute as_stored(Attribute attribute) {
+  if (attribute.type != NumberType::float32) return attribute;
+  for (double& value : attribute.values) value = double{static_cast<float>(value)};
+  return attribute;
+}
+
+TEST(Convert, AttributesOfTheOtherFormatsGoThroughPly) {
+  for (const Sample& sample : stl_off_and_xyz_samples()) {
+    const ShapeFile shape = parse_shape(sample.bytes, sample.format, "sample");
+    const ShapeFile there = through("ply", shape);
+    const ShapeFile back = through(sample.format, there);
+    ASSERT_EQ(there.mesh.attributes.size(), shape.mesh.attributes.size()) << sample.bytes;
+    for (const Attribute& attribute : shape.mesh.attributes) {
+      const auto has_it = [&](const Mesh& mesh) {
+        return std::any_of(mesh.attributes.begin(), mesh.attributes.end(),
+                           [&](const Attribute& other) { return as_stored(other) == as_stored(attribute); });
+      };
+      EXPECT_TRUE(has_it(there.mesh)) << attribute.name << " of " << sample.bytes;
+      if (attribute.name.substr(0, 6) == "column") continue;  // which a new XYZ file has no place for
+      EXPECT_TRUE(has_it(back.mesh)) << attribute.name << " of " << sample.bytes;
+    }
+  }
+}
+
 TEST(WriteMesh, EveryAttributeThatPlyHolds) {
   Mesh mesh;
   mesh.positions = {{0.1, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 1.0 / 3}};
@@ -142,7 +168,7 @@ TEST(WriteMesh, FilesOfEveryName) {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   mesh.add_face(std::vector<std::uint32_t>{0, 1, 2});
-  for (const char* name : {"-a b, é.PLY", "..%2f..%2fescape.obj", "two.dots.Obj"}) {
+  for (const char* name : {"-a b, é.PLY", "..%2f..%2fescape.off", "..%2f..%2fescape.obj", "a.Stl", "two.dots.Obj"}) {
     write_mesh(folder / name, mesh);
     const ShapeFile shape = read_shape(folder / name);
     expect_same_shape(shape.mesh, mesh);
