@@ -44,6 +44,7 @@ struct Subcommand {
 Subcommand add_deform(CLI::App& parent);
 Subcommand add_resolve(CLI::App& parent);
 Subcommand add_info(CLI::App& parent);
+Subcommand add_check(CLI::App& parent);
 Subcommand add_make(CLI::App& parent);
 Subcommand add_render(CLI::App& parent);
 

@@ -1,103 +1,25 @@
 // knead info SHAPE: what is in a file.
-#include <fmt/format.h>
-
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "command.h"
-#include "knead/io/shape_file.h"
-#include "knead/mesh/measures.h"
 #include "output.h"
+#include "shape_info.h"
 
 namespace knead::command {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 struct InfoOptions {
   std::string shape;
   CommonOptions common;
 };
 
-struct Info {
-  ShapeFile file;
-  Measures measures;
-  std::vector<std::string> notes;
-};
-
-bool has_volume(const Measures& measures) { return measures.closed() && measures.oriented(); }
-
-std::vector<std::string> attribute_names(const Mesh& mesh) {
-  std::vector<std::string> names;
-  for (const Attribute& attribute : mesh.attributes) names.push_back(attribute.name);
-  return names;
-}
-
-Json to_json(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
-
-std::string json_of(const Info& info) {
-  const Measures& m = info.measures;
-  Json json;
-  json["format"] = info.file.format;
-  json["vertices"] = m.vertices;
-  json["faces"] = m.faces;
-  json["triangles"] = m.triangles;
-  json["closed"] = m.closed();
-  json["manifold"] = m.manifold();
-  json["oriented"] = m.oriented();
-  json["components"] = m.components;
-  json["boundary_loops"] = m.boundary_loops;
-  json["euler"] = m.euler;
-  json["volume"] = has_volume(m) ? Json(m.volume) : Json(nullptr);
-  json["area"] = m.area;
-  json["box_min"] = to_json(m.box.min);
-  json["box_max"] = to_json(m.box.max);
-  json["diagonal"] = m.box.diagonal();
-  json["attributes"] = attribute_names(info.file.mesh);
-  json["notes"] = info.notes;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string to_text(const Vec3d& v) { return fmt::format("{:.6g} {:.6g} {:.6g}", v.x, v.y, v.z); }
-
-std::string row(std::string_view name, const std::string& value) { return fmt::format("{:<16}{}\n", name, value); }
-
-const char* yes_or_no(bool value) { return value ? "yes" : "no"; }
-
-std::string table_of(const Info& info) {
-  const Measures& m = info.measures;
-  std::string text = row("format", info.file.format);
-  text += row("vertices", fmt::format("{}", m.vertices));
-  text += row("faces", fmt::format("{}", m.faces));
-  text += row("triangles", fmt::format("{}", m.triangles));
-  text += row("closed", yes_or_no(m.closed()));
-  text += row("manifold", yes_or_no(m.manifold()));
-  text += row("oriented", yes_or_no(m.oriented()));
-  text += row("components", fmt::format("{}", m.components));
-  text += row("boundary loops", fmt::format("{}", m.boundary_loops));
-  text += row("euler", fmt::format("{}", m.euler));
-  text += row("volume", has_volume(m) ? fmt::format("{:.6g}", m.volume) : "- (not closed and oriented)");
-  text += row("area", fmt::format("{:.6g}", m.area));
-  text += row("box min", to_text(m.box.min));
-  text += row("box max", to_text(m.box.max));
-  text += row("diagonal", fmt::format("{:.6g}", m.box.diagonal()));
-  text += row("attributes", fmt::format("{}", fmt::join(attribute_names(info.file.mesh), ", ")));
-  for (const std::string& note : info.notes) text += row("note", note);
-  return text;
-}
-
 void run_info(const InfoOptions& options) {
-  Info info;
-  info.file = read_shape(options.shape);
-  info.measures = measure(info.file.mesh);
-  info.notes = info.file.notes;
-  for (std::string& note : describe_oddities(info.measures)) info.notes.push_back(std::move(note));
+  const ShapeInfo info = read_info(options.shape);
   if (options.common.json) {
-    print(json_of(info));
+    print(dump(to_json(info)));
   } else if (!options.common.quiet) {
-    print(table_of(info));
+    print(table_of(info) + table_of_notes(info));
   }
 }
 
@@ -106,7 +28,9 @@ void run_info(const InfoOptions& options) {
 Subcommand add_info(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("info", "What is in a file: counts, closed?, manifold?, volume, area, box");
   const auto options = std::make_shared<InfoOptions>();
-  app->add_option("SHAPE", options->shape, "A mesh or point cloud: PLY or OBJ")->required()->type_name("");
+  app->add_option("SHAPE", options->shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
+      ->required()
+      ->type_name("");
   add_common_options(*app, options->common);
   add_examples(*app,
                "  knead info hand.ply\n"

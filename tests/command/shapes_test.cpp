@@ -56,7 +56,7 @@ TEST_F(ShapesTest, InfoOfASphere) {
   EXPECT_EQ(info["euler"], 2);
   EXPECT_EQ(info["box_min"].size(), 3u);
   const std::string table = knead_ok({"info", "s.ply"});
-  EXPECT_NE(table.find("vertices        642\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("vertices              642\n"), std::string::npos) << table;
   EXPECT_EQ(knead_ok({"info", "s.ply", "-q"}), "");
 }
 

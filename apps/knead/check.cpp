@@ -1,0 +1,130 @@
+// knead check SHAPE: what info says, and whether the surface is sound.
+#include <fmt/format.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "command.h"
+#include "knead/math/error.h"
+#include "knead/mesh/flipped.h"
+#include "knead/mesh/folded.h"
+#include "knead/mesh/triangulate.h"
+#include "output.h"
+#include "requirements.h"
+#include "shape_info.h"
+
+namespace knead::command {
+namespace {
+
+struct CheckOptions {
+  std::string shape;
+  std::string before;
+  std::string require;
+  CommonOptions common;
+};
+
+std::size_t count_flipped_since(const CheckOptions& options, const Mesh& mesh) {
+  const Mesh before = read_shape(options.before).mesh;
+  if (before.vertex_count() != mesh.vertex_count() || before.face_begin != mesh.face_begin ||
+      before.corner_vertex != mesh.corner_vertex) {
+    throw InvalidInput(Place{options.before}, fmt::format("its faces are not those of {}; give the shape as it was "
+                                                          "before it was deformed",
+                                                          options.shape));
+  }
+  return count_flipped(mesh, before.positions, mesh.positions);
+}
+
+Findings find(const CheckOptions& options, const ShapeInfo& info) {
+  const Mesh& mesh = info.file.mesh;
+  Findings findings;
+  findings.measures = info.measures;
+  if (!options.before.empty()) findings.flipped_triangles = count_flipped_since(options, mesh);
+  findings.self_intersections = self_intersections(triangulate(mesh), mesh.positions);
+  findings.folded_edges = count_folded_edges(mesh);
+  return findings;
+}
+
+std::string json_of(const ShapeInfo& info, const Findings& findings) {
+  using Json = nlohmann::ordered_json;
+  const Measures& m = findings.measures;
+  Json json = to_json(info);
+  json["boundary_edges"] = m.boundary_edges;
+  json["nonmanifold_edges"] = m.nonmanifold_edges;
+  json["nonmanifold_vertices"] = m.nonmanifold_vertices;
+  json["misoriented_edges"] = m.misoriented_edges;
+  json["self_intersections"] = findings.self_intersections.count;
+  json["degenerate_triangles"] = m.degenerate_triangles;
+  json["smallest_angle_deg"] = m.smallest_angle_deg ? Json(*m.smallest_angle_deg) : Json(nullptr);
+  json["folded_edges"] = findings.folded_edges;
+  json["flipped_triangles"] = findings.flipped_triangles ? Json(*findings.flipped_triangles) : Json(nullptr);
+  return dump(json);
+}
+
+std::string table_of(const ShapeInfo& info, const Findings& findings) {
+  const Measures& m = findings.measures;
+  std::string text = table_of(info);
+  text += row("boundary edges", fmt::format("{}", m.boundary_edges));
+  text += row("nonmanifold edges", fmt::format("{}", m.nonmanifold_edges));
+  text += row("nonmanifold vertices", fmt::format("{}", m.nonmanifold_vertices));
+  text += row("misoriented edges", fmt::format("{}", m.misoriented_edges));
+  text += row("self-intersections", fmt::format("{}", findings.self_intersections.count));
+  text += row("degenerate triangles", fmt::format("{}", m.degenerate_triangles));
+  text += row("smallest angle", m.smallest_angle_deg ? fmt::format("{:.6g} degrees", *m.smallest_angle_deg)
+                                                     : "- (no triangle has an area)");
+  text += row("folded edges", fmt::format("{}", findings.folded_edges));
+  if (findings.flipped_triangles) text += row("flipped triangles", fmt::format("{}", *findings.flipped_triangles));
+  return text + table_of_notes(info);
+}
+
+// A line on standard error for each requirement that is not met; the last is the error that ends the command.
+void require_all(const CheckOptions& options, const std::vector<Requirement>& requirements, const Findings& findings) {
+  std::string last;
+  for (const Requirement& requirement : requirements) {
+    const std::optional<std::string> complaint = unmet(requirement, findings);
+    if (!complaint) continue;
+    if (!last.empty()) print_message(last);
+    last = fmt::format("{}: {}", options.shape, *complaint);
+  }
+  if (!last.empty()) throw QualityError(last);
+}
+
+void run_check(const CheckOptions& options, bool has_requirements) {
+  std::vector<Requirement> requirements;
+  if (has_requirements) requirements = parse_requirements(options.require, !options.before.empty());
+  ShapeInfo info = read_info(options.shape);
+  const Findings findings = find(options, info);
+  if (!findings.self_intersections.complete) {
+    info.notes.push_back(
+        fmt::format("over {} pairs of triangles intersect; the count ends there", findings.self_intersections.count));
+  }
+  if (options.common.json) {
+    print(json_of(info, findings));
+  } else if (!options.common.quiet) {
+    print(table_of(info, findings));
+  }
+  require_all(options, requirements, findings);
+}
+
+}  // namespace
+
+Subcommand add_check(CLI::App& parent) {
+  CLI::App* app =
+      parent.add_subcommand("check", "Whether a surface is sound: self-intersections, flat triangles, folds");
+  const auto options = std::make_shared<CheckOptions>();
+  app->add_option("SHAPE", options->shape, "A mesh")->required()->type_name("");
+  app->add_option("--before", options->before, "The same mesh before it was deformed, to count flipped triangles")
+      ->type_name("FILE");
+  const CLI::Option* require = app->add_option("--require", options->require,
+                                               "Exit with code 4 unless all of these hold: " + known_requirements())
+                                   ->type_name("LIST");
+  add_common_options(*app, options->common);
+  add_examples(*app,
+               "  knead check scan.ply\n"
+               "  knead check bent.ply --before hand.ply --json\n"
+               "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1");
+  return {app, [options, require] { run_check(*options, require->count() > 0); }};
+}
+
+}  // namespace knead::command
