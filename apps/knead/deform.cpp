@@ -12,6 +12,7 @@
 #include "frames.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
+#include "knead/io/materials.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/report.h"
@@ -109,7 +110,7 @@ class Target {
 
 // All that can go wrong with the outputs is found before the work begins.
 void check_outputs(const DeformOptions& options, const Target& target) {
-  require_extension(target.path(0), kShapeExtensions);
+  require_shape_extension(target.path(0));
   for (int i = 0; i < target.count(); ++i) require_writable(target.path(i));
   require_different(options.session, target.path(0));
   if (options.report.empty() || options.report == "-") return;
@@ -162,6 +163,12 @@ void add_self_intersections(const Mesh& mesh, const ReplayResult& result, int th
   report.self_intersections_after = self_intersections(triangles, result.positions, options).count;
 }
 
+void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& target) {
+  for (const std::filesystem::path& path : copy_material_files(shape, options.shape, target)) {
+    if (!options.common.quiet) print_message(fmt::format("note: {}: the materials are copied too", path.string()));
+  }
+}
+
 void run_deform(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
@@ -186,6 +193,7 @@ void run_deform(const DeformOptions& options) {
   const ReplayResult result = replay_watched(inputs, replay, options.common.quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames) write(0, result.positions, result.normals);
+  if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
   Report report = make_report(inputs.shape.mesh, result, replay, seconds);
   if (options.check) add_self_intersections(inputs.shape.mesh, result, replay.threads, report);
   report.seconds.total = total.seconds();
@@ -193,9 +201,12 @@ void run_deform(const DeformOptions& options) {
 }
 
 void add_options(CLI::App& app, DeformOptions& options) {
-  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY or OBJ")->required()->type_name("");
+  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
+      ->required()
+      ->type_name("");
   app.add_option("SESSION", options.session, "The strokes: a .knead file")->required()->type_name("");
-  app.add_option("-o,--output", options.output, "The file to write: .ply or .obj; may be SHAPE itself")
+  app.add_option("-o,--output", options.output,
+                 "The file to write, in the format of its extension; may be SHAPE itself")
       ->required()
       ->type_name("FILE");
   app.add_option("--tolerance", options.tolerance,

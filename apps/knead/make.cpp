@@ -39,7 +39,7 @@ void check_count(ShapeKind kind, const MakeOptions& options) {
 void run_make(const MakeOptions& options, bool with_count) {
   const ShapeKind kind = checked_kind(options.kind);
   if (with_count) check_count(kind, options);
-  require_extension(options.output, kShapeExtensions);
+  require_shape_extension(options.output);
   require_writable(options.output);
   const Mesh mesh = make_shape(kind, options.vertices);
   write_mesh(options.output, mesh);

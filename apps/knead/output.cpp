@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "command.h"
+#include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 
 namespace knead::command {
@@ -90,6 +91,8 @@ void require_extension(const fs::path& path, std::span<const std::string_view> e
   throw UsageError(
       fmt::format("{}: cannot write this kind of file; name one that ends in {}", path.string(), supported));
 }
+
+void require_shape_extension(const std::filesystem::path& path) { require_extension(path, format_names()); }
 
 void require_writable(const fs::path& path) {
   std::error_code error;

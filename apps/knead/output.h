@@ -24,13 +24,13 @@ void print_notes(std::span<const std::string> notes);
 // Throws UsageError unless the path ends in one of the extensions ("ply"), in upper or lower case.
 void require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
 
+// The same for a shape's file.
+void require_shape_extension(const std::filesystem::path& path);
+
 // Whether a file could be written there, found out without leaving a trace. Throws IoError(write) where it could not.
 void require_writable(const std::filesystem::path& path);
 
 // Throws UsageError where two paths name one file, existing or not.
 void require_different(const std::filesystem::path& a, const std::filesystem::path& b);
-
-// The formats of shapes that can be written.
-inline constexpr std::string_view kShapeExtensions[] = {"ply", "obj"};
 
 }  // namespace knead::command

@@ -44,7 +44,7 @@ void run_resolve(const ResolveOptions& options) {
 Subcommand add_resolve(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("resolve", "Write the session as strokes that read no surface");
   const auto options = std::make_shared<ResolveOptions>();
-  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY or OBJ")
+  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY, OBJ, STL, OFF, GLB or XYZ")
       ->required()
       ->type_name("");
   app->add_option("SESSION", options->session, "The strokes: a .knead file")->required()->type_name("");

@@ -72,6 +72,7 @@ class ObjReader {
       read_texture();
     } else if (!keyword.empty() && keyword[0] != '#') {
       add_other(keyword);
+      if (keyword == "mtllib") add_materials();
     }
     position_ = obj_line_end(bytes_, position_) + 1;
   }
@@ -80,6 +81,18 @@ class ObjReader {
     constexpr std::size_t most = 64;  // garbage has no end of keywords
     auto& list = layout_.other_keywords;
     if (list.size() < most && std::find(list.begin(), list.end(), keyword) == list.end()) list.emplace_back(keyword);
+  }
+
+  void add_materials() {
+    constexpr std::size_t most = 256;  // bytes of a file's name, and names
+    const std::size_t begin = skip_obj_blanks(bytes_, position_);
+    std::string_view line = bytes_.substr(begin, obj_line_end(bytes_, begin) - begin);
+    while (!line.empty() && is_blank(line.back())) line.remove_suffix(1);
+    if (line.size() <= most && layout_.material_files.size() < most) layout_.material_files.emplace_back(line);
+    for (std::string_view token = next_token(); !token.empty(); token = next_token()) {
+      const bool is_name = token != line && token.size() <= most && layout_.material_files.size() < most;
+      if (is_name) layout_.material_files.emplace_back(token);
+    }
   }
 
   // The next token of the statement; empty at its end or at a comment.

@@ -49,8 +49,11 @@ const Format* find_format(std::string_view name) {
 const Format& known_format(std::string_view name, const std::string& file) {
   if (const Format* format = find_format(name)) return *format;
   std::string supported;
-  for (const Format& format : kFormats) supported += (supported.empty() ? "." : ", .") + std::string(format.name);
-  throw InvalidInput(Place{file}, "format '" + std::string(name) + "' is not supported; use one of " + supported);
+  for (const std::string_view known : format_names())
+    supported += (supported.empty() ? "." : ", .") + std::string(known);
+  const std::string what =
+      name.empty() ? "its name has no extension" : "format '" + std::string(name) + "' is not supported";
+  throw InvalidInput(Place{file}, what + "; use one of " + supported);
 }
 
 std::string read_bytes(const std::filesystem::path& path) {
@@ -95,6 +98,12 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
 }
 
 }  // namespace
+
+std::vector<std::string_view> format_names() {
+  std::vector<std::string_view> names;
+  for (const Format& format : kFormats) names.push_back(format.name);
+  return names;
+}
 
 std::string format_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();

@@ -70,6 +70,9 @@ std::string serialize_mesh(std::string_view format, const Mesh& mesh, const Writ
 // What write_shape will lose when it writes the source to this path, a sentence each; empty for the same format.
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
+// The formats that can be read and written; each is also the extension of its files.
+std::vector<std::string_view> format_names();
+
 // The format that a path's extension names ("ply", "obj", "stl", "off", "xyz"). Throws InvalidInput that lists the
 // supported ones.
 std::string format_of(const std::filesystem::path& path);
