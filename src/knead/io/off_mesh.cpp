@@ -82,10 +82,7 @@ bool OffMeshBuilder::finish() {
     shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is taken as 0",
                                    "attribute values are not finite and are taken as 0"));
   }
-  if (shape_.mesh.face_count() == 0) {
-    shape_.notes.push_back("has no faces and is read as a point cloud");
-    if (fields_.normals) shape_.notes.push_back("without faces, normals stay as they are when points move");
-  }
+  if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
   return vertices_read && faces_read;
 }
 

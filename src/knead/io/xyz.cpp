@@ -147,7 +147,6 @@ class XyzReader {
     std::vector<Attribute>& attributes = shape_.mesh.attributes;
     if (width_ == 3 && is_normal()) {
       attributes.push_back({"normal", Domain::vertex, NumberType::float32, 3, std::move(columns_)});
-      shape_.notes.push_back("without faces, normals stay as they are when points move");
     } else if (width_ == 3 && is_color()) {
       attributes.push_back({"color", Domain::vertex, NumberType::uint8, 3, std::move(columns_)});
     } else {

@@ -47,8 +47,7 @@ TEST(Xyz, ReadsPointsBetweenBlanksCommasAndSemicolons) {
   ASSERT_EQ(shape.mesh.attributes.size(), 1u);
   EXPECT_EQ(shape.mesh.attributes[0].name, "normal");
   EXPECT_EQ(shape.mesh.attributes[0].values, (std::vector<double>{0, 0, 1, 0, 0.6, -0.8, 1, 0, 0}));
-  EXPECT_EQ(text_of(shape.notes),
-            "without faces, normals stay as they are when points move\nhas no faces and is read as a point cloud\n");
+  EXPECT_EQ(text_of(shape.notes), "has no faces and is read as a point cloud\n");
 }
 
 TEST(Xyz, OnlyTheNumbersThatChangeAreReplaced) {
@@ -67,9 +66,12 @@ TEST(Xyz, OnlyTheNumbersThatChangeAreReplaced) {
 
 TEST(Xyz, NormalsAreReplacedWhereTheyDiffer) {
   const ShapeFile shape = parse(kPoints);
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[2].x = 4;
   const std::vector<Vec3d> normals{{0, 0, -1}, {0, 0.6, -0.8}, {0, 0, 1}};
-  const std::string expected = replaced(replaced(kPoints, "0 0 1.00 #", "0 0 -1 #"), "-2.50;1;0;0", "-2.50;0;0;1");
-  EXPECT_EQ(rewrite_xyz(shape, shape.mesh.positions, normals, {}), expected);
+  std::string expected = replaced(kPoints, "0 0 1.00 #", "0 0 -1 #");
+  expected = replaced(expected, "0;1e0;-2.50;1;0;0", "4;1e0;-2.50;0;0;1");
+  EXPECT_EQ(serialize_shape("xyz", shape, positions, {.normals = normals}), expected);
 }
 
 TEST(Xyz, ColorsAndOtherColumns) {
