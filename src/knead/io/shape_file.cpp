@@ -10,6 +10,7 @@
 
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
+#include "knead/io/glb.h"
 #include "knead/io/obj.h"
 #include "knead/io/off.h"
 #include "knead/io/ply.h"
@@ -32,9 +33,10 @@ struct Format {
   std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
 };
 
-constexpr std::array<Format, 5> kFormats = {
+constexpr std::array<Format, 6> kFormats = {
     {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
      {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses},
+     {"glb", parse_glb, rewrite_glb, generate_glb, glb_losses, glb_source_losses},
      {"stl", parse_stl, rewrite_stl, generate_stl, stl_losses, stl_source_losses},
      {"off", parse_off, rewrite_off, generate_off, off_losses, off_source_losses},
      {"xyz", parse_xyz, rewrite_xyz, generate_xyz, xyz_losses, xyz_source_losses}}};

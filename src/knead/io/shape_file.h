@@ -1,4 +1,4 @@
-// Shapes in files: PLY, OBJ, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it was
+// Shapes in files: PLY, OBJ, GLB, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it was
 // read from and replacing only the numbers that changed, so everything that Knead does not understand survives.
 #pragma once
 
@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "knead/io/glb_layout.h"
 #include "knead/io/obj_layout.h"
 #include "knead/io/off_layout.h"
 #include "knead/io/ply_layout.h"
@@ -25,10 +26,10 @@ namespace knead {
 // for the numbers after x y z of an XYZ file. Values that are not finite are read as 0, which a note says.
 struct ShapeFile {
   Mesh mesh;
-  std::string format;              // "ply", "obj", "stl", "off" or "xyz"
+  std::string format;              // "ply", "obj", "glb", "stl", "off" or "xyz"
   std::vector<std::string> notes;  // what was odd and how it was read, a sentence each
   std::string bytes;               // the file as read
-  std::variant<PlyLayout, ObjLayout, StlLayout, OffLayout, XyzLayout> layout;
+  std::variant<PlyLayout, ObjLayout, GlbLayout, StlLayout, OffLayout, XyzLayout> layout;
 };
 
 // Reads a file, the format chosen by its extension in upper or lower case. Opens no other file, whatever this one
@@ -73,7 +74,7 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
 // The formats that can be read and written; each is also the extension of its files.
 std::vector<std::string_view> format_names();
 
-// The format that a path's extension names ("ply", "obj", "stl", "off", "xyz"). Throws InvalidInput that lists the
+// The format that a path's extension names ("ply", "obj", "glb", "stl", "off", "xyz"). Throws InvalidInput that lists the
 // supported ones.
 std::string format_of(const std::filesystem::path& path);
 

@@ -76,6 +76,65 @@ Vec3d rotate_between(const Vec3d& v, const Vec3d& a, const Vec3d& b) {
   return v * cosine + cross(axis, v) + axis * (dot(axis, v) / (1 + cosine));
 }
 
+// The surface at a vertex before and after: unit normals, and the edges e before, f after, fitted by f = B (u.e, v.e)
+// in the plane of the unit vectors u, v before.
+struct EdgeFit {
+  Vec3d before;
+  Vec3d after;
+  Vec3d u;
+  Vec3d v;
+  double uu = 0;
+  double uv = 0;
+  double vv = 0;
+  Vec3d fu;
+  Vec3d fv;
+
+  void add_edge(const Vec3d& e, const Vec3d& f) {
+    const double size = norm(e);
+    if (!(size > 0)) return;
+    const double a = dot(u, e) / size;
+    const double b = dot(v, e) / size;
+    uu += a * a;
+    uv += a * b;
+    vv += b * b;
+    fu += f * (a / size);
+    fv += f * (b / size);
+  }
+
+  // A tangent carried along; itself where there is no fit. What the ring rises above its plane tilts B's columns, so
+  // their parts along the new normal are dropped, and the tangent's own part along the old one is put there.
+  Vec3d carried(const Vec3d& tangent) const {
+    constexpr double kThinnest = 1e-12;  // of the ring, as a ratio of squares
+    const double determinant = uu * vv - uv * uv;
+    if (!(determinant > kThinnest * (uu + vv) * (uu + vv))) return tangent;
+    const double a = dot(u, tangent);
+    const double b = dot(v, tangent);
+    const Vec3d moved = fu * ((a * vv - b * uv) / determinant) + fv * ((b * uu - a * uv) / determinant);
+    return moved - after * dot(after, moved) + after * dot(before, tangent);
+  }
+};
+
+std::vector<EdgeFit> fit_edges(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& touched) {
+  const std::vector<Vec3d> before = mean_normals(mesh, mesh.positions, touched, mesh.corner_vertex);
+  const std::vector<Vec3d> after = mean_normals(mesh, positions, touched, mesh.corner_vertex);
+  std::vector<EdgeFit> fits(mesh.vertex_count());
+  for (std::size_t i = 0; i < fits.size(); ++i) {
+    if (before[i] == Vec3d{} || after[i] == Vec3d{}) continue;
+    const Vec3d u = any_orthogonal(before[i]);
+    fits[i] = {before[i], after[i], u, cross(before[i], u), 0, 0, 0, {}, {}};
+  }
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i];
+      const std::uint32_t b = face[i + 1 < face.size() ? i + 1 : 0];
+      if (touched[a]) fits[a].add_edge(mesh.positions[b] - mesh.positions[a], positions[b] - positions[a]);
+      if (touched[b]) fits[b].add_edge(mesh.positions[a] - mesh.positions[b], positions[a] - positions[b]);
+    }
+  }
+  return fits;
+}
+
 }  // namespace
 
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions) {
@@ -99,6 +158,21 @@ std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> af
   for (std::size_t i = 0; i < result.size(); ++i) {
     if (from[i] == Vec3d{} || to[i] == Vec3d{} || from[i] == to[i]) continue;
     result[i] = rotate_between(result[i], from[i], to[i]);
+  }
+  return result;
+}
+
+std::vector<Vec3d> transport_tangents(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> tangents,
+                                      std::span<const Vec3d> normals) {
+  std::vector<Vec3d> result(tangents.begin(), tangents.end());
+  const std::vector<bool> touched = touched_normals(mesh, after, tangents.size(), mesh.corner_vertex);
+  const std::vector<EdgeFit> fits = fit_edges(mesh, after, touched);
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (!touched[i]) continue;
+    const Vec3d carried = unit_or_zero(fits[i].carried(tangents[i]));
+    const Vec3d normal = unit_or_zero(normals[i]);
+    const Vec3d moved = unit_or_zero(carried - normal * dot(normal, carried));
+    if (!(moved == Vec3d{})) result[i] = moved;
   }
   return result;
 }

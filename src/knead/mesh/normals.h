@@ -24,4 +24,12 @@ inline constexpr std::uint32_t kNoNormal = 0xffffffffu;
 std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> normals,
                                      std::span<const std::uint32_t> corner_normal);
 
+// Authored tangents, one per vertex, after the vertices have moved to `after`, where the authored normals are
+// `normals`. Each is carried by the linear map of the surface that fits the edges of its faces at the vertex best
+// (least squares, every edge with the same weight), then made orthogonal to the normal, with length 1. Where that map
+// is undefined (no area around) it is made orthogonal only; where no vertex of its faces moved, the result has the same
+// bits.
+std::vector<Vec3d> transport_tangents(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> tangents,
+                                      std::span<const Vec3d> normals);
+
 }  // namespace knead

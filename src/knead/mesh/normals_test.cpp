@@ -121,5 +121,70 @@ TEST(TransportNormals, HardEdgesStayHard) {
   EXPECT_NEAR(norm(transport_normals(cube, over, authored, corner_normal)[1] - Vec3d{0, 0, -1}), 0, 1e-15);
 }
 
+// A tangent at each vertex: some direction across the normal.
+std::vector<Vec3d> tangents_across(const std::vector<Vec3d>& normals) {
+  std::vector<Vec3d> tangents;
+  for (const Vec3d& n : normals) tangents.push_back(any_orthogonal(n));
+  return tangents;
+}
+
+TEST(TransportTangents, TurnWithARotation) {
+  const Mesh torus = quad_torus(20, 12);
+  const std::vector<Vec3d> normals = vertex_normals(torus);
+  const std::vector<Vec3d> tangents = tangents_across(normals);
+  const Vec3d axis = normalized(Vec3d{1, 2, 3});
+  std::vector<Vec3d> after = torus.positions;
+  for (Vec3d& p : after) p = turned(p, axis, 0.7) + Vec3d{3, 4, 5};
+  std::vector<Vec3d> turned_normals;
+  for (const Vec3d& n : normals) turned_normals.push_back(turned(n, axis, 0.7));
+  const std::vector<Vec3d> moved = transport_tangents(torus, after, tangents, turned_normals);
+  // Edges are about 0.2 long at coordinates of about 5: their differences carry some 30 roundings of 1e-16.
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    EXPECT_NEAR(norm(moved[i] - turned(tangents[i], axis, 0.7)), 0, 1e-13) << i;
+  }
+}
+
+// A turn about the normal is what normals alone cannot show.
+TEST(TransportTangents, TurnAboutTheNormal) {
+  const Mesh fan = make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {-1, 0.5, 0}, {0, -1, 0}},
+                             {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}});
+  const std::vector<Vec3d> up(5, Vec3d{0, 0, 1});
+  const std::vector<Vec3d> along_x(5, Vec3d{1, 0, 0});
+  std::vector<Vec3d> after = fan.positions;
+  for (Vec3d& p : after) p = turned(p, {0, 0, 1}, 0.4);
+  for (const Vec3d& t : transport_tangents(fan, after, along_x, up)) {
+    EXPECT_NEAR(norm(t - Vec3d{std::cos(0.4), std::sin(0.4), 0}), 0, 1e-15 * 10);
+  }
+  // A shear takes x to x and y to y + x: the tangent, as the map of the surface says, and not the mean turn.
+  after = fan.positions;
+  for (Vec3d& p : after) p.y += p.x;
+  for (const Vec3d& t : transport_tangents(fan, after, along_x, up)) {
+    EXPECT_NEAR(norm(t - normalized(Vec3d{1, 1, 0})), 0, 1e-15 * 10);
+  }
+}
+
+TEST(TransportTangents, KeepTheirBitsAwayFromWhatMoved) {
+  const Mesh torus = quad_torus(20, 12);
+  const std::vector<Vec3d> normals = vertex_normals(torus);
+  const std::vector<Vec3d> tangents = random_normals(torus.vertex_count());
+  EXPECT_EQ(transport_tangents(torus, torus.positions, tangents, normals), tangents);
+  std::vector<Vec3d> after = torus.positions;
+  after[0] += Vec3d{0.1, 0.05, 0.1};
+  const std::vector<Vec3d> moved = transport_tangents(torus, after, tangents, vertex_normals(torus, after));
+  std::size_t changed = 0;
+  for (std::size_t i = 0; i < moved.size(); ++i) changed += moved[i] == tangents[i] ? 0 : 1;
+  EXPECT_EQ(changed, 9u);  // the vertex and those of its four quads
+}
+
+TEST(TransportTangents, WithoutAnAreaAroundStayAcrossTheNormal) {
+  const Mesh line = make_mesh({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}});
+  std::vector<Vec3d> after = line.positions;
+  after[1].x = 1.5;
+  const std::vector<Vec3d> slanted(3, normalized(Vec3d{1, 0, 1}));
+  for (const Vec3d& t : transport_tangents(line, after, slanted, std::vector<Vec3d>(3, Vec3d{0, 0, 1}))) {
+    EXPECT_NEAR(norm(t - Vec3d{1, 0, 0}), 0, 1e-15);
+  }
+}
+
 }  // namespace
 }  // namespace knead

@@ -1,0 +1,32 @@
+// The attributes of the vertices that a GLB file's primitives have. Internal to the GLB reader.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "knead/io/glb_accessor.h"
+
+namespace knead::glb {
+
+// An attribute of a primitive that becomes one of the mesh.
+struct Semantic {
+  const char* key;   // in the file
+  const char* name;  // of the mesh's attribute
+  std::optional<std::size_t> GlbBlock::*accessor;
+};
+
+inline constexpr std::array<Semantic, 4> kSemantics = {{{"NORMAL", "normal", &GlbBlock::normal},
+                                                        {"TANGENT", "tangent", &GlbBlock::tangent},
+                                                        {"TEXCOORD_0", "uv", &GlbBlock::uv},
+                                                        {"COLOR_0", "color", &GlbBlock::color}}};
+
+// The attributes that some block has: directions in world coordinates and of length 1. Where a block has none, colors
+// are white and others 0, which a note says. Throws InvalidInput for accessors that do not fit.
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<GlbBlock>& blocks,
+                                       std::vector<std::string>& notes);
+
+// The direction of a vector; zero for zero and for what is not finite.
+Vec3d direction(const Vec3d& v);
+
+}  // namespace knead::glb

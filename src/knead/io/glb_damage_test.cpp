@@ -1,0 +1,98 @@
+// Damaged GLB files: whatever the bytes, a shape that keeps its promises or an InvalidInput.
+#include <gtest/gtest.h>
+
+#include "knead/io/glb_test_files.h"
+#include "knead/math/error.h"
+#include "knead/mesh/measures.h"
+
+namespace knead {
+namespace {
+
+void check(const std::string& bytes) {
+  try {
+    const ShapeFile shape = parse_shape(bytes, "glb", "damaged");
+    const Mesh& mesh = shape.mesh;
+    ASSERT_EQ(mesh.face_begin.back(), mesh.corner_vertex.size());
+    for (const std::uint32_t v : mesh.corner_vertex) ASSERT_LT(v, mesh.vertex_count());
+    for (const Vec3d& p : mesh.positions) ASSERT_TRUE(is_finite(p));
+    ASSERT_EQ(serialize_shape("glb", shape, mesh.positions), bytes);
+    std::vector<Vec3d> positions = mesh.positions;
+    for (Vec3d& p : positions) p = {p.y * 0.5, p.x * 0.5 + 1, p.z};
+    const ShapeFile back = parse_shape(serialize_shape("glb", shape, positions), "glb", "moved");
+    ASSERT_EQ(back.mesh.corner_vertex, mesh.corner_vertex);
+    for (const GlbBlock& block : std::get<GlbLayout>(shape.layout).blocks) {
+      if (!(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{})) continue;
+      for (std::size_t i = block.first; i < block.first + block.count; ++i) {
+        ASSERT_EQ(back.mesh.positions[i], Vec3d(Vec3f(positions[i])));
+      }
+    }
+    serialize_shape("obj", shape, positions);
+  } catch (const InvalidInput& error) {
+    ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
+  }
+}
+
+std::string triangle() {
+  GlbFile file;
+  file.primitive()["attributes"]["POSITION"] = file.add_vec3({0, 0, 0, 1, 0, 0, 1, 1, 0});
+  return file.bytes();
+}
+
+// Two nodes, sparse and quantized data.
+std::string elaborate() {
+  GlbFile file = square_glb();
+  const std::size_t indices = file.add_view(raw(std::vector<std::uint8_t>{1}));
+  const std::size_t values = file.add_view(raw(std::vector<float>{7, 8, 9}));
+  file.accessor(0)["sparse"] = {{"count", 1},
+                                {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
+                                {"values", {{"bufferView", values}}}};
+  file.primitive()["attributes"]["TEXCOORD_0"] = file.add<std::uint16_t>(5123, "VEC2", 2, {0, 0, 9, 0, 9, 9, 0, 9});
+  file.json["accessors"].back()["normalized"] = true;
+  file.json["nodes"].push_back(GlbJson::parse(R"({"children":[2],"rotation":[0.6,0,0,0.8]})"));
+  file.json["nodes"].push_back(GlbJson::parse(R"({"mesh":0,"scale":[2,3,-4]})"));
+  file.json["scenes"][0]["nodes"].push_back(1);
+  return file.bytes();
+}
+
+TEST(GlbDamage, EveryPrefix) {
+  for (const std::string& bytes : {triangle(), elaborate()}) {
+    EXPECT_NO_THROW(parse_shape(bytes, "glb", "sound"));
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      EXPECT_THROW(parse_shape(bytes.substr(0, size), "glb", "prefix"), InvalidInput) << size;
+    }
+  }
+}
+
+TEST(GlbDamage, EveryValueOfEveryByteOfATriangle) {
+  const std::string sound = triangle();
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    for (int value = 0; value < 256; ++value) {
+      std::string bytes = sound;
+      bytes[i] = static_cast<char>(value);
+      check(bytes);
+    }
+  }
+}
+
+TEST(GlbDamage, EveryChangeOfOneByte) {
+  const std::string sound = elaborate();
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    for (const char value : {'\0', '\n', '"', ' ', '-', '9', 'e', '\\', '[', '\x7f', '\xff'}) {
+      std::string bytes = sound;
+      bytes[i] = value;
+      check(bytes);
+    }
+  }
+}
+
+TEST(GlbDamage, EveryByteLeftOutOrDoubled) {
+  const std::string sound = elaborate();
+  for (std::size_t i = 0; i < sound.size(); ++i) {
+    std::string bytes = sound;
+    check(bytes.erase(i, 1));
+    check(bytes.insert(i, 2, sound[i]));
+  }
+}
+
+}  // namespace
+}  // namespace knead

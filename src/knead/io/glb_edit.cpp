@@ -1,0 +1,160 @@
+#include "knead/io/glb_edit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "knead/io/cursor.h"
+
+namespace knead::glb {
+namespace {
+
+template <class Better>
+std::string bound_text(const std::vector<float>& values, std::size_t components, Better better) {
+  std::string text = "[";
+  for (std::size_t c = 0; c < components; ++c) {
+    std::optional<float> bound;
+    for (std::size_t i = c; i < values.size(); i += components) {
+      if (std::isfinite(values[i])) bound = better(bound.value_or(values[i]), values[i]);
+    }
+    if (c > 0) text += ",";
+    append_real(text, double{bound.value_or(0.0f)});  // as a double: the same number, read as a double or as a float
+  }
+  return text + "]";
+}
+
+void pad(std::string& bytes, char with) { bytes.resize((bytes.size() + 3) / 4 * 4, with); }
+
+}  // namespace
+
+std::string least_text(const std::vector<float>& values, std::size_t components) {
+  return bound_text(values, components, [](float a, float b) { return std::min(a, b); });
+}
+
+std::string greatest_text(const std::vector<float>& values, std::size_t components) {
+  return bound_text(values, components, [](float a, float b) { return std::max(a, b); });
+}
+
+void append_uint32(std::string& bytes, std::uint32_t value) {
+  for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xffu);
+}
+
+void append_float(std::string& bytes, float value) { append_uint32(bytes, std::bit_cast<std::uint32_t>(value)); }
+
+void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
+  append_uint32(bytes, static_cast<std::uint32_t>((contents.size() + 3) / 4 * 4));
+  append_uint32(bytes, type);
+  bytes += contents;
+  pad(bytes, type == kJson ? ' ' : '\0');
+}
+
+std::string with_header(const std::string& chunks) {
+  if (chunks.size() > std::numeric_limits<std::uint32_t>::max() - 16) {
+    throw InvalidInput("the shape does not fit in a GLB file, which holds at most 4 GiB; use another format");
+  }
+  std::string bytes = "glTF";
+  append_uint32(bytes, 2);
+  append_uint32(bytes, static_cast<std::uint32_t>(12 + chunks.size()));
+  return bytes + chunks;
+}
+
+Edit::Edit(const Document& document, const GlbLayout& layout)
+    : document_(document), layout_(layout), bin_(document.bin) {
+  const std::vector<Member> top = members(document.text, root_span(document.text));
+  for (const char* key : {"accessors", "bufferViews", "buffers", "meshes", "nodes"}) {
+    const auto found = std::find_if(top.begin(), top.end(), [&](const Member& m) { return m.key == key; });
+    if (found == top.end()) continue;
+    std::vector<Member> items = members(document.text, found->value);
+    const std::size_t count = items.size();
+    arrays_.push_back({key, found->value, std::move(items), {}, count});
+  }
+}
+
+Edit::Array& Edit::array(const char* key) {
+  return *std::find_if(arrays_.begin(), arrays_.end(), [&](const Array& a) { return std::string_view(a.key) == key; });
+}
+
+const Edit::Array& Edit::array(const char* key) const {
+  return *std::find_if(arrays_.begin(), arrays_.end(), [&](const Array& a) { return std::string_view(a.key) == key; });
+}
+
+Span Edit::item(const char* key, std::size_t i) const { return array(key).items[i].value; }
+
+std::vector<Patch> Edit::attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives,
+                                           const char* key, std::size_t accessor) {
+  std::vector<Patch> patches;
+  std::vector<Member>& items = primitives_[mesh];
+  if (items.empty()) items = members(document_.text, *member(document_.text, item("meshes", mesh), "primitives"));
+  for (const std::size_t p : primitives) {
+    const Span attributes = *member(document_.text, items[p].value, "attributes");
+    const std::optional<Span> number = member(document_.text, attributes, key);
+    if (number) patches.push_back({*number, std::to_string(accessor)});
+  }
+  return patches;
+}
+
+void Edit::overwrite(std::size_t position, float value) {
+  std::string bytes;
+  append_float(bytes, value);
+  bin_.replace(position, bytes.size(), bytes);
+}
+
+void Edit::set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components) {
+  const Span object = item("accessors", accessor);
+  if (const std::optional<Span> least = member(document_.text, object, "min")) {
+    patches_.push_back({*least, least_text(values, components)});
+  }
+  if (const std::optional<Span> greatest = member(document_.text, object, "max")) {
+    patches_.push_back({*greatest, greatest_text(values, components)});
+  }
+}
+
+std::size_t Edit::append(const char* key, const std::string& item) {
+  Array& target = array(key);
+  if (!target.appended.empty()) target.appended += ",";
+  target.appended += item;
+  return target.count++;
+}
+
+std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t components) {
+  pad(bin_, '\0');
+  const std::size_t begin = bin_.size();
+  for (const float value : values) append_float(bin_, value);
+  const std::size_t view = append("bufferViews", fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},)"
+                                                             R"("target":34962}})",
+                                                             begin, bin_.size() - begin));
+  return append("accessors",
+                fmt::format(R"({{"bufferView":{},"componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{}}})",
+                            view, values.size() / components, components, least_text(values, components),
+                            greatest_text(values, components)));
+}
+
+std::size_t Edit::append_mesh(const std::string& text) { return append("meshes", text); }
+
+void Edit::set_node_mesh(std::size_t node, std::size_t mesh) {
+  patches_.push_back({*member(document_.text, item("nodes", node), "mesh"), std::to_string(mesh)});
+}
+
+std::string Edit::finish() {
+  for (const Array& array : arrays_) {
+    if (!array.appended.empty()) patches_.push_back(appended_item(document_.text, array.span, array.appended));
+  }
+  if (bin_.size() > document_.bin.size()) {
+    patches_.push_back({*member(document_.text, item("buffers", 0), "byteLength"), std::to_string(bin_.size())});
+  }
+  std::string json = patched(document_.text, std::move(patches_));
+  while (json.back() == ' ' || json.back() == '\0') json.pop_back();
+  std::string chunks;
+  for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
+    const GlbChunk& chunk = layout_.chunks[i];
+    const bool is_bin = layout_.bin == i;
+    const std::string_view kept = document_.bytes.substr(chunk.begin, chunk.size);
+    append_chunk(chunks, chunk.type, i == 0 ? json : (is_bin ? bin_ : kept));
+  }
+  return with_header(chunks) + std::string(document_.bytes.substr(layout_.end));
+}
+
+}  // namespace knead::glb

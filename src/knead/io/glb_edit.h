@@ -1,0 +1,80 @@
+// Changes of a GLB file: its bytes with some numbers replaced and others appended. Internal to the GLB writer.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "knead/io/glb_accessor.h"
+
+namespace knead::glb {
+
+class Edit {
+ public:
+  // The document and the layout must outlive it.
+  Edit(const Document& document, const GlbLayout& layout);
+
+  // The text of "meshes"[i], or of another array at the top.
+  Span item(const char* array, std::size_t i) const;
+
+  // Patches that make the primitives of a mesh, the value of whose attribute is a number, use another accessor.
+  std::vector<Patch> attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives, const char* key,
+                                       std::size_t accessor);
+
+  void patch(const std::vector<Patch>& patches) { patches_.insert(patches_.end(), patches.begin(), patches.end()); }
+
+  // Writes a float at that byte of the binary chunk.
+  void overwrite(std::size_t position, float value);
+
+  // Makes the min and max that the accessor states, if any, those of these values.
+  void set_bounds(std::size_t accessor, const std::vector<float>& values, std::size_t components);
+
+  // Appends the values as a new accessor (VEC3 or VEC4) and returns its index.
+  std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
+
+  // Appends a mesh and returns its index.
+  std::size_t append_mesh(const std::string& text);
+
+  // Makes a node place another mesh.
+  void set_node_mesh(std::size_t node, std::size_t mesh);
+
+  // The file. Throws InvalidInput where it would exceed 4 GiB.
+  std::string finish();
+
+ private:
+  struct Array {
+    const char* key;
+    Span span;
+    std::vector<Member> items;
+    std::string appended;
+    std::size_t count;  // with what is appended
+  };
+
+  Array& array(const char* key);
+  const Array& array(const char* key) const;
+  std::size_t append(const char* key, const std::string& item);
+
+  const Document& document_;
+  const GlbLayout& layout_;
+  std::vector<Array> arrays_;
+  std::map<std::size_t, std::vector<Member>> primitives_;  // of the meshes that were asked for
+  std::vector<Patch> patches_;
+  std::string bin_;
+};
+
+// Appends a chunk, padded to a multiple of four bytes.
+void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents);
+
+// The header and the chunks of a file. Throws InvalidInput where it would exceed 4 GiB.
+std::string with_header(const std::string& chunks);
+
+// "[1,2.5]": the least, or greatest, of each component, in a form that reads back as the same number. What is not
+// finite does not count.
+std::string least_text(const std::vector<float>& values, std::size_t components);
+std::string greatest_text(const std::vector<float>& values, std::size_t components);
+
+// Appends a number as little-endian bytes.
+void append_float(std::string& bytes, float value);
+void append_uint32(std::string& bytes, std::uint32_t value);
+
+}  // namespace knead::glb

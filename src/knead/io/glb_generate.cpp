@@ -1,0 +1,209 @@
+// Writing a mesh as a new GLB file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "knead/io/glb.h"
+#include "knead/io/glb_attributes.h"
+#include "knead/io/glb_edit.h"
+#include "knead/io/glb_holdings.h"
+#include "knead/io/text.h"
+#include "knead/mesh/normals.h"
+#include "knead/mesh/triangulate.h"
+
+namespace knead::glb {
+namespace {
+
+// Triangles of file vertices; triangulate cuts each face by its corners' numbers here, so that corners stay apart.
+std::vector<std::uint32_t> triangle_indices(const Mesh& mesh, const SplitVertices& split) {
+  Mesh cut;
+  cut.face_begin = mesh.face_begin;
+  cut.corner_vertex = split.corner_index;
+  for (const std::uint32_t v : split.original) cut.positions.push_back(mesh.positions[v]);
+  std::vector<std::uint32_t> indices;
+  for (const Triangle& triangle : triangulate(cut)) indices.insert(indices.end(), triangle.begin(), triangle.end());
+  return indices;
+}
+
+class Generator {
+ public:
+  explicit Generator(const Mesh& mesh)
+      : mesh_(mesh), held_(sort_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {}
+
+  std::string run() {
+    json_ = {{"asset", {{"version", "2.0"}, {"generator", "Knead"}}}, {"scene", 0}};
+    json_["scenes"].push_back({{"nodes", {0}}});
+    json_["nodes"].push_back(Ordered::object());
+    if (!mesh_.positions.empty()) {
+      json_["nodes"][0]["mesh"] = 0;
+      json_["meshes"][0]["primitives"].push_back(primitive());
+      json_["buffers"].push_back({{"byteLength", bin_.size()}});
+    }
+    std::string chunks;
+    append_chunk(chunks, kJson, json_.dump());
+    if (!bin_.empty()) append_chunk(chunks, kBin, bin_);
+    return with_header(chunks);
+  }
+
+ private:
+  using Ordered = nlohmann::ordered_json;
+
+  Ordered primitive() {
+    Ordered attributes;
+    attributes["POSITION"] = positions();
+    for (const Held& held : held_) attributes[held.key] = values(held);
+    Ordered primitive{{"attributes", std::move(attributes)}};
+    if (mesh_.face_count() == 0) {
+      primitive["mode"] = kPoints;
+    } else {
+      primitive["indices"] = indices();
+      primitive["mode"] = kTriangles;
+    }
+    return primitive;
+  }
+
+  // The accessor of what was appended since `begin`.
+  std::size_t append_accessor(std::size_t begin, Ordered accessor, std::size_t target) {
+    bin_.resize((bin_.size() + 3) / 4 * 4, '\0');
+    const Ordered view{{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bin_.size() - begin}, {"target", target}};
+    accessor["bufferView"] = json_["bufferViews"].size();
+    json_["bufferViews"].push_back(view);
+    json_["accessors"].push_back(std::move(accessor));
+    return json_["accessors"].size() - 1;
+  }
+
+  std::size_t positions() {
+    std::vector<float> floats;
+    for (const std::uint32_t v : split_.original) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double value = mesh_.positions[v][axis];
+        if (!fits_float(value)) {
+          throw InvalidInput("a coordinate does not fit in a float, all that a GLB file holds; write another format");
+        }
+        floats.push_back(static_cast<float>(value));
+      }
+    }
+    const std::size_t begin = bin_.size();
+    for (const float value : floats) append_float(bin_, value);
+    return append_accessor(begin,
+                           {{"componentType", 5126},
+                            {"count", split_.original.size()},
+                            {"type", "VEC3"},
+                            {"min", Ordered::parse(least_text(floats, 3))},
+                            {"max", Ordered::parse(greatest_text(floats, 3))}},
+                           34962);
+  }
+
+  std::size_t values(const Held& held) {
+    const Attribute& attribute = held.attribute;
+    const std::size_t n = static_cast<std::size_t>(attribute.components);
+    const bool is_color = held.key == "COLOR_0";
+    const bool is_bytes = is_color && attribute.type == NumberType::uint8;
+    const bool is_shorts = is_color && attribute.type == NumberType::uint16;
+    const std::size_t begin = bin_.size();
+    for (std::size_t i = 0; i < split_.original.size(); ++i) {
+      append_element(held, i);
+      bin_.resize((bin_.size() + 3) / 4 * 4, '\0');
+    }
+    const std::size_t accessor = append_accessor(begin,
+                                                 {{"componentType", is_bytes ? 5121 : (is_shorts ? 5123 : 5126)},
+                                                  {"count", split_.original.size()},
+                                                  {"type", n == 1 ? "SCALAR" : fmt::format("VEC{}", n)}},
+                                                 34962);
+    if (is_bytes || is_shorts) json_["accessors"].back()["normalized"] = true;
+    if ((is_bytes || is_shorts) && n == 3) json_["bufferViews"].back()["byteStride"] = is_bytes ? 4 : 8;
+    return accessor;
+  }
+
+  void append_element(const Held& held, std::size_t i) {
+    const Attribute& attribute = held.attribute;
+    const std::size_t n = static_cast<std::size_t>(attribute.components);
+    std::vector<double> element(n, 0.0);
+    const bool is_corner = attribute.domain == Domain::corner;
+    if (!is_corner || split_.corner[i] != SplitVertices::kNone) {
+      const double* from = attribute.values.data() + n * (is_corner ? split_.corner[i] : split_.original[i]);
+      std::copy(from, from + n, element.begin());
+    }
+    if (held.key == "NORMAL" || held.key == "TANGENT") make_unit(held.key, element, i);
+    if (held.key == "TEXCOORD_0") element[1] = 1 - element[1];
+    for (const double value : element)
+      append_value(held.key == "COLOR_0" ? attribute.type : NumberType::float32, value);
+  }
+
+  // glTF allows no direction of zero: the surface's own stands in.
+  void make_unit(const std::string& key, std::vector<double>& element, std::size_t i) {
+    Vec3d unit = direction({element[0], element[1], element[2]});
+    if (unit == Vec3d{} && key == "NORMAL") {
+      if (surface_normals_.empty()) surface_normals_ = vertex_normals(mesh_);
+      unit = surface_normals_[split_.original[i]];
+    }
+    if (unit == Vec3d{}) unit = key == "NORMAL" ? Vec3d{0, 0, 1} : Vec3d{1, 0, 0};
+    for (std::size_t axis = 0; axis < 3; ++axis) element[axis] = unit[axis];
+    if (key == "TANGENT") element[3] = element[3] < 0 ? -1 : 1;
+  }
+
+  // Colors of other integer types become floats from 0 to 1.
+  void append_value(NumberType type, double value) {
+    const auto integer = [&](double most) { return static_cast<unsigned>(std::clamp(value, 0.0, most)); };
+    const auto real = [&](double one) {
+      constexpr double most = std::numeric_limits<float>::max();
+      append_float(bin_, static_cast<float>(std::clamp(value / one, -most, most)));
+    };
+    switch (type) {
+      case NumberType::uint8:
+        bin_ += static_cast<char>(integer(255));
+        break;
+      case NumberType::uint16:
+        bin_ += static_cast<char>(integer(65535) & 0xffu);
+        bin_ += static_cast<char>(integer(65535) >> 8);
+        break;
+      case NumberType::int8:
+        real(127);
+        break;
+      case NumberType::int16:
+        real(32767);
+        break;
+      case NumberType::int32:
+        real(std::numeric_limits<std::int32_t>::max());
+        break;
+      case NumberType::uint32:
+        real(std::numeric_limits<std::uint32_t>::max());
+        break;
+      default:
+        real(1);
+    }
+  }
+
+  std::size_t indices() {
+    const std::vector<std::uint32_t> indices = triangle_indices(mesh_, split_);
+    const bool is_short = split_.original.size() < 65535;  // the greatest number is not allowed
+    const std::size_t begin = bin_.size();
+    for (const std::uint32_t index : indices) {
+      bin_ += static_cast<char>(index & 0xffu);
+      bin_ += static_cast<char>((index >> 8) & 0xffu);
+      if (is_short) continue;
+      bin_ += static_cast<char>((index >> 16) & 0xffu);
+      bin_ += static_cast<char>(index >> 24);
+    }
+    return append_accessor(
+        begin, {{"componentType", is_short ? 5123 : 5125}, {"count", indices.size()}, {"type", "SCALAR"}}, 34963);
+  }
+
+  const Mesh& mesh_;
+  std::vector<Held> held_;
+  SplitVertices split_;
+  std::vector<Vec3d> surface_normals_;
+  Ordered json_;
+  std::string bin_;
+};
+
+}  // namespace
+}  // namespace knead::glb
+
+namespace knead {
+
+std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { return glb::Generator(mesh).run(); }
+
+}  // namespace knead

@@ -1,0 +1,221 @@
+#include "knead/io/glb_json.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "knead/io/cursor.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+
+namespace knead::glb {
+namespace {
+
+constexpr int kDeepest = 128;
+
+// Watches a parse for keys that an object has twice and for deep nesting.
+class ParseWatch {
+ public:
+  explicit ParseWatch(const std::string& name) : name_(name) {}
+
+  bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
+    if (depth > kDeepest) {
+      throw InvalidInput(Place{name_}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepest));
+    }
+    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
+    if (event == Json::parse_event_t::object_end) keys_.pop_back();
+    if (event == Json::parse_event_t::key && !keys_.back().insert(parsed.get<std::string>()).second) {
+      throw InvalidInput(Place{name_}, fmt::format("the JSON gives the key {} twice; repair the file",
+                                                   in_quotes(parsed.get<std::string>())));
+    }
+    return true;
+  }
+
+ private:
+  const std::string& name_;
+  std::vector<std::set<std::string>> keys_;
+};
+
+bool is_space(char c) { return is_blank(c) || is_line_end(c); }
+
+std::size_t skip_space(std::string_view text, std::size_t i) {
+  while (i < text.size() && is_space(text[i])) ++i;
+  return i;
+}
+
+// The byte after the string whose opening quote is at i.
+std::size_t string_end(std::string_view text, std::size_t i) {
+  for (++i; i < text.size() && text[i] != '"'; ++i) {
+    if (text[i] == '\\') ++i;
+  }
+  return i + 1;
+}
+
+// The byte after the value that begins at i.
+std::size_t value_end(std::string_view text, std::size_t i) {
+  std::size_t depth = 0;
+  while (i < text.size()) {
+    const char c = text[i];
+    if (c == '"') {
+      i = string_end(text, i);
+    } else if (c == '{' || c == '[') {
+      ++depth;
+      ++i;
+    } else if (c == '}' || c == ']') {
+      --depth;
+      ++i;
+    } else {
+      const std::size_t end = text.find_first_of(depth == 0 ? ",]} \t\r\n" : "\"[]{}", i);
+      i = end == std::string_view::npos ? text.size() : end;
+    }
+    if (depth == 0) return i;
+  }
+  return i;
+}
+
+}  // namespace
+
+Json parse_json(std::string_view text, std::size_t begin, const std::string& name) {
+  try {
+    const Json json =
+        Json::parse(text.begin(), text.end(),
+                    [watch = ParseWatch(name)](int depth, Json::parse_event_t event, const Json& parsed) mutable {
+                      return watch(depth, event, parsed);
+                    });
+    if (!json.is_object()) fail_at_byte(name, begin, "the JSON is not an object; repair the file");
+    return json;
+  } catch (const Json::parse_error& error) {
+    fail_at_byte(name, begin + error.byte, "this is not JSON; the file is damaged");
+  } catch (const Json::out_of_range&) {
+    throw InvalidInput(Place{name}, "the JSON has a number that is too large; repair the file");
+  }
+}
+
+std::optional<Value> Value::find(const char* key) const {
+  if (!json_->is_object()) return std::nullopt;
+  const auto found = json_->find(key);
+  if (found == json_->end()) return std::nullopt;
+  return Value(*found, *file_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
+}
+
+Value Value::at(const char* key) const {
+  std::optional<Value> found = find(key);
+  if (!found) fail(fmt::format("'{}' is missing; repair the file", key));
+  return *std::move(found);
+}
+
+std::size_t Value::size() const {
+  if (!json_->is_array()) fail("must be an array; repair the file");
+  return json_->size();
+}
+
+Value Value::item(std::size_t i) const {
+  if (i >= size()) fail(fmt::format("there is no item {}, only {} (counted from 0); repair the file", i, size()));
+  return {(*json_)[i], *file_, fmt::format("{}[{}]", path_, i)};
+}
+
+Value Value::item(const char* key, std::size_t i) const { return at(key).item(i); }
+
+std::size_t Value::count(const char* key) const {
+  const std::optional<Value> found = find(key);
+  return found ? found->size() : 0;
+}
+
+double Value::number() const {
+  if (!json_->is_number()) fail("must be a number; repair the file");
+  return json_->get<double>();
+}
+
+std::size_t Value::whole() const {
+  constexpr double kMost = 9007199254740992.0;
+  const double value = json_->is_number() ? json_->get<double>() : -1;
+  if (!(value >= 0 && value <= kMost && value == std::floor(value))) {
+    fail("must be a whole number from 0 on; repair the file");
+  }
+  return static_cast<std::size_t>(value);
+}
+
+std::optional<std::size_t> Value::whole(const char* key) const {
+  const std::optional<Value> found = find(key);
+  if (!found) return std::nullopt;
+  return found->whole();
+}
+
+std::vector<double> Value::numbers(std::size_t count) const {
+  if (size() != count) fail(fmt::format("must be {} numbers, found {}; repair the file", count, size()));
+  std::vector<double> result;
+  for (std::size_t i = 0; i < count; ++i) result.push_back(item(i).number());
+  return result;
+}
+
+std::string Value::text() const {
+  if (!json_->is_string()) fail("must be text; repair the file");
+  return json_->get<std::string>();
+}
+
+bool Value::flag(const char* key) const {
+  const std::optional<Value> found = find(key);
+  if (!found) return false;
+  if (!found->json().is_boolean()) found->fail("must be true or false; repair the file");
+  return found->json().get<bool>();
+}
+
+void Value::fail(const std::string& what) const {
+  throw InvalidInput(Place{*file_}, path_.empty() ? what : fmt::format("{}: {}", path_, what));
+}
+
+Span root_span(std::string_view text) {
+  const std::size_t begin = text.find('{');  // a byte-order mark may stand before it
+  return {begin, value_end(text, begin)};
+}
+
+std::vector<Member> members(std::string_view text, const Span& container) {
+  std::vector<Member> result;
+  const bool is_object = text[container.begin] == '{';
+  if (!is_object && text[container.begin] != '[') return result;
+  std::size_t i = skip_space(text, container.begin + 1);
+  while (i + 1 < container.end) {
+    Member member;
+    if (is_object) {
+      const std::size_t end = string_end(text, i);
+      member.key = Json::parse(text.substr(i, end - i)).get<std::string>();
+      i = skip_space(text, skip_space(text, end) + 1);  // after the colon
+    }
+    member.value = {i, value_end(text, i)};
+    i = skip_space(text, member.value.end);
+    if (text[i] == ',') i = skip_space(text, i + 1);
+    result.push_back(std::move(member));
+  }
+  return result;
+}
+
+std::optional<Span> member(std::string_view text, const Span& object, std::string_view key) {
+  for (const Member& member : members(text, object)) {
+    if (member.key == key) return member.value;
+  }
+  return std::nullopt;
+}
+
+Patch appended_item(std::string_view text, const Span& array, const std::string& items) {
+  std::size_t end = array.end - 1;
+  const bool is_empty = skip_space(text, array.begin + 1) == end;
+  while (is_space(text[end - 1])) --end;
+  return {{end, end}, is_empty ? items : "," + items};
+}
+
+std::string patched(std::string_view text, std::vector<Patch> patches) {
+  std::sort(patches.begin(), patches.end(), [](const Patch& a, const Patch& b) { return a.span.begin < b.span.begin; });
+  std::string result;
+  std::size_t copied = 0;
+  for (const Patch& patch : patches) {
+    result += text.substr(copied, patch.span.begin - copied);
+    result += patch.text;
+    copied = patch.span.end;
+  }
+  result += text.substr(copied);
+  return result;
+}
+
+}  // namespace knead::glb

@@ -1,0 +1,92 @@
+// The JSON of a GLB file: read strictly, and found again in the text. Internal to the GLB reader and writer.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace knead::glb {
+
+using Json = nlohmann::json;
+
+// The text as JSON. Throws InvalidInput for what is no JSON object, for a key given twice and for nesting deeper than
+// 128; `begin`, the byte of the file where the text begins, is for messages.
+Json parse_json(std::string_view text, std::size_t begin, const std::string& name);
+
+// A value that knows its path, e.g. accessors[3].count, for messages. The value and the file's name must outlive it.
+class Value {
+ public:
+  Value(const Json& json, const std::string& file, std::string path = {})
+      : json_(&json), file_(&file), path_(std::move(path)) {}
+
+  // The value at a key; nothing where this is no object or has no such key.
+  std::optional<Value> find(const char* key) const;
+
+  // The same; fails where it is missing.
+  Value at(const char* key) const;
+
+  // The size of an array; fails for anything else.
+  std::size_t size() const;
+
+  // The item of an array; fails where there is none.
+  Value item(std::size_t i) const;
+
+  // The item of the array at the key, e.g. item("accessors", 3).
+  Value item(const char* key, std::size_t i) const;
+
+  // The size of the array at the key; 0 where it is missing.
+  std::size_t count(const char* key) const;
+
+  double number() const;
+  std::size_t whole() const;                                // from 0 to 2^53
+  std::optional<std::size_t> whole(const char* key) const;  // nothing where the key is missing
+  std::vector<double> numbers(std::size_t count) const;
+  std::string text() const;
+  bool flag(const char* key) const;  // false where the key is missing
+
+  const Json& json() const { return *json_; }
+
+  // Throws InvalidInput "FILE: PATH: what".
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  const Json* json_;
+  const std::string* file_;
+  std::string path_;
+};
+
+// Bytes [begin, end) of a text.
+struct Span {
+  std::size_t begin = 0;
+  std::size_t end = 0;
+};
+
+struct Member {
+  std::string key;  // empty for the items of an array
+  Span value;
+};
+
+// The object that a text which parse_json has read consists of.
+Span root_span(std::string_view text);
+
+// The members of an object, or the items of an array; none for anything else. Takes time in proportion to the span.
+std::vector<Member> members(std::string_view text, const Span& container);
+
+// The span of the value at the key of an object, or nothing.
+std::optional<Span> member(std::string_view text, const Span& object, std::string_view key);
+
+// Replaces [begin, end), or inserts where both are the same.
+struct Patch {
+  Span span;
+  std::string text;
+};
+
+// Appends an item to the array at `array`.
+Patch appended_item(std::string_view text, const Span& array, const std::string& items);
+
+// The text with its patches, which do not overlap.
+std::string patched(std::string_view text, std::vector<Patch> patches);
+
+}  // namespace knead::glb

@@ -1,0 +1,48 @@
+// Who reads what in a GLB file. Internal to the GLB writer.
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "knead/io/glb_accessor.h"
+
+namespace knead::glb {
+
+// One place that names an accessor.
+struct AccessorUse {
+  std::size_t mesh = 0;
+  std::size_t primitive = 0;
+  std::string key;  // of the attribute; empty for other uses (indices, morph targets, skins, animations, instancing)
+};
+
+// By accessor.
+std::map<std::size_t, std::vector<AccessorUse>> find_uses(const Document& document);
+
+// Whether the bytes of an accessor's elements are read through another accessor, a sparse accessor's indices or values,
+// or an image too; also true where that would take long to tell.
+class ByteReaders {
+ public:
+  explicit ByteReaders(const Document& document);
+
+  bool others_read(std::size_t accessor) const;
+
+ private:
+  struct Range {
+    std::size_t accessor;  // kNone: not one's elements
+    std::size_t begin;
+    std::size_t end;
+    std::size_t stride;
+    std::size_t size;
+  };
+
+  static bool overlap(const Range& a, const Range& b);
+  void add_accessors(const Document& document);
+  void add_images(const Document& document);
+
+  std::vector<Range> ranges_;              // by where they begin
+  std::vector<std::size_t> furthest_end_;  // of the ranges up to each
+  std::map<std::size_t, std::size_t> of_accessor_;
+};
+
+}  // namespace knead::glb
