@@ -1,5 +1,5 @@
-// Shapes in files: PLY, OBJ, GLB, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it was
-// read from and replacing only the numbers that changed, so everything that Knead does not understand survives.
+// Shapes in files: PLY, OBJ, GLB, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it
+// was read from and replacing only the numbers that changed, so everything that Knead does not understand survives.
 #pragma once
 
 #include <filesystem>
@@ -74,8 +74,8 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
 // The formats that can be read and written; each is also the extension of its files.
 std::vector<std::string_view> format_names();
 
-// The format that a path's extension names ("ply", "obj", "glb", "stl", "off", "xyz"). Throws InvalidInput that lists the
-// supported ones.
+// The format that a path's extension names ("ply", "obj", "glb", "stl", "off", "xyz"). Throws InvalidInput that lists
+// the supported ones.
 std::string format_of(const std::filesystem::path& path);
 
 }  // namespace knead
