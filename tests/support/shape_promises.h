@@ -13,7 +13,7 @@
 
 namespace knead {
 
-inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "stl"};  // stl last: it may refuse
+inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "glb", "stl"};  // the last two may refuse
 
 inline std::string broken_mesh(const Mesh& mesh) {
   if (mesh.face_begin.front() != 0 || mesh.face_begin.back() != mesh.corner_vertex.size()) return "face_begin";
@@ -43,7 +43,19 @@ inline std::string broken_mesh(const Mesh& mesh) {
 inline bool holds_floats(const ShapeFile& shape) {
   if (const StlLayout* stl = std::get_if<StlLayout>(&shape.layout)) return stl->binary;
   if (const OffLayout* off = std::get_if<OffLayout>(&shape.layout)) return off->binary;
-  return false;
+  return shape.format == "glb";
+}
+
+// Whether each position is read as the file holds it: in a GLB file, where its node leaves it.
+inline std::vector<bool> held_positions(const ShapeFile& shape) {
+  std::vector<bool> held(shape.mesh.vertex_count(), true);
+  const GlbLayout* glb = std::get_if<GlbLayout>(&shape.layout);
+  if (glb == nullptr) return held;
+  for (const GlbBlock& block : glb->blocks) {
+    const bool is_placed = !(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{});
+    for (std::size_t i = block.first; is_placed && i < block.first + block.count; ++i) held[i] = false;
+  }
+  return held;
 }
 
 // The positions of the corners as the file holds them: what STL keeps of a mesh.
@@ -59,16 +71,18 @@ inline std::vector<Vec3d> corner_positions(const Mesh& mesh, bool as_floats) {
 
 // What differs between a mesh and what was read back of it; empty if nothing does.
 inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_floats) {
-  if (back.format == "stl") {
+  const bool same_faces = back.mesh.face_begin == mesh.face_begin && back.mesh.corner_vertex == mesh.corner_vertex;
+  if (back.format == "stl" || (back.format == "glb" && !same_faces)) {  // GLB: cut into triangles, or split at seams
     return corner_positions(back.mesh, false) == corner_positions(mesh, as_floats) ? "" : "corners";
   }
   if (back.mesh.vertex_count() != mesh.vertex_count()) return "the number of vertices";
+  const std::vector<bool> held = held_positions(back);
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    if (!held[i]) continue;
     const Vec3d p = as_floats ? Vec3d(Vec3f(mesh.positions[i])) : mesh.positions[i];
     if (!(back.mesh.positions[i] == p)) return "the position of vertex " + std::to_string(i);
   }
-  if (back.format == "xyz") return "";
-  return back.mesh.face_begin == mesh.face_begin && back.mesh.corner_vertex == mesh.corner_vertex ? "" : "faces";
+  return back.format == "xyz" || same_faces ? "" : "faces";
 }
 
 // What Knead wrote, read back; never refused.
@@ -94,7 +108,7 @@ inline std::string broken_promise(const ShapeFile& shape) {
     const bool is_own = format == shape.format;
     if (format == "stl" && !is_own && moved.face_count() == 0) continue;
     const std::string bytes = serialize_shape(format, shape, moved.positions, {.double_coordinates = true});
-    const bool as_floats = is_own ? holds_floats(shape) : format == "stl";
+    const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || format == "glb";
     if (std::string what = broken_file(format, bytes, moved, as_floats); !what.empty()) return what;
   }
   return "";

@@ -3,30 +3,14 @@
 
 #include "knead/io/glb_test_files.h"
 #include "knead/math/error.h"
-#include "knead/mesh/measures.h"
+#include "support/shape_promises.h"
 
 namespace knead {
 namespace {
 
 void check(const std::string& bytes) {
   try {
-    const ShapeFile shape = parse_shape(bytes, "glb", "damaged");
-    const Mesh& mesh = shape.mesh;
-    ASSERT_EQ(mesh.face_begin.back(), mesh.corner_vertex.size());
-    for (const std::uint32_t v : mesh.corner_vertex) ASSERT_LT(v, mesh.vertex_count());
-    for (const Vec3d& p : mesh.positions) ASSERT_TRUE(is_finite(p));
-    ASSERT_EQ(serialize_shape("glb", shape, mesh.positions), bytes);
-    std::vector<Vec3d> positions = mesh.positions;
-    for (Vec3d& p : positions) p = {p.y * 0.5, p.x * 0.5 + 1, p.z};
-    const ShapeFile back = parse_shape(serialize_shape("glb", shape, positions), "glb", "moved");
-    ASSERT_EQ(back.mesh.corner_vertex, mesh.corner_vertex);
-    for (const GlbBlock& block : std::get<GlbLayout>(shape.layout).blocks) {
-      if (!(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{})) continue;
-      for (std::size_t i = block.first; i < block.first + block.count; ++i) {
-        ASSERT_EQ(back.mesh.positions[i], Vec3d(Vec3f(positions[i])));
-      }
-    }
-    serialize_shape("obj", shape, positions);
+    ASSERT_EQ(broken_promise(parse_shape(bytes, "glb", "damaged")), "");
   } catch (const InvalidInput& error) {
     ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
   }
