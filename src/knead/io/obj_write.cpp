@@ -3,6 +3,7 @@
 #include <bit>
 #include <unordered_map>
 
+#include "knead/io/large_pages.h"
 #include "knead/io/obj.h"
 #include "knead/io/text.h"
 
@@ -12,7 +13,9 @@ namespace {
 // Copies the source while replacing vectors of three numbers in it, in the order of the file.
 class Replacer {
  public:
-  explicit Replacer(std::string_view bytes) : bytes_(bytes) { result_.reserve(bytes.size() + bytes.size() / 4 + 64); }
+  explicit Replacer(std::string_view bytes) : bytes_(bytes) {
+    reserve_large(result_, bytes.size() + bytes.size() / 4 + 64);
+  }
 
   // The numbers after `begin`; a component that stays the same keeps its bytes. Returns the byte after them.
   std::size_t replace(std::size_t begin, const Vec3d& from, const Vec3d& to) {

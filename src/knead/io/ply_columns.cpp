@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "knead/io/large_pages.h"
+
 namespace knead {
 namespace {
 
@@ -192,16 +194,16 @@ void reserve_rows(const PlyElement& element, const std::vector<PlySink>& sinks, 
   Mesh& mesh = target.mesh();
   for (std::size_t p = 0; p < element.properties.size(); ++p) {
     const PlySink& sink = sinks[p];
-    if (sink.kind == PlySink::Kind::coordinate) mesh.positions.reserve(element.count);
+    if (sink.kind == PlySink::Kind::coordinate) reserve_large(mesh.positions, element.count);
     if (sink.kind == PlySink::Kind::attribute) {
       Attribute& attribute = mesh.attributes[sink.attribute];
-      attribute.values.reserve(element.count * static_cast<std::size_t>(attribute.components));
+      reserve_large(attribute.values, element.count * static_cast<std::size_t>(attribute.components));
     }
     if (sink.kind != PlySink::Kind::faces) continue;
     const std::size_t item = ascii ? 2 : size_of(element.properties[p].type);
     const std::size_t items = (left - std::min(left, element.count * smallest_row(element, ascii))) / item;
-    mesh.face_begin.reserve(element.count + 1);
-    mesh.corner_vertex.reserve(std::min(items, 4 * element.count));
+    reserve_large(mesh.face_begin, element.count + 1);
+    reserve_large(mesh.corner_vertex, std::min(items, 4 * element.count));
   }
 }
 

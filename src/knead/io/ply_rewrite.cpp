@@ -1,7 +1,9 @@
 // Writing a PLY file back: its bytes with some numbers replaced.
+#include <algorithm>
 #include <array>
 #include <cctype>
 
+#include "knead/io/large_pages.h"
 #include "knead/io/ply.h"
 #include "knead/io/ply_header.h"
 #include "knead/io/text.h"
@@ -43,7 +45,7 @@ class Rewriter {
 
   std::string run() {
     if (!widened_ && !ascii_ && stride_ > 0) return patched();
-    result_.reserve(source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
+    reserve_large(result_, source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       if (columns_[p].widened) rewrite_type(element_.properties[p]);
     }
@@ -95,24 +97,36 @@ class Rewriter {
 
   // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
   std::string patched() {
+    reserve_large(result_, source_.bytes.size());
     result_ = source_.bytes;
-    char* to = result_.data() + layout_.vertex_begin;
-    for (const Column& column : columns_) {
-      if (column.role == Role::position) {
-        patch_column(to, column, [&](std::size_t i) { return source_.mesh.positions[i][column.axis]; });
-      } else if (column.role == Role::normal) {
-        patch_column(to, column, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+    constexpr std::size_t block = 1024;  // rows that the cache holds
+    for (std::size_t first = 0; first < positions_.size(); first += block) {
+      const std::size_t last = std::min(first + block, positions_.size());
+      char* to = result_.data() + layout_.vertex_begin;
+      for (const Column& column : columns_) {
+        if (column.role == Role::position) {
+          patch_column(to, column, {first, last}, positions_,
+                       [&](std::size_t i) { return source_.mesh.positions[i][column.axis]; });
+        } else if (column.role == Role::normal) {
+          patch_column(to, column, {first, last}, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+        }
+        to += size_of(column.type);
       }
-      to += size_of(column.type);
     }
     return std::move(result_);
   }
 
+  struct Rows {
+    std::size_t first;
+    std::size_t last;  // not among them
+  };
+
   template <class OldValue>
-  void patch_column(char* to, const Column& column, OldValue old_value_of) {
+  void patch_column(char* to, const Column& column, Rows rows, std::span<const Vec3d> values,
+                    OldValue old_value_of) const {
     visit_type(column.type, [&](auto number) {
-      for (std::size_t i = 0; i < positions_.size(); ++i) {
-        const double new_value = value(i, column);
+      for (std::size_t i = rows.first; i < rows.last; ++i) {
+        const double new_value = values[i][column.axis];
         if (new_value == old_value_of(i)) continue;
         check_range(i, column);
         number = static_cast<decltype(number)>(new_value);

@@ -6,6 +6,8 @@
 #include <optional>
 #include <vector>
 
+#include "knead/io/large_pages.h"
+
 namespace knead {
 
 // Lets a vector grow once instead of again and again: as far as the rest of the file would fill it if it went on like
@@ -21,7 +23,7 @@ class RoomAhead {
     constexpr std::size_t least = 4096;  // fewer are no sample
     const double share = static_cast<double>(size - *begin_) / static_cast<double>(std::max(position - *begin_, least));
     const double ahead = items.size() < least ? 0 : 1.02 * static_cast<double>(items.size()) * share;
-    items.reserve(std::max({needed, 2 * items.capacity(), static_cast<std::size_t>(ahead)}));
+    reserve_large(items, std::max({needed, 2 * items.capacity(), static_cast<std::size_t>(ahead)}));
   }
 
  private:

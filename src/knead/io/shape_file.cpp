@@ -11,6 +11,7 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
 #include "knead/io/glb.h"
+#include "knead/io/large_pages.h"
 #include "knead/io/obj.h"
 #include "knead/io/off.h"
 #include "knead/io/ply.h"
@@ -68,7 +69,9 @@ std::string read_bytes(const std::filesystem::path& path) {
   if (!file) fail(errno);
   std::error_code no_size;  // pipes have none
   const std::uintmax_t size = std::filesystem::file_size(path, no_size);
-  std::string bytes(no_size ? 0 : size, '\0');
+  std::string bytes;
+  reserve_large(bytes, no_size ? 0 : size);
+  bytes.resize(no_size ? 0 : size);
   std::size_t count = std::fread(bytes.data(), 1, bytes.size(), file.get());
   bytes.resize(count);
   std::array<char, 1 << 16> block{};
