@@ -14,8 +14,8 @@ class Edit {
   // The document and the layout must outlive it.
   Edit(const Document& document, const GlbLayout& layout);
 
-  // The text of "meshes"[i], or of another array at the top.
-  Span item(const char* array, std::size_t i) const;
+  // The text of item i of the array at that key of the file, e.g. "meshes".
+  Span item(const char* key, std::size_t i) const;
 
   // Patches that make the primitives of a mesh, the value of whose attribute is a number, use another accessor.
   std::vector<Patch> attribute_patches(std::size_t mesh, const std::vector<std::size_t>& primitives, const char* key,

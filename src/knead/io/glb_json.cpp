@@ -79,7 +79,7 @@ std::size_t value_end(std::string_view text, std::size_t i) {
 
 Json parse_json(std::string_view text, std::size_t begin, const std::string& name) {
   try {
-    const Json json =
+    Json json =
         Json::parse(text.begin(), text.end(),
                     [watch = ParseWatch(name)](int depth, Json::parse_event_t event, const Json& parsed) mutable {
                       return watch(depth, event, parsed);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "knead/io/face_builder.h"
@@ -113,7 +114,9 @@ class Forest {
   void for_each_below(const std::vector<std::size_t>& roots, Visit visit) const {
     std::vector<std::pair<std::size_t, Transform>> waiting;
     const auto push = [&](const std::vector<std::size_t>& nodes, const Transform& transform) {
-      for (auto n = nodes.rbegin(); n != nodes.rend(); ++n) waiting.emplace_back(*n, transform);
+      const std::size_t begin = waiting.size();
+      for (const std::size_t n : nodes) waiting.emplace_back(n, transform);
+      std::reverse(waiting.begin() + static_cast<std::ptrdiff_t>(begin), waiting.end());
     };
     push(roots, {});
     while (!waiting.empty()) {

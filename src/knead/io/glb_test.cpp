@@ -9,6 +9,7 @@
 #include "knead/io/glb_test_files.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
+#include "support/shape_promises.h"
 #include "support/test_meshes.h"
 
 namespace knead {
@@ -284,6 +285,7 @@ TEST(ReadGlb, RealFiles) {
     EXPECT_NE(shape.mesh.find_attribute("uv"), nullptr);
     EXPECT_TRUE(shape.notes.empty()) << shape.notes[0];
     EXPECT_EQ(serialize_shape("glb", shape, shape.mesh.positions), file_bytes(test_mesh(real.file)));
+    EXPECT_EQ(broken_promise(shape), "") << real.file;
   }
 }
 
