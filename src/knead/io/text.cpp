@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <limits>
 #include <system_error>
 
 namespace knead {
@@ -31,12 +32,25 @@ bool is_tiny(std::string_view token) {
   return power + (negative ? -exponent : exponent) < 0;
 }
 
+// What old Microsoft run-time libraries print for numbers that are not finite, e.g. "-1.#IND" and "1.#INF00".
+bool is_microsoft_special(std::string_view token) {
+  if (!token.empty() && (token[0] == '-' || token[0] == '+')) token.remove_prefix(1);
+  if (token.substr(0, 3) != "1.#") return false;
+  token.remove_prefix(3);
+  while (!token.empty() && token.back() == '0') token.remove_suffix(1);
+  return token == "IND" || token == "INF" || token == "QNAN" || token == "SNAN";
+}
+
 template <class T>
 ParseResult parse(std::string_view token, T& value) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   const char* end = token.data() + token.size();
   const auto [stop, error] = std::from_chars(token.data(), end, value);
-  if (error == std::errc::invalid_argument || stop != end) return ParseResult::malformed;
+  if (error == std::errc::invalid_argument || stop != end) {
+    if (!is_microsoft_special(token)) return ParseResult::malformed;
+    value = std::numeric_limits<T>::quiet_NaN();
+    return ParseResult::ok;
+  }
   if (error == std::errc{}) return ParseResult::ok;
   if (!is_tiny(token)) return ParseResult::overflow;
   value = token[0] == '-' ? -T(0) : T(0);
