@@ -45,6 +45,21 @@ std::vector<Vec3d> transport_vertex_normals(const Mesh& mesh, std::span<const Ve
   return moved;
 }
 
+// The attribute "tangent" of vertices: x, y, z and a handedness.
+void turn_tangents(const Mesh& before, std::span<const Vec3d> positions, std::span<const Vec3d> normals, Mesh& after) {
+  for (Attribute& attribute : after.attributes) {
+    if (attribute.name != "tangent" || attribute.domain != Domain::vertex || attribute.components != 4) continue;
+    std::vector<Vec3d> tangents(normals.size());
+    for (std::size_t i = 0; i < tangents.size(); ++i) {
+      tangents[i] = {attribute.values[4 * i], attribute.values[4 * i + 1], attribute.values[4 * i + 2]};
+    }
+    tangents = transport_tangents(before, positions, tangents, normals);
+    for (std::size_t i = 0; i < tangents.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) attribute.values[4 * i + axis] = tangents[i][axis];
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
@@ -74,6 +89,7 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   mesh.positions.assign(positions.begin(), positions.end());
   const std::vector<Vec3d> normals = moved_normals(source, positions, options);
   if (normals.empty()) return mesh;
+  if (normals.size() == mesh.vertex_count()) turn_tangents(source.mesh, positions, normals, mesh);
   const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout);
   for (Attribute& attribute : mesh.attributes) {
     if (attribute.name != "normal") continue;

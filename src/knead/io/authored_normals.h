@@ -18,7 +18,7 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options);
 
-// The source's mesh at the new positions, its normals with it.
+// The source's mesh at the new positions, its normals and tangents with it.
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options);
 
 }  // namespace knead

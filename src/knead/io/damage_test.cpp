@@ -1,5 +1,7 @@
-// Damaged files: whatever the bytes, a shape that keeps its promises or an InvalidInput.
+// Damaged files: whatever the bytes, a shape that keeps its promises or an InvalidInput of one line.
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "knead/io/shape_file.h"
 #include "knead/io/test_samples.h"
@@ -9,79 +11,94 @@
 namespace knead {
 namespace {
 
-const std::string kHeader =
-    "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty short z\n"
-    "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n"
-    "property uchar blue\nproperty list uchar short extra\nelement face 2\nproperty list uchar int vertex_indices\n"
-    "property list uchar float texcoord\nproperty uchar flag\nelement tristrips 1\n"
-    "property list int int vertex_indices\nend_header\n";
-
-const std::string kTextPly = kHeader +
-                             "0 0 0 0 0 1 1 2 3 2 7 8\n1 0 0 0 0 1 1 2 3 0\n0 1 0 0 0 1 1 2 3 1 5\n"
-                             "1 1e-3 1 0 0 1 1 2 3 0\n3 0 1 2 6 0 0 1 0 0 1 9\n3 1 3 2 6 0 0 1 0 0 1 9\n"
-                             "5 0 1 2 -1 3\n";
-
-const std::string kObj =
-    "# c\nv 0 0 0 1 1 1\nv 1.5 0 0\nv 0 1e1 0\nv 0 0 -1 \\\n\nvt 0 0\nvn 0 0 1\ng a\n"
-    "f 1/1/1 2/1/1 3/1/1\nf -1//-1 -2//1 1//1 2\nf 1 4 2\n";
-
-std::string binary_ply() {
-  ShapeFile shape = parse_shape(kTextPly, "ply", "text.ply");
-  return serialize_mesh("ply", shape.mesh, {.double_coordinates = false});
-}
-
-void check(const std::string& bytes, const std::string& format) {
+void check(const Sample& sample) {
   try {
-    ASSERT_EQ(broken_promise(parse_shape(bytes, format, "damaged")), "");
+    ASSERT_EQ(broken_promise(parse_shape(sample.bytes, sample.format, "damaged")), "");
   } catch (const InvalidInput& error) {
     ASSERT_EQ(std::string(error.what()).find('\n'), std::string::npos) << error.what();
   }
 }
 
-std::vector<Sample> samples() {
-  std::vector<Sample> samples{{"ply", kTextPly}, {"ply", binary_ply()}, {"obj", kObj}};
-  for (const Sample& sample : stl_off_and_xyz_samples()) samples.push_back(sample);
-  return samples;
-}
+class DamagedFile : public testing::TestWithParam<const char*> {
+ protected:
+  // The samples of the format, shortest first.
+  std::vector<Sample> samples() const {
+    std::vector<Sample> samples = samples_of(GetParam());
+    std::sort(samples.begin(), samples.end(),
+              [](const Sample& a, const Sample& b) { return a.bytes.size() < b.bytes.size(); });
+    return samples;
+  }
+};
 
-TEST(Damage, TheSamplesAreSound) {
+TEST_P(DamagedFile, FiveSamplesAreSound) {
+  EXPECT_GE(samples().size(), 5u);
   for (const Sample& sample : samples()) {
     EXPECT_EQ(broken_promise(parse_shape(sample.bytes, sample.format, "sample")), "") << sample.bytes;
   }
 }
 
+TEST_P(DamagedFile, EveryPrefix) {
+  for (const Sample& sample : samples()) {
+    for (std::size_t size = 0; size < sample.bytes.size(); ++size) check({sample.format, sample.bytes.substr(0, size)});
+  }
+}
+
+TEST_P(DamagedFile, EveryValueOfEveryByteOfTheShortestTwo) {
+  const std::vector<Sample> all = samples();
+  for (Sample sample : {all[0], all[1]}) {
+    for (char& byte : sample.bytes) {
+      const char sound = byte;
+      for (int value = 0; value < 256; ++value) {
+        byte = static_cast<char>(value);
+        check(sample);
+      }
+      byte = sound;
+    }
+  }
+}
+
+TEST_P(DamagedFile, TellingValuesOfEveryByte) {
+  for (Sample sample : samples()) {
+    for (char& byte : sample.bytes) {
+      const char sound = byte;
+      for (const char value : {'\0', '\n', '\r', ' ', '-', '9', 'e', '\\', '#', '"', '[', '\x7f', '\xff'}) {
+        byte = value;
+        check(sample);
+      }
+      byte = sound;
+    }
+  }
+}
+
+TEST_P(DamagedFile, EveryByteLeftOutOrDoubled) {
+  for (const Sample& sample : samples()) {
+    for (std::size_t i = 0; i < sample.bytes.size(); ++i) {
+      Sample damaged = sample;
+      damaged.bytes.erase(i, 1);
+      check(damaged);
+      damaged.bytes.insert(i, 2, sample.bytes[i]);
+      check(damaged);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Formats, DamagedFile, testing::ValuesIn(kEveryFormat),
+                         [](const auto& parameter) { return std::string(parameter.param); });
+
 TEST(Damage, ListsOfAbsurdLength) {
+  const std::string sound = samples_of("ply")[0].bytes;
   for (const char* length : {"8.88e65", "-1", "nan", "inf", "2.5", "1e18"}) {
-    std::string bytes = kTextPly;
+    std::string bytes = sound;
     bytes.replace(bytes.find("3 0 1 2 6"), 1, length);
     EXPECT_THROW(parse_shape(bytes, "ply", "damaged"), InvalidInput) << length;
   }
 }
 
-TEST(Damage, EveryPrefix) {
-  for (const Sample& sample : samples()) {
-    for (std::size_t size = 0; size < sample.bytes.size(); ++size) check(sample.bytes.substr(0, size), sample.format);
-  }
-}
-
-TEST(Damage, EveryChangeOfOneByte) {
-  for (const Sample& sample : samples()) {
-    for (std::size_t i = 0; i < sample.bytes.size(); ++i) {
-      for (const char value : {'\0', '\n', '\r', ' ', '-', '9', 'e', '\\', '#', '\x7f', '\xff'}) {
-        std::string bytes = sample.bytes;
-        bytes[i] = value;
-        check(bytes, sample.format);
-      }
-    }
-  }
-}
-
-TEST(Damage, EveryByteLeftOutOrDoubled) {
-  for (const Sample& sample : samples()) {
-    for (std::size_t i = 0; i < sample.bytes.size(); ++i) {
-      std::string bytes = sample.bytes;
-      check(bytes.erase(i, 1), sample.format);
-      check(bytes.insert(i, 2, sample.bytes[i]), sample.format);
+// In GLB every length is declared, so that nothing may be missing at all.
+TEST(Damage, NoPrefixOfAGlbFileIsRead) {
+  for (const Sample& sample : samples_of("glb")) {
+    for (std::size_t size = 0; size < sample.bytes.size(); ++size) {
+      EXPECT_THROW(parse_shape(sample.bytes.substr(0, size), "glb", "prefix"), InvalidInput) << size;
     }
   }
 }

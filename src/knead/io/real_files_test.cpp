@@ -72,7 +72,8 @@ std::vector<std::filesystem::path> every_shape() {
   std::vector<std::filesystem::path> paths;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(test_mesh(""))) {
     const std::string extension = entry.path().extension().string();
-    const bool is_shape = extension == ".ply" || extension == ".obj" || extension == ".stl" || extension == ".off";
+    const bool is_shape =
+        extension == ".ply" || extension == ".obj" || extension == ".stl" || extension == ".off" || extension == ".glb";
     if (is_shape) paths.push_back(entry.path());
   }
   return paths;
@@ -101,6 +102,7 @@ TEST(RealFiles, WhatIsWrittenReadsBackAndNothingElseChanges) {
   for (const auto& path : every_shape()) {
     if (path.string().find("/bad/") != std::string::npos || std::filesystem::file_size(path) > 3'000'000) continue;
     const ShapeFile shape = read_shape(path);
+    if (shape.format == "glb") continue;  // its floats stand in the coordinates of nodes: glb_rewrite_test
     std::vector<Vec3d> positions = shape.mesh.positions;
     for (std::size_t i = 0; i < positions.size(); i += 3) {
       const Vec3d& p = positions[i];

@@ -1,10 +1,11 @@
-// Small files of the formats STL, OFF and XYZ, each with something of its own, for tests of all of them.
+// Small files of every format, each with something of its own, for tests of all of them.
 #pragma once
 
 #include <string>
 #include <vector>
 
 #include "knead/io/cursor.h"
+#include "knead/io/glb_test_files.h"
 #include "knead/io/shape_file.h"
 
 namespace knead {
@@ -84,10 +85,93 @@ inline std::vector<Sample> xyz_samples() {
            "0 0 0 1\n1 0 0 2 3\n2 0 0\n"}};
 }
 
-inline std::vector<Sample> stl_off_and_xyz_samples() {
-  std::vector<Sample> samples = stl_samples();
-  for (const auto& more : {off_samples(), xyz_samples()}) samples.insert(samples.end(), more.begin(), more.end());
-  return samples;
+inline std::string square_ply(const std::string& format, const std::string& end) {
+  return "ply" + end + "format " + format + " 1.0" + end + "element vertex 4" + end + "property float x" + end +
+         "property float y" + end + "property float z" + end + "element face 1" + end +
+         "property list uchar int vertex_indices" + end + "end_header" + end;
+}
+
+inline std::vector<Sample> ply_samples() {
+  const std::string elaborate =
+      "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty double y\nproperty short z\n"
+      "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n"
+      "property uchar blue\nproperty list uchar short extra\nelement face 2\nproperty list uchar int vertex_indices\n"
+      "property list uchar float texcoord\nproperty uchar flag\nelement tristrips 1\n"
+      "property list int int vertex_indices\nend_header\n0 0 0 0 0 1 1 2 3 2 7 8\n1 0 0 0 0 1 1 2 3 0\n"
+      "0 1 0 0 0 1 1 2 3 1 5\n1 1e-3 1 0 0 1 1 2 3 0\n3 0 1 2 6 0 0 1 0 0 1 9\n3 1 3 2 6 0 0 1 0 0 1 9\n"
+      "5 0 1 2 -1 3\n";
+  const std::string points =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\nend_header\n"
+      "0 0 0\n1 1e-3 -0\n";
+  std::string big = square_ply("binary_big_endian", "\r\n");
+  for (const float number : {0.f, 0.f, 0.f, 1.f, 0.f, 0.f, 1.f, 1.f, 0.f, 0.f, 1.f, 0.5f}) {
+    const std::string little = raw(std::vector<float>{number});
+    big.append(little.rbegin(), little.rend());
+  }
+  big += std::string("\4\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0\3", 17);
+  const Mesh mesh = parse_shape(elaborate, "ply", "a").mesh;
+  return {{"ply", elaborate},
+          {"ply", points},
+          {"ply", big},
+          {"ply", square_ply("ascii", "\r") + "0 0 0\r1 0 0\r1 1 0\r0 1 0\r4 0 1 2 3"},
+          {"ply", serialize_mesh("ply", mesh, {.double_coordinates = false})}};
+}
+
+inline std::vector<Sample> obj_samples() {
+  return {{"obj",
+           "# c\nv 0 0 0 1 1 1\nv 1.5 0 0\nv 0 1e1 0\nv 0 0 -1 \\\n\nvt 0 0\nvn 0 0 1\ng a\n"
+           "f 1/1/1 2/1/1 3/1/1\nf -1//-1 -2//1 1//1 2\nf 1 4 2\n"},
+          {"obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"},
+          {"obj",
+           "\xef\xbb\xbf"
+           "v 0 0 0\r\nv 1 0 0\rv 0 1 \\\r\n-0 1\r\ns off\r\nf -3 -2 -1\r\nf 1 2"},
+          {"obj", "mtllib a.mtl b c.mtl\nusemtl m\nv 1 2 3\nv 4 5 6 0.5\nl 1 2\n"},
+          {"obj", "f 1/2 2/1 3/2 4/1\nvt 0.5 nan\nvt 1\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0 0 0.5 1 1\n"}};
+}
+
+inline std::string triangle_glb() {
+  GlbFile file;
+  file.primitive()["attributes"]["POSITION"] = file.add_vec3({0, 0, 0, 1, 0, 0, 1, 1, 0});
+  return file.bytes();
+}
+
+// Two nodes, sparse and quantized data.
+inline std::string elaborate_glb() {
+  GlbFile file = square_glb();
+  const std::size_t indices = file.add_view(raw(std::vector<std::uint8_t>{1}));
+  const std::size_t values = file.add_view(raw(std::vector<float>{7, 8, 9}));
+  file.accessor(0)["sparse"] = {{"count", 1},
+                                {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
+                                {"values", {{"bufferView", values}}}};
+  file.primitive()["attributes"]["TEXCOORD_0"] = file.add<std::uint16_t>(5123, "VEC2", 2, {0, 0, 9, 0, 9, 9, 0, 9});
+  file.json["accessors"].back()["normalized"] = true;
+  file.json["nodes"].push_back(GlbJson::parse(R"({"children":[2],"rotation":[0.6,0,0,0.8]})"));
+  file.json["nodes"].push_back(GlbJson::parse(R"({"mesh":0,"scale":[2,3,-4]})"));
+  file.json["scenes"][0]["nodes"].push_back(1);
+  return file.bytes();
+}
+
+inline std::vector<Sample> glb_samples() {
+  GlbFile strip;
+  strip.primitive()["attributes"]["POSITION"] = strip.add_vec3({0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0});
+  strip.primitive()["mode"] = 5;
+  const Mesh colored =
+      parse_shape("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nvn 0 0 1\nvt 0 1\nf 1/1/1 2/1/1 3/1/1\n", "obj", "a")
+          .mesh;
+  const Mesh points = parse_shape("0 0 0 1 2 3\n1 0 0 4 5 6\n", "xyz", "a").mesh;
+  return {{"glb", triangle_glb()},
+          {"glb", elaborate_glb()},
+          {"glb", strip.bytes()},
+          {"glb", serialize_mesh("glb", colored)},
+          {"glb", serialize_mesh("glb", points)}};
+}
+
+inline std::vector<Sample> samples_of(const std::string& format) {
+  if (format == "ply") return ply_samples();
+  if (format == "obj") return obj_samples();
+  if (format == "stl") return stl_samples();
+  if (format == "off") return off_samples();
+  return format == "glb" ? glb_samples() : xyz_samples();
 }
 
 }  // namespace knead
