@@ -154,5 +154,14 @@ TEST(SessionErrors, OfALastLineThatIsNoJsonAreNotForgiven) {
   EXPECT_TRUE(error_of("{\"knead\": 1}\n{undo: 1}").starts_with("s.knead:2: column 2 is not JSON"));
 }
 
+TEST(SessionErrors, ALineWithoutEndIsRefusedAtOnce) {
+  try {
+    parse_session("{\"knead\": 1}\n{\"tool\": \"" + std::string(20'000'000, 'x'), "long.knead");
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_EQ(std::string(error.what()).substr(0, 42), "long.knead:2: the line has 20000010 bytes,");
+  }
+}
+
 }  // namespace
 }  // namespace knead

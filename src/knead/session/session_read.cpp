@@ -17,6 +17,8 @@ using session_detail::JsonObject;
 using session_detail::JsonValue;
 
 constexpr int kFormatVersion = 1;
+// Bytes of a line: a hundred thousand samples of a painted stroke are some 10 MB, and hold 25 times as much in memory.
+constexpr std::size_t kLongestLine = std::size_t{16} << 20;
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::string_view kBlanks = " \t\r\n";
 
@@ -44,6 +46,10 @@ class SessionReader {
     while (rest.find_first_not_of(kBlanks) != std::string_view::npos) {
       const Line line = next_line(rest);
       ++place_.line;
+      if (line.text.size() > kLongestLine) {
+        throw InvalidInput(place_, fmt::format("the line has {} bytes, more than {}; split the stroke into several",
+                                               line.text.size(), kLongestLine));
+      }
       if (line.text.find_first_not_of(kBlanks) == std::string_view::npos) {
         throw InvalidInput(place_, "the line is empty; every line must be a JSON object");
       }
