@@ -171,6 +171,9 @@ class Rewriter {
     const double number = value(i, column);
     if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
     check_range(i, column);
+    const bool rounds_back =
+        column.type == NumberType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
+    if (rounds_back) return;  // what is there keeps its spelling
     copy_until(begin);
     append_number(column.type, number);
     copied_ = end;

@@ -77,6 +77,7 @@ TEST(Ply, OnlyTheNumbersThatChangeAreReplaced) {
   std::vector<Vec3d> positions = shape.mesh.positions;
   positions[0].y = 0.2;
   positions[2].z = -1.5;
+  positions[0].x += 1e-12;  // less than the float of 0.100 can tell
   const std::string expected =
       replaced(replaced(kTextShape, "   0.0  0.00", "   0.2  0.00"), "1.0 0 .5", "1.0 -1.5 .5");
   EXPECT_EQ(serialize_shape("ply", shape, positions), expected);

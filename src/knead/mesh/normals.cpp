@@ -76,6 +76,45 @@ Vec3d rotate_between(const Vec3d& v, const Vec3d& a, const Vec3d& b) {
   return v * cosine + cross(axis, v) + axis * (dot(axis, v) / (1 + cosine));
 }
 
+// How far the surface around an authored normal turns about its mean normal, beyond the smallest rotation that takes
+// the mean from before to after: the sums of sines and cosines of its edges' angles.
+struct Turn {
+  double sine = 0;
+  double cosine = 0;
+
+  // A vector turned about the unit vector `axis`; with nothing across the axis it keeps its bits.
+  Vec3d turned(const Vec3d& v, const Vec3d& axis) const {
+    const double size = std::hypot(sine, cosine);
+    if (!(size > 0)) return v;
+    const Vec3d across = v - axis * dot(axis, v);
+    return v + across * (cosine / size - 1) + cross(axis, v) * (sine / size);
+  }
+};
+
+std::vector<Turn> turns_about(const Mesh& mesh, std::span<const Vec3d> after,
+                              std::span<const std::uint32_t> corner_normal, const std::vector<Vec3d>& from,
+                              const std::vector<Vec3d>& to) {
+  std::vector<Turn> turns(from.size());
+  const auto add_edge = [&](std::uint32_t normal, std::uint32_t a, std::uint32_t b) {
+    if (normal == kNoNormal || from[normal] == Vec3d{} || to[normal] == Vec3d{}) return;
+    const Vec3d e = unit_or_zero(mesh.positions[b] - mesh.positions[a]);
+    const Vec3d f = unit_or_zero(after[b] - after[a]);
+    const Vec3d& axis = to[normal];
+    const Vec3d across = rotate_between(e - from[normal] * dot(from[normal], e), from[normal], axis);
+    turns[normal].sine += dot(axis, cross(across, f));
+    turns[normal].cosine += dot(across, f);
+  };
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::size_t next = i + 1 < face.size() ? i + 1 : 0;
+      add_edge(corner_normal[mesh.face_begin[f] + i], face[i], face[next]);
+      add_edge(corner_normal[mesh.face_begin[f] + next], face[next], face[i]);
+    }
+  }
+  return turns;
+}
+
 // The surface at a vertex before and after: unit normals, and the edges e before, f after, fitted by f = B (u.e, v.e)
 // in the plane of the unit vectors u, v before.
 struct EdgeFit {
@@ -155,9 +194,11 @@ std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> af
   const std::vector<bool> touched = touched_normals(mesh, after, normals.size(), corner_normal);
   const std::vector<Vec3d> from = mean_normals(mesh, mesh.positions, touched, corner_normal);
   const std::vector<Vec3d> to = mean_normals(mesh, after, touched, corner_normal);
+  const std::vector<Turn> turns = turns_about(mesh, after, corner_normal, from, to);
   for (std::size_t i = 0; i < result.size(); ++i) {
-    if (from[i] == Vec3d{} || to[i] == Vec3d{} || from[i] == to[i]) continue;
-    result[i] = rotate_between(result[i], from[i], to[i]);
+    if (from[i] == Vec3d{} || to[i] == Vec3d{}) continue;
+    if (!(from[i] == to[i])) result[i] = rotate_between(result[i], from[i], to[i]);
+    result[i] = turns[i].turned(result[i], to[i]);
   }
   return result;
 }

@@ -18,9 +18,10 @@ inline constexpr std::uint32_t kNoNormal = 0xffffffffu;
 
 // Authored normals after the vertices of `mesh` have moved to `after`. Corner c of the mesh uses
 // normals[corner_normal[c]] (kNoNormal: none); for normals per vertex, corner_normal is mesh.corner_vertex.
-// Each is turned by the smallest rotation that takes the angle-weighted mean normal of the corners that use it from
-// before to after, so that hard edges and authored smoothing stay; its length is kept. Where no vertex of the faces of
-// those corners moved, where no corner uses it, or where that mean is undefined, the result has the same bits.
+// Each is turned by the rotation that takes the angle-weighted mean normal of the corners that use it from before to
+// after, and the edges at those corners as near as it can, so that hard edges and authored smoothing stay; its length
+// is kept. Where no vertex of the faces of those corners moved, where no corner uses it, or where that mean is
+// undefined, the result has the same bits.
 std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> normals,
                                      std::span<const std::uint32_t> corner_normal);
 
