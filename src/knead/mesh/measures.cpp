@@ -155,7 +155,6 @@ std::vector<std::string> describe_oddities(const Measures& m) {
   const auto say = [&](std::size_t count, const char* one, const char* many) {
     if (count > 0) list.push_back(counted(count, one, many));
   };
-  if (m.faces == 0) list.push_back("no faces: a point cloud");
   if (m.faces > 0) say(m.unused_vertices, "vertex is in no face", "vertices are in no face");
   say(m.boundary_edges, "edge has one face only (the mesh is open)", "edges have one face only (the mesh is open)");
   say(m.nonmanifold_edges, "edge has more than two faces", "edges have more than two faces");
