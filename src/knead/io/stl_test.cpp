@@ -155,6 +155,17 @@ TEST(Stl, NormalsOfTrianglesWithoutAreaAreZero) {
   EXPECT_EQ(float_in(serialize_shape("stl", without, positions), 1, 2), 0);
 }
 
+TEST(Stl, NormalsStayOnTheirSide) {
+  const std::string inward = replaced(kText, "normal 0 0 1.00", "normal 0 0 -1.00");
+  for (const std::string& text : {kText, inward}) {
+    const ShapeFile shape = parse(text);
+    std::vector<Vec3d> positions = shape.mesh.positions;
+    for (Vec3d& p : positions) p = {p.z, p.y, -p.x};  // +z turns to +x
+    const std::string expected = text == inward ? "normal -1 " : "normal 1 ";
+    EXPECT_NE(serialize_shape("stl", shape, positions).find(expected), std::string::npos);
+  }
+}
+
 TEST(Stl, TrianglesWithEqualCornersStay) {
   const std::string text = replaced(kText, "vertex 0 1 -0", "vertex 1 0 0");
   const ShapeFile shape = parse(text);

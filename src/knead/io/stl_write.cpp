@@ -56,8 +56,14 @@ struct Moved {
     return false;
   }
 
-  Vec3d normal(std::size_t triangle) const {
-    return facet_normal(positions[vertex(triangle, 0)], positions[vertex(triangle, 1)], positions[vertex(triangle, 2)]);
+  // On the side of the triangle where the old one is: some exporters write all of them inward.
+  Vec3d normal(std::size_t triangle, const Vec3d& old) const {
+    const Vec3d after = normal_among(positions, triangle);
+    return dot(old, normal_among(source.mesh.positions, triangle)) < 0 ? Vec3d{} - after : after;
+  }
+
+  Vec3d normal_among(std::span<const Vec3d> vertices, std::size_t triangle) const {
+    return facet_normal(vertices[vertex(triangle, 0)], vertices[vertex(triangle, 1)], vertices[vertex(triangle, 2)]);
   }
 };
 
@@ -70,7 +76,7 @@ std::string rewrite_binary(const Moved& moved) {
     const std::size_t begin = kStlFirst + t * kStlTriangle;
     const auto old = [&](std::size_t axis) { return double{float_at(source.bytes, begin + axis * sizeof(float))}; };
     const Vec3d old_normal{old(0), old(1), old(2)};
-    if (!(old_normal == Vec3d{})) replace_floats(bytes, begin, old_normal, moved.normal(t), kOrder);
+    if (!(old_normal == Vec3d{})) replace_floats(bytes, begin, old_normal, moved.normal(t, old_normal), kOrder);
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t v = moved.vertex(t, c);
       replace_floats(bytes, begin + (c + 1) * 3 * sizeof(float), source.mesh.positions[v], moved.positions[v], kOrder);
@@ -97,7 +103,7 @@ std::string rewrite_text(const Moved& moved) {
   for (std::size_t t = 0; facets.next(facet); ++t) {
     if (!moved.any(t)) continue;
     const Vec3d old_normal = parsed(facet.normal);
-    if (!(old_normal == Vec3d{})) replace(facet.normal, old_normal, moved.normal(t));
+    if (!(old_normal == Vec3d{})) replace(facet.normal, old_normal, moved.normal(t, old_normal));
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t v = moved.vertex(t, c);
       replace(facet.corner[c], source.mesh.positions[v], moved.positions[v]);
