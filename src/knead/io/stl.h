@@ -18,8 +18,8 @@ namespace knead {
 // "attribute" of faces: the 16 bits after each triangle of a binary file, if any are not 0.
 ShapeFile parse_stl(std::string bytes, const std::string& name);
 
-// The source with other positions. The normal of a triangle of which a corner moved becomes that of the new triangle, on
-// the side where it was, of unit length, or zero where it has no area; one that is zero stays. Positions in a binary
+// The source with other positions. The normal of a triangle of which a corner moved becomes that of the new triangle,
+// on the side where it was, of unit length, or zero where it has no area; one that is zero stays. Positions in a binary
 // file are rounded to floats; throws InvalidInput where one does not fit.
 std::string rewrite_stl(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                         const WriteOptions& options);
