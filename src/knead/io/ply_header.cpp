@@ -34,6 +34,9 @@ constexpr std::array<TypeName, 16> kTypeNames = {{{"char", NumberType::int8},
                                                   {"float32", NumberType::float32},
                                                   {"float64", NumberType::float64}}};
 
+// Every name is compared with those before it, and every property of vertices and faces is an attribute.
+constexpr std::size_t kMostNames = 4096;
+
 // Reads the header line by line.
 class HeaderParser {
  public:
@@ -119,6 +122,7 @@ class HeaderParser {
     const auto [stop, error] = std::from_chars(words_[2].data(), end, element.count);
     if (error != std::errc{} || stop != end) fail("the count " + in_quotes(words_[2]) + " is not a whole number");
     if (element.count > kMostElements) fail("declares more than 4294967295 elements; split the shape");
+    if (layout_.elements.size() == kMostNames) fail("more than 4096 elements; remove some");
     for (const PlyElement& other : layout_.elements) {
       if (other.name == element.name) fail("element " + in_quotes(element.name) + " is declared twice");
     }
@@ -146,6 +150,7 @@ class HeaderParser {
     property.type_begin = static_cast<std::size_t>(type.data() - bytes_.data());
     property.type_end = property.type_begin + type.size();
     property.name = words_.back();
+    if (layout_.elements.back().properties.size() == kMostNames) fail("more than 4096 properties; remove some");
     for (const PlyProperty& other : layout_.elements.back().properties) {
       if (other.name == property.name) fail("property " + in_quotes(property.name) + " is declared twice");
     }

@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -263,6 +264,19 @@ TEST(Ply, ErrorsNameTheLine) {
   EXPECT_NE(error_of(replaced(kTextShape, "1.0", "2.0")).find("version"), std::string::npos);
   EXPECT_NE(error_of(replaced(kTextShape, "uchar int", "float int")).find("integer type"), std::string::npos);
   EXPECT_NE(error_of(replaced(kTextShape, "vertex_index", "corners")).find("vertex_indices"), std::string::npos);
+}
+
+TEST(Ply, NamesWithoutEndAreRefused) {
+  std::string properties;
+  std::string elements;
+  for (int i = 0; i < 5000; ++i) {
+    properties += fmt::format("property int p{}\n", i);
+    elements += fmt::format("element e{} 0\n", i);
+  }
+  EXPECT_NE(error_of(replaced(kTextShape, "property float confidence\n", properties)).find("more than 4096 properties"),
+            std::string::npos);
+  EXPECT_NE(error_of(replaced(kTextShape, "element face", elements + "element face")).find("more than 4096 elements"),
+            std::string::npos);
 }
 
 TEST(Ply, BytesAfterTheLastElementAreKeptWithANote) {
