@@ -13,29 +13,46 @@
 namespace knead::glb {
 namespace {
 
-constexpr int kDeepest = 128;
+constexpr std::size_t kDeepest = 128;
 
-// Watches a parse for keys that an object has twice and for deep nesting.
-class ParseWatch {
+// Goes through JSON for keys that an object has twice and for deep nesting. What is no JSON is left to the parser,
+// whose own hook would take a time that grows with the square of an array's length.
+class Inspection : public nlohmann::json_sax<Json> {
  public:
-  explicit ParseWatch(const std::string& name) : name_(name) {}
+  explicit Inspection(const std::string& name) : name_(name) {}
 
-  bool operator()(int depth, Json::parse_event_t event, const Json& parsed) {
-    if (depth > kDeepest) {
-      throw InvalidInput(Place{name_}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepest));
-    }
-    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys_.pop_back();
-    if (event == Json::parse_event_t::key && !keys_.back().insert(parsed.get<std::string>()).second) {
-      throw InvalidInput(Place{name_}, fmt::format("the JSON gives the key {} twice; repair the file",
-                                                   in_quotes(parsed.get<std::string>())));
-    }
-    return true;
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(Json::number_integer_t) override { return true; }
+  bool number_unsigned(Json::number_unsigned_t) override { return true; }
+  bool number_float(Json::number_float_t, const Json::string_t&) override { return true; }
+  bool string(Json::string_t&) override { return true; }
+  bool binary(Json::binary_t&) override { return true; }
+  bool start_object(std::size_t) override { return start(); }
+  bool end_object() override { return end(); }
+  bool start_array(std::size_t) override { return start(); }
+  bool end_array() override { return end(); }
+  bool parse_error(std::size_t, const std::string&, const Json::exception&) override { return false; }
+
+  bool key(Json::string_t& key) override {
+    if (keys_.back().insert(key).second) return true;
+    throw InvalidInput(Place{name_}, fmt::format("the JSON gives the key {} twice; repair the file", in_quotes(key)));
   }
 
  private:
+  bool start() {
+    keys_.emplace_back();
+    if (keys_.size() <= kDeepest) return true;
+    throw InvalidInput(Place{name_}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepest));
+  }
+
+  bool end() {
+    keys_.pop_back();
+    return true;
+  }
+
   const std::string& name_;
-  std::vector<std::set<std::string>> keys_;
+  std::vector<std::set<std::string>> keys_;  // of what is open; none in an array
 };
 
 bool is_space(char c) { return is_blank(c) || is_line_end(c); }
@@ -79,11 +96,9 @@ std::size_t value_end(std::string_view text, std::size_t i) {
 
 Json parse_json(std::string_view text, std::size_t begin, const std::string& name) {
   try {
-    Json json =
-        Json::parse(text.begin(), text.end(),
-                    [watch = ParseWatch(name)](int depth, Json::parse_event_t event, const Json& parsed) mutable {
-                      return watch(depth, event, parsed);
-                    });
+    Inspection inspection(name);
+    Json::sax_parse(text.begin(), text.end(), &inspection);
+    Json json = Json::parse(text.begin(), text.end());
     if (!json.is_object()) fail_at_byte(name, begin, "the JSON is not an object; repair the file");
     return json;
   } catch (const Json::parse_error& error) {
