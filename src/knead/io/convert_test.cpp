@@ -116,6 +116,8 @@ TEST(Convert, AttributesOfTheOtherFormatsGoThroughPly) {
       };
       EXPECT_TRUE(has_it(there.mesh)) << attribute.name << " of " << sample.bytes;
       if (attribute.name.substr(0, 6) == "column") continue;  // which a new XYZ file has no place for
+      const bool gets_alpha = sample.format == "off" && attribute.name == "color" && attribute.components == 3;
+      if (gets_alpha && attribute.domain == Domain::vertex) continue;  // tested with OFF
       EXPECT_TRUE(has_it(back.mesh)) << attribute.name << " of " << sample.bytes;
     }
   }

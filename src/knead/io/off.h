@@ -22,7 +22,7 @@ ShapeFile parse_off(std::string bytes, const std::string& name);
 std::string rewrite_off(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                         const WriteOptions& options);
 
-// A new text file.
+// A new text file. A color of a vertex with three numbers gets an alpha: COFF means four.
 std::string generate_off(const Mesh& mesh, const WriteOptions& options);
 
 // What generate_off leaves out, a sentence each.

@@ -88,7 +88,11 @@ void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, st
     append_real(text, mesh.positions[i][axis]);
   }
   append_numbers(text, held.normal, i);
-  if (held.color) append_color(text, *held.color, i);
+  if (held.color) {
+    append_color(text, *held.color, i);
+    // COFF means four numbers: OpenMesh and assimp read past the line of a vertex with three.
+    if (held.color->components == 3) text += held.color->type == NumberType::uint8 ? " 255" : " 1.0";
+  }
   append_numbers(text, held.uv, i);
   text += '\n';
 }

@@ -280,6 +280,16 @@ TEST(Off, NewFilesHoldEveryAttributeOfVerticesAndColorsOfFaces) {
   EXPECT_EQ(text_of(off_losses(mesh)), "OFF cannot hold 'part' per face\nOFF cannot hold 'quality'\n");
 }
 
+// With three numbers after COFF other programs read past the end of the line.
+TEST(Off, NewFilesHaveAnAlphaWithEveryColorOfAVertex) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}};
+  mesh.attributes.push_back({"color", Domain::vertex, NumberType::float32, 3, {0.5, 0, 1, 0, 0.25, 0}});
+  EXPECT_EQ(serialize_mesh("off", mesh), "COFF\n2 0 0\n0 0 0 0.5 0.0 1.0 1.0\n1 0 0 0.0 0.25 0.0 1.0\n");
+  mesh.attributes[0] = {"color", Domain::vertex, NumberType::uint8, 3, {9, 8, 7, 6, 5, 4}};
+  EXPECT_EQ(serialize_mesh("off", mesh), "COFF\n2 0 0\n0 0 0 9 8 7 255\n1 0 0 6 5 4 255\n");
+}
+
 TEST(Off, AColorIndexIsWrittenBack) {
   const std::string text = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 7\n";
   EXPECT_EQ(serialize_mesh("off", parse(text).mesh), text);
