@@ -58,8 +58,8 @@ class PlyBinaryBody {
   // The length of a list that begins `offset` bytes ahead, where its count is known to be within the file.
   std::size_t length_at(std::size_t offset, const PlyProperty& property, const PlyElement& element) const {
     const double value = read_binary(data() + offset, property.count_type, swapped_);
-    const std::size_t after = left() - offset - size_of(property.count_type);
-    if (!(value >= 0) || value > static_cast<double>(after / size_of(property.type))) {
+    const std::size_t most = (left() - offset - size_of(property.count_type)) / size_of(property.type);
+    if (!(value >= 0) || value > static_cast<double>(most)) {
       fail_ply_length(bytes_, position_ + offset, kAscii, name_, element, value);
     }
     return static_cast<std::size_t>(value);
@@ -72,6 +72,7 @@ class PlyBinaryBody {
       const char* from = skip(count * sizeof value);
       for (std::size_t i = 0; i < count; ++i) {
         std::memcpy(&value, from + i * sizeof value, sizeof value);
+        // NOLINTNEXTLINE(bugprone-signed-char-misuse): a number, no character
         items[i] = static_cast<std::int64_t>(swapped_ ? swap_bytes(value) : value);
       }
     });

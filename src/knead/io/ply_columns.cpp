@@ -28,10 +28,10 @@ void visit_stored(NumberType type, bool swapped, Visit visit) {
 
 // Where rows of one length stand in the file.
 struct Block {
-  const char* bytes;
-  std::size_t stride;
+  const char* bytes = nullptr;
+  std::size_t stride = 0;
   PlyRows rows;
-  std::size_t position;  // of its first byte in the file
+  std::size_t position = 0;  // of its first byte in the file
 };
 
 class ColumnReader {
@@ -140,8 +140,10 @@ class ColumnReader {
         for (std::size_t i = 0; i < block.rows.count; ++i) {
           for (std::size_t c = 0; c < corners_; ++c) {
             const T index = load<T, swapped()>(from + i * block.stride + c * sizeof(T));
-            largest = std::max(largest, static_cast<std::uint64_t>(std::int64_t{index}));  // negative: huge
+            // NOLINTBEGIN(bugprone-signed-char-misuse): a number, no character; a negative one becomes huge
+            largest = std::max(largest, static_cast<std::uint64_t>(std::int64_t{index}));
             *to++ = static_cast<std::uint32_t>(index);
+            // NOLINTEND(bugprone-signed-char-misuse)
           }
         }
       }

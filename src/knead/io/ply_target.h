@@ -21,9 +21,9 @@ struct PlyRows {
 
 class PlyTarget {
  public:
-  PlyTarget(Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices) : mesh_(mesh), faces_(mesh) {
+  PlyTarget(Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
+      : mesh_(mesh), faces_(mesh), vertices_(vertices) {
     mesh_.attributes = std::move(attributes);
-    vertices_ = vertices;
   }
 
   Mesh& mesh() { return mesh_; }
@@ -56,13 +56,13 @@ class PlyTarget {
   // u v for the corners of one face that was kept or not.
   void add_corner_uv(const PlySink& sink, std::span<const double> values, std::size_t corners, bool kept);
 
-  // Faces that carry no texture coordinates where others may: then none are an attribute.
+  // Adds the notes. Drops attributes of faces where there are strips too, and texture coordinates that some face lacks.
   void finish(std::vector<std::string>& notes);
 
  private:
   Mesh& mesh_;
   FaceBuilder faces_;
-  std::size_t vertices_ = 0;
+  std::size_t vertices_;
   std::size_t not_finite_ = 0;
   bool strips_ = false;
   bool corner_uv_complete_ = true;
