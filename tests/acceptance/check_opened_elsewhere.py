@@ -5,8 +5,9 @@
 
 Every shape is deformed by a pull and a twist and written into its own format and all others. What each program reads
 is compared with the deformed shape as an OBJ file, read by a few lines of Python: positions, faces and their
-orientation, uv, colours, normals; area and volume with `knead info`. The unchanged shape goes through the same in its own format
-("as is"), so that what Knead reads is compared too. Without the folder of meshes: the shapes of `knead make` only.
+orientation, uv, colours, normals; area and volume with `knead info`. The unchanged shape goes through the same in its
+own format ("as is"), so that what Knead reads is compared too. Without the folder of meshes: the shapes of
+`knead make` only.
 
 Options: --only NAME (shapes whose name contains it), --program NAME, --keep DIR.
 Exit code 0: no difference that is not listed with its reason in opened_elsewhere/known.py.
@@ -115,6 +116,9 @@ class Check:
 
     def differences(self, file, program, expected, got, info):
         wanted, bars = known.as_read(program, file, expected, compare.ATTRIBUTE_BARS)
+        if len(wanted.sizes) < len(expected.sizes) and (wanted.sizes == 3).all():
+            area, volume = compare.area_and_volume(wanted)
+            info = info | {"area": area, "volume": info["volume"] and volume}
         # An STL file keeps its own normals, right or wrong, where a triangle did not move.
         is_new = file.format == "stl" and file.source_format != "stl"
         lines = compare.facet_normals(got, compare.bar_of(expected)) if is_new else []

@@ -91,7 +91,8 @@ def compare_faces(expected_faces, got_faces, triangulated):
         fan = sum(max(len(f) - 2, 0) * n for f, n in expected_faces.items())
         count = sum(got_faces.values())
         lines = [f"{count} triangles, not {fan}"] if count != fan else []
-        return lines + (["the triangles do not make up the faces"] if border_of(expected_faces) != border_of(got_faces) else [])
+        same = border_of(expected_faces) == border_of(got_faces)
+        return lines + ([] if same else ["the triangles do not make up the faces"])
     missing, extra = expected_faces - got_faces, got_faces - expected_faces
     if not missing and not extra:
         return []

@@ -46,7 +46,8 @@ KNOWN = [
      "Blender divides polygons of OBJ that name a vertex twice"),
     (("assimp", "openmesh", "blender"), ("ply", "off"), "fixed_top_face_colors", r"color: missing",
      "colours of faces are read by none"),
-    (("numpy",), ("xyz",), "fuze", r"normal: not in the file", "normals that are not unit are further columns to Knead"),
+    (("numpy",), ("xyz",), "fuze", r"normal: not in the file",
+     "normals that are not unit are further columns to Knead"),
     (("assimp",), ("off",), "", r"uv: \d+ of \d+ differ",
      "assimp takes the last number of a normal in OFF for the first of what follows"),
 ]
@@ -69,7 +70,7 @@ def without_repeated_vertices(shape, ids):
 
 
 def without_duplicates(shape, ids):
-    """Blender's validate() keeps the first of the faces that have the same vertices, whichever way round."""
+    """Blender's validate(), which the import of OBJ does not call so, keeps one of the faces with the same vertices."""
     seen, keep = set(), []
     for c, n in zip(face_starts(shape), shape.sizes):
         face = tuple(sorted(ids[c:c + n].tolist()))
@@ -90,7 +91,7 @@ def as_read(program, file, expected, bars):
     if program != "assimp" and len(expected.sizes) and not triangulated:
         ids = (welded(expected) if file.format == "stl" else np.arange(len(expected.positions)))[expected.corners]
         expected = without_repeated_vertices(expected, ids)
-        if program == "blender":
+        if program == "blender" and file.format != "obj":
             ids = (welded(expected) if file.format == "stl" else np.arange(len(expected.positions)))[expected.corners]
             expected = without_duplicates(expected, ids)
     if program == "openmesh":

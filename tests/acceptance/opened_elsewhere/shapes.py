@@ -1,4 +1,4 @@
-"""Shapes as lists of numbers: from the dumps of the programs, and from OBJ by a reader that shares nothing with Knead."""
+"""Shapes as lists of numbers: from the dumps of the programs, and from OBJ by a reader of its own."""
 import dataclasses
 
 import numpy as np
