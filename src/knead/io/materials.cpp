@@ -20,8 +20,8 @@ bool is_plain_name(const std::string& name) {
 
 bool is_worth_copying(const fs::path& from, const fs::path& to) {
   std::error_code error;
-  return fs::is_regular_file(from, error) && fs::file_size(from, error) <= kMostBytes && !error &&
-         !fs::exists(fs::symlink_status(to, error));
+  const bool is_there = fs::is_regular_file(fs::symlink_status(from, error));  // a link may lead anywhere
+  return is_there && fs::file_size(from, error) <= kMostBytes && !error && !fs::exists(fs::symlink_status(to, error));
 }
 
 fs::path folder_of(const fs::path& path) {

@@ -24,6 +24,7 @@ class Materials : public testing::Test {
     put("in/secret.txt", "secret");
     put("outside.mtl", "newmtl d");
     fs::create_symlink("/dev/zero", folder_ / "in" / "endless.mtl");
+    fs::create_symlink("secret.txt", folder_ / "in" / "link.mtl");
   }
   void TearDown() override { fs::remove_all(folder_); }
 
@@ -55,8 +56,8 @@ TEST_F(Materials, AreCopiedOnceByName) {
 }
 
 TEST_F(Materials, NothingElseIsOpened) {
-  for (const char* name :
-       {"../outside.mtl", "deeper/c.mtl", "secret.txt", "endless.mtl", "absent.mtl", "/etc/passwd", "..", ".mtl", ""}) {
+  for (const char* name : {"../outside.mtl", "deeper/c.mtl", "secret.txt", "endless.mtl", "link.mtl", "absent.mtl",
+                           "/etc/passwd", "..", ".mtl", ""}) {
     EXPECT_TRUE(copied(std::string("mtllib ") + name).empty()) << name;
   }
   EXPECT_TRUE(fs::is_empty(folder_ / "out"));

@@ -59,12 +59,21 @@ const Format& known_format(std::string_view name, const std::string& file) {
   throw InvalidInput(Place{file}, what + "; use one of " + supported);
 }
 
+bool is_device(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::file_type type = std::filesystem::status(path, error).type();
+  return type == std::filesystem::file_type::character || type == std::filesystem::file_type::block;
+}
+
 std::string read_bytes(const std::filesystem::path& path) {
   const auto fail = [&](int error) {
     throw IoError(
         IoError::Operation::read, path.string(),
         "cannot be read (" + std::generic_category().message(error) + "); check the name and its permissions");
   };
+  if (is_device(path)) {
+    throw IoError(IoError::Operation::read, path.string(), "is a device, which may have no end; name a file or a pipe");
+  }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
   if (!file) fail(errno);
   std::error_code no_size;  // pipes have none
