@@ -24,30 +24,46 @@ std::string describe(const Json& value) {
 
 std::string shortened(const std::string& key) { return describe(Json(key)); }
 
-// Watches a parse for keys that an object has twice, and remembers the latest key for messages.
-class KeyWatch {
+// Goes through JSON for keys that an object has twice, and remembers the latest key for messages. What is no JSON is
+// left to the parser, whose own hook would take a time that grows with the square of an array's length.
+class KeyWatch : public nlohmann::json_sax<Json> {
  public:
   explicit KeyWatch(const Place& place) : place_(place) {}
 
-  bool operator()(Json::parse_event_t event, const Json& parsed) {
-    if (event == Json::parse_event_t::object_start) keys_.emplace_back();
-    if (event == Json::parse_event_t::object_end) keys_.pop_back();
-    if (event == Json::parse_event_t::key) {
-      latest_ = shortened(parsed.get<std::string>());
-      if (!keys_.back().insert(parsed.get<std::string>()).second) {
-        throw InvalidInput(place_, fmt::format("the key {} is given twice; give it once", latest_));
-      }
-    }
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(Json::number_integer_t) override { return true; }
+  bool number_unsigned(Json::number_unsigned_t) override { return true; }
+  bool number_float(Json::number_float_t, const Json::string_t&) override { return true; }
+  bool string(Json::string_t&) override { return true; }
+  bool binary(Json::binary_t&) override { return true; }
+  bool start_array(std::size_t) override { return true; }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t, const std::string&, const Json::exception&) override { return false; }
+
+  bool start_object(std::size_t) override {
+    keys_.emplace_back();
     return true;
   }
 
+  bool end_object() override {
+    keys_.pop_back();
+    return true;
+  }
+
+  bool key(Json::string_t& key) override {
+    latest_ = key;
+    if (keys_.back().insert(key).second) return true;
+    throw InvalidInput(place_, fmt::format("the key {} is given twice; give it once", shortened(key)));
+  }
+
   // "at \"outer\", ", or nothing before the first key.
-  std::string position() const { return latest_.empty() ? "" : fmt::format("at {}, ", latest_); }
+  std::string position() const { return latest_ ? fmt::format("at {}, ", shortened(*latest_)) : ""; }
 
  private:
   const Place& place_;
   std::vector<std::set<std::string>> keys_;
-  std::string latest_;
+  std::optional<std::string> latest_;
 };
 
 }  // namespace
@@ -132,11 +148,9 @@ std::size_t JsonObject::choice(std::string_view key, std::initializer_list<std::
 
 std::optional<Json> parse_line(std::string_view line, const Place& place) {
   KeyWatch watch(place);
-  const auto callback = [&](int /*depth*/, Json::parse_event_t event, const Json& parsed) {
-    return watch(event, parsed);
-  };
+  Json::sax_parse(line, &watch);
   try {
-    return Json::parse(line, callback);
+    return Json::parse(line);
   } catch (const Json::parse_error& error) {
     if (error.byte > line.size()) return std::nullopt;
     throw InvalidInput(place, fmt::format("{}column {} is not JSON; a line must be one object, with keys and text in "
