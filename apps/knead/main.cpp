@@ -117,6 +117,7 @@ int main(int argc, char** argv) {
   using namespace knead::command;
   try {
     std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
+    std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
     handle_interruptions();
     return run(argc, argv);
   } catch (const knead::IoError& error) {

@@ -1,4 +1,5 @@
 // Exit codes and messages: one line each, whatever goes wrong.
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -34,7 +35,7 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"deform", "a.ply", "s.knead", "more", "-o", "b.ply"},
       {"deform", "a.ply", "s.knead", "-o"},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--remesh"},
-      {"deform", "a.ply", "s.knead", "-o", "b.stl"},
+      {"deform", "a.ply", "s.knead", "-o", "b.dxf"},
       {"deform", "a.ply", "s.knead", "-o", "b"},
       {"deform", "a.ply", "s.knead", "-o", ""},
       {"deform", "a.ply", "s.knead", "-o", "b.ply", "--tolerance", "0"},
@@ -113,7 +114,9 @@ TEST_F(ErrorsTest, UnreadableInput) {
   expect_error(knead({"info", "garbage.ply"}), 3, "knead: garbage.ply:1: ");
   expect_error(knead({"info", "thing.stl"}), 3, "thing.stl");
   expect_error(knead({"info", "folder.ply"}), 3, "knead: folder.ply: ");
-  EXPECT_EQ(files(), (Words{"a.ply", "folder.ply", "garbage.ply", "s.knead", "thing.stl"}));
+  std::filesystem::create_symlink("/dev/zero", path("endless.ply"));
+  expect_error(knead({"info", "endless.ply"}), 3, "knead: endless.ply: is a device");
+  EXPECT_EQ(files(), (Words{"a.ply", "endless.ply", "folder.ply", "garbage.ply", "s.knead", "thing.stl"}));
 }
 
 TEST_F(ErrorsTest, BadSessionsNameFileAndLine) {
@@ -157,6 +160,17 @@ TEST_F(ErrorsTest, UnwritableFolder) {
   std::filesystem::create_directory(path("locked"));
   std::filesystem::permissions(path("locked"), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
   expect_error(knead({"deform", "none.ply", "none.knead", "-o", "locked/b.ply"}), 5, "knead: locked/b.ply: ");
+}
+
+TEST_F(ErrorsTest, FilesBeyondTheLimitOfTheProcess) {
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &old), 0);
+  const rlimit small{10'000, old.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &small), 0);  // the command inherits it
+  const Outcome outcome = knead({"deform", "a.ply", "s.knead", "-q", "-o", "b.ply"});
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &old), 0);
+  expect_error(outcome, 5, "knead: b.ply: cannot be written");
+  EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
 }
 
 TEST_F(ErrorsTest, FullOrClosedStandardOutput) {

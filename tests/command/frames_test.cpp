@@ -51,7 +51,7 @@ TEST_F(FramesTest, OneFrameIsTheResult) {
 
 TEST_F(FramesTest, PatternsNeedOneNumber) {
   for (const std::string pattern : {"F.ply", "F_%s.ply", "%d_%d.ply", "F_%4d.ply", "F_%00d.ply", "F_%", "..%2f_%d.ply",
-                                    "F_%04x.ply", "F_%%d.ply", "F_%d.stl", "F_%-4d.ply", "F_%0123d.ply"}) {
+                                    "F_%04x.ply", "F_%%d.ply", "F_%d.dxf", "F_%-4d.ply", "F_%0123d.ply"}) {
     expect_error(knead({"deform", "a.ply", "s.knead", "-o", pattern, "--frames", "2"}), 2, " --help");
   }
   EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
