@@ -48,7 +48,7 @@ KNOWN = [
      "colours of faces are read by none"),
     (("numpy",), ("xyz",), "fuze", r"normal: not in the file",
      "normals that are not unit are further columns to Knead"),
-    (("assimp",), ("off",), "", r"uv: \d+ of \d+ differ",
+    (("assimp",), ("off",), ".glb$|.obj$|suzanne", r"(uv|color): \d+ of \d+ differ",
      "assimp takes the last number of a normal in OFF for the first of what follows"),
 ]
 
