@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "knead/io/obj_normals.h"
 #include "knead/mesh/normals.h"
 
 namespace knead {
@@ -76,7 +77,7 @@ std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d>
                                  const WriteOptions& options) {
   if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
     if (obj->corner_normal.empty()) return {};
-    return transport_normals(source.mesh, positions, obj->normals, obj->corner_normal);
+    return moved_corner_normals(source.mesh, *obj, positions);
   }
   const std::vector<Vec3d> normals = vertex_normals_of(source);
   if (normals.empty()) return {};
@@ -89,13 +90,11 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   mesh.positions.assign(positions.begin(), positions.end());
   const std::vector<Vec3d> normals = moved_normals(source, positions, options);
   if (normals.empty()) return mesh;
-  if (normals.size() == mesh.vertex_count()) turn_tangents(source.mesh, positions, normals, mesh);
-  const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout);
+  if (source.format != "obj") turn_tangents(source.mesh, positions, normals, mesh);
   for (Attribute& attribute : mesh.attributes) {
     if (attribute.name != "normal") continue;
     for (std::size_t i = 0; i < attribute.values.size() / 3; ++i) {
-      const std::size_t n = obj != nullptr ? obj->corner_normal[i] : i;
-      for (std::size_t axis = 0; axis < 3 && n != kNoNormal; ++axis) attribute.values[3 * i + axis] = normals[n][axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) attribute.values[3 * i + axis] = normals[i][axis];
     }
     break;
   }

@@ -12,8 +12,10 @@ namespace knead {
 
 ShapeFile parse_obj(std::string bytes, const std::string& name);
 
-// Coordinates are always written as doubles, whatever the options say.
-// The source with other positions and other values for its vn lines (as many as it has).
+// The source with other positions and normals: one for each corner (moved_corner_normals), or none. Coordinates are
+// always written as doubles, whatever the options say. Where corners that shared a line `vn` have turned apart, new
+// lines are put in before the face that needs them first, and the faces' third numbers say which; not in a file whose
+// faces stand before the normals that they use, where such corners keep one line.
 std::string rewrite_obj(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                         const WriteOptions& options);
 

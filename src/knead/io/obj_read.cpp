@@ -19,6 +19,7 @@ struct References {
   const char* what;
   std::size_t given = 0;                // so far
   std::vector<std::uint32_t> corner{};  // of each corner kept, from 0; kNoNormal: none; empty until one is given
+  bool ahead = false;                   // an index was used before what it refers to
   std::size_t largest = 0;              // index used, from 1, and where
   std::size_t largest_position = 0;
 };
@@ -38,6 +39,7 @@ class ObjReader {
     add_attributes();
     add_notes();
     layout_.corner_normal = std::move(normal_.corner);
+    layout_.normals_ahead = normal_.ahead;
     return std::move(layout_);
   }
 
@@ -232,6 +234,7 @@ class ObjReader {
   }
 
   std::uint32_t referred(std::size_t index, References& to) const {
+    if (index > to.given) to.ahead = true;
     if (index > to.largest) {
       to.largest = index;
       to.largest_position = position_;

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
@@ -63,6 +65,12 @@ TEST(Obj, ReadsEveryFormOfCorner) {
             (std::vector<std::string>{"3 corners of faces have no normal", "6 corners of faces have no uv"}));
 }
 
+// Without lines vn and without the third numbers of corners, which change too.
+std::string without_normals(const std::string& text) {
+  return std::regex_replace(std::regex_replace(text, std::regex("vn [^\n]*\n"), ""),
+                            std::regex("([0-9]/-?[0-9]*)/-?[0-9]+"), "$1");
+}
+
 TEST(Obj, OnlyTheNumbersThatChangeAreReplaced) {
   const ShapeFile shape = parse(kTetrahedron);
   EXPECT_EQ(serialize_shape("obj", shape, shape.mesh.positions), kTetrahedron);
@@ -73,9 +81,7 @@ TEST(Obj, OnlyTheNumbersThatChangeAreReplaced) {
   const std::string bytes = serialize_shape("obj", shape, positions);
   std::string expected = replaced(kTetrahedron, "v  0.000 0 0 0.5", "v  0.000 0 -0.1 0.5");
   expected = replaced(expected, "   1. 0 0 0 0\n", "   2.5 1e-09 0 0 0\n");
-  // Normals changed as well; everything outside their lines is as expected.
-  EXPECT_EQ(bytes.substr(0, bytes.find("vn")), expected.substr(0, expected.find("vn")));
-  EXPECT_EQ(bytes.substr(bytes.find("o thing")), expected.substr(expected.find("o thing")));
+  EXPECT_EQ(without_normals(bytes), without_normals(expected));
   EXPECT_EQ(parse(bytes).mesh.positions, positions);
 }
 

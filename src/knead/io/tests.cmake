@@ -8,6 +8,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/glb_generate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_rewrite_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/obj_normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/off_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/ply_test.cpp

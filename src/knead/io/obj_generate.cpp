@@ -1,48 +1,13 @@
-// Writing OBJ: the source's bytes with some numbers replaced, or a new file.
+// Writing a mesh as a new OBJ file.
 #include <array>
 #include <bit>
 #include <unordered_map>
 
-#include "knead/io/large_pages.h"
 #include "knead/io/obj.h"
 #include "knead/io/text.h"
 
 namespace knead {
 namespace {
-
-// Copies the source while replacing vectors of three numbers in it, in the order of the file.
-class Replacer {
- public:
-  explicit Replacer(std::string_view bytes) : bytes_(bytes) {
-    reserve_large(result_, bytes.size() + bytes.size() / 4 + 64);
-  }
-
-  // The numbers after `begin`; a component that stays the same keeps its bytes. Returns the byte after them.
-  std::size_t replace(std::size_t begin, const Vec3d& from, const Vec3d& to) {
-    std::size_t position = begin;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      position = skip_obj_blanks(bytes_, position);
-      const std::size_t end = obj_token_end(bytes_, position);
-      if (from[axis] != to[axis]) {
-        result_.append(bytes_, copied_, position - copied_);
-        append_real(result_, to[axis]);
-        copied_ = end;
-      }
-      position = end;
-    }
-    return position;
-  }
-
-  std::string finish() {
-    result_.append(bytes_, copied_);
-    return std::move(result_);
-  }
-
- private:
-  std::string_view bytes_;
-  std::string result_;
-  std::size_t copied_ = 0;
-};
 
 void append_vector(std::string& text, const char* keyword, const double* values, std::size_t n) {
   text += keyword;
@@ -136,30 +101,6 @@ void append_face(std::string& text, const Mesh& mesh, std::size_t f, const Lines
 }
 
 }  // namespace
-
-std::string rewrite_obj(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                        const WriteOptions&) {
-  const ObjLayout& layout = std::get<ObjLayout>(source.layout);
-  const std::string_view bytes = source.bytes;
-  Replacer replacer(bytes);
-  std::size_t vertex = 0;
-  std::size_t normal = 0;
-  for (std::size_t position = first_obj_byte(bytes); position < bytes.size();) {
-    position = skip_obj_blanks(bytes, position);
-    const std::size_t end = obj_token_end(bytes, position);
-    const std::string_view keyword = bytes.substr(position, end - position);
-    position = end;
-    if (keyword == "v") {
-      position = replacer.replace(position, source.mesh.positions[vertex], positions[vertex]);
-      ++vertex;
-    } else if (keyword == "vn" && !normals.empty()) {
-      position = replacer.replace(position, layout.normals[normal], normals[normal]);
-      ++normal;
-    }
-    position = obj_line_end(bytes, position) + 1;
-  }
-  return replacer.finish();
-}
 
 std::string generate_obj(const Mesh& mesh, const WriteOptions&) {
   const Lines uv = lines_of<2>(mesh, "uv", "vt");
