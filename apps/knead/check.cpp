@@ -1,6 +1,8 @@
 // knead check SHAPE: what info says, and whether the surface is sound.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <string>
 #include <utility>
@@ -90,6 +92,14 @@ void require_all(const CheckOptions& options, const std::vector<Requirement>& re
   if (!last.empty()) throw QualityError(last);
 }
 
+std::size_t count_repeated(std::vector<Vec3d> positions) {
+  const auto key = [](const Vec3d& p) { return std::array{p.x, p.y, p.z}; };
+  std::sort(positions.begin(), positions.end(), [&](const Vec3d& a, const Vec3d& b) { return key(a) < key(b); });
+  std::size_t repeated = 0;
+  for (std::size_t i = 1; i < positions.size(); ++i) repeated += positions[i] == positions[i - 1] ? 1 : 0;
+  return repeated;
+}
+
 void run_check(const CheckOptions& options, bool has_requirements) {
   std::vector<Requirement> requirements;
   if (has_requirements) requirements = parse_requirements(options.require, !options.before.empty());
@@ -98,6 +108,12 @@ void run_check(const CheckOptions& options, bool has_requirements) {
   if (!findings.self_intersections.complete) {
     info.notes.push_back(
         fmt::format("over {} pairs of triangles intersect; the count ends there", findings.self_intersections.count));
+  }
+  const std::size_t repeated = count_repeated(info.file.mesh.positions);
+  if (repeated > 0 && findings.self_intersections.count > 0) {
+    info.notes.push_back(fmt::format(
+        "{} vertices stand where another one does, as along seams; triangles that touch there count as intersecting",
+        repeated));
   }
   if (options.common.json) {
     print(json_of(info, findings));

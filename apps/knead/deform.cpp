@@ -177,7 +177,8 @@ void run_deform(const DeformOptions& options) {
   ReportSeconds seconds;
   const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
   check_until(options, inputs.session);
-  if (!options.common.quiet) print_notes(conversion_losses(target.path(0), inputs.shape));
+  const std::vector<std::string> losses = conversion_losses(target.path(0), inputs.shape);
+  if (!options.common.quiet) print_notes(losses);
   seconds.read = total.seconds();
 
   std::vector<Vec3d> normals;

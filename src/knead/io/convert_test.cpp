@@ -186,5 +186,25 @@ TEST(WriteMesh, FilesOfEveryName) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(Convert, WhatAFormatCannotHoldAtAllIsSaidBeforehand) {
+  const ShapeFile points = parse_shape("0 0 0\n1 0 0\n", "xyz", "points.xyz");
+  EXPECT_THROW(conversion_losses("out.stl", points), InvalidInput);
+  EXPECT_TRUE(conversion_losses("out.ply", points).empty());
+}
+
+TEST(Convert, NothingIsSaidTwice) {
+  const ShapeFile colored =
+      parse_shape("COFF\n3 1 0\n0 0 0 1 2 3 4\n1 0 0 1 2 3 4\n0 1 0 1 2 3 4\n3 0 1 2 9 9 9\n", "off", "a.off");
+  EXPECT_EQ(colored.mesh.attributes.size(), 2u);
+  EXPECT_EQ(conversion_losses("x.stl", colored), (std::vector<std::string>{"STL cannot hold 'color'"}));
+}
+
+TEST(Convert, SeamsAreSplitInGlbWithANote) {
+  const ShapeFile seam =
+      parse_shape("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 2/2 4/2 3/2\n", "obj", "a.obj");
+  EXPECT_EQ(conversion_losses("x.glb", seam).size(), 1u);
+  EXPECT_EQ(through("glb", seam).mesh.vertex_count(), 6u);
+}
+
 }  // namespace
 }  // namespace knead

@@ -37,9 +37,13 @@ void add_primitive_losses(const glb::Value& primitive, std::set<std::string>& lo
 }  // namespace
 
 std::vector<std::string> glb_losses(const Mesh& mesh) {
-  std::vector<std::string> losses = glb::sort_attributes(mesh).losses;
+  glb::Holdings held = glb::sort_attributes(mesh);
+  std::vector<std::string> losses = std::move(held.losses);
   std::size_t cut = 0;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) cut += mesh.face(f).size() > 3 ? 1 : 0;
+  const bool has_seams = std::any_of(held.attributes.begin(), held.attributes.end(),
+                                     [](const glb::Held& h) { return h.attribute.domain == Domain::corner; });
+  if (has_seams) losses.push_back("GLB holds one value of an attribute at a vertex; vertices along seams are split");
   if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
   const bool is_exact = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Vec3d& p) {
     return fits_float(p.x) && fits_float(p.y) && fits_float(p.z) && Vec3d(Vec3f(p)) == p;

@@ -168,10 +168,17 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Write
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
   const std::string format = format_of(path);
   if (format == source.format) return {};
+  if (format == "stl" && source.mesh.face_count() == 0) {
+    throw InvalidInput(Place{path.string()}, "STL holds faces, and this shape has none; write .ply or .xyz");
+  }
   std::vector<std::string> losses = find_format(format)->losses(source.mesh);
   const std::vector<std::string> more = known_format(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
-  return losses;
+  std::vector<std::string> once;
+  for (std::string& loss : losses) {
+    if (std::find(once.begin(), once.end(), loss) == once.end()) once.push_back(std::move(loss));
+  }
+  return once;
 }
 
 }  // namespace knead

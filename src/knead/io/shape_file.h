@@ -69,6 +69,7 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Write
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options = {});
 
 // What write_shape will lose when it writes the source to this path, a sentence each; empty for the same format.
+// Throws InvalidInput where the format cannot hold the shape at all (points in STL).
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
 // The formats that can be read and written; each is also the extension of its files.
