@@ -184,7 +184,7 @@ class Checker:
                 self.check_json(before, after)
             worst, moved = self.check_positions(before, after, session)
             line = f"  {name:5s} {moved.sum()} of {len(moved)} moved, positions to {worst:.0e}"
-            if "normal" in before.values:
+            if before.normals() is not None:
                 line += "; normals " + self.check_normals(before, after, session, name == "turn")
             print(line)
 

@@ -19,6 +19,7 @@ class File:
     values: dict = field(default_factory=dict)  # the same names: (rows, 3) float64
     single: dict = field(default_factory=dict)  # whether they are floats rather than doubles
     free: list = field(default_factory=list)  # further spans that may change
+    gone: list = field(default_factory=list)  # spans that may come and go
     corners: list = field(default_factory=list)  # faces as lists of rows of "position"
     normal_of: list = field(default_factory=list)  # (row of "position", row of "normal") that belong together
     points: bool = False  # has no faces
@@ -36,11 +37,11 @@ class File:
         cut = list(self.free)
         for spans in self.spans.values():
             cut += [tuple(s) for s in np.asarray(spans).reshape(-1, 2).tolist()]
-        pieces, at = [], 0
-        for begin, end in sorted(set(cut)):
-            pieces.append(self.data[at:begin])
+        result, at = b"", 0
+        for begin, end, mark in sorted({(*s, b"\0|") for s in cut} | {(*s, b"") for s in self.gone}):
+            result += self.data[at:begin] + mark
             at = end
-        return b"\0|".join(pieces + [self.data[at:]])
+        return result + self.data[at:]
 
 
 def read(path, kind=None):
@@ -65,25 +66,31 @@ def lines_of(data, begin=0):
 
 
 def read_obj(data):
-    file, rows = File(data, True), {"v": [], "vn": []}
+    """Normals are those of the corners: lines vn may be added, and corners may refer to others."""
+    file, vertices, lines, used = File(data, True), [], [], []
     for words in lines_of(data):
         key = words[0].group()
-        if key in (b"v", b"vn"):
-            rows[key.decode()].append(words[1:4])
+        if key == b"v":
+            vertices.append(words[1:4])
+        elif key == b"vn":
+            lines.append([float(w.group()) for w in words[1:4]])
+            file.gone.append((words[0].start(), re.compile(rb"[^\r\n]*(\r\n|\n|\r)?").match(data, words[0].start()).end()))
         elif key == b"f":
             corner = []
             for w in words[1:]:
                 part = w.group().split(b"/")
                 index = [int(p) if p else 0 for p in part] + [0, 0]
-                given = [len(rows["v"]), 0, len(rows["vn"])]
+                given = [len(vertices), 0, len(lines)]
                 v, _, n = [index[i] - 1 if index[i] > 0 else given[i] + index[i] for i in range(3)]
                 corner.append(v)
                 if index[2] != 0:
-                    file.normal_of.append((v, n))
+                    file.normal_of.append((v, len(used)))
+                    used.append(n)
+                    file.free.append((w.end() - len(part[2]), w.end()))
             file.corners.append(corner)
-    put(file, "position", rows["v"])
-    if rows["vn"]:
-        put(file, "normal", rows["vn"])
+    put(file, "position", vertices)
+    if lines:
+        file.world_normals = np.array(lines).reshape(-1, 3)[used]
     return file
 
 
