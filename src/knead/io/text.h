@@ -13,8 +13,8 @@ namespace knead {
 
 enum class ParseResult { ok, malformed, overflow };
 
-// The number that a whole token spells, e.g. "-1.5e3", "+2", "nan"; one too small to be held becomes 0. What Microsoft's
-// libraries once printed for numbers that are not finite ("-1.#IND") is NaN.
+// The number that a whole token spells, e.g. "-1.5e3", "+2", "nan"; one too small to be held becomes 0. What
+// Microsoft's libraries once printed for numbers that are not finite ("-1.#IND") is NaN.
 ParseResult parse_real(std::string_view token, double& value);
 ParseResult parse_real(std::string_view token, float& value);
 
