@@ -28,7 +28,7 @@ Written to $out:
   report.json        volume error, moved vertices, steps, seconds
   hand_again.ply     peace.ply taken back by the same session
 $drawn
-What to try next, with a shape of your own (PLY or OBJ):
+What to try next, with a shape of your own (PLY, OBJ, STL, OFF, GLB or XYZ):
   $knead info SHAPE
   cp "$here/peace.knead" mine.knead        a stroke is a line: change its numbers, add others
   $knead deform SHAPE mine.knead -o OUT
