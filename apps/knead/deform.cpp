@@ -163,6 +163,11 @@ void add_self_intersections(const Mesh& mesh, const ReplayResult& result, int th
   report.self_intersections_after = self_intersections(triangles, result.positions, options).count;
 }
 
+// Measuring a large shape for a report that nobody reads would take longer than writing it.
+bool is_reported(const DeformOptions& options) {
+  return !options.common.quiet || options.common.json || !options.report.empty();
+}
+
 void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& target) {
   for (const std::filesystem::path& path : copy_material_files(shape, options.shape, target)) {
     if (!options.common.quiet) print_message(fmt::format("note: {}: the materials are copied too", path.string()));
@@ -195,6 +200,7 @@ void run_deform(const DeformOptions& options) {
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames) write(0, result.positions, result.normals);
   if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
+  if (!is_reported(options)) return;
   Report report = make_report(inputs.shape.mesh, result, replay, seconds);
   if (options.check) add_self_intersections(inputs.shape.mesh, result, replay.threads, report);
   report.seconds.total = total.seconds();
