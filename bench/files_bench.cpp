@@ -112,7 +112,7 @@ class Table {
   }
 
   void row(
-      const std::string& name, const std::function<void()>& work, const std::function<void()>& prepare = [] {}) {
+      const std::string& name, const std::function<void()>& work, const std::function<void()>& prepare = [] {}) const {
     const Cost cost = cost_of(prepare, work);
     fmt::print("| {} | {:.1f} | {:.2f} | {:.1f} |\n", name, cost.ms, cost.ms / copy_ms_, cost.mb);
     std::fflush(stdout);
@@ -125,7 +125,7 @@ class Table {
   double copy_ms_;
 };
 
-void rows_of_others(Table& table, [[maybe_unused]] const fs::path& out) {
+void rows_of_others(const Table& table, [[maybe_unused]] const fs::path& out) {
   const std::string file = table.file().string();
 #ifdef KNEAD_HAS_OPENMESH
   using OpenMeshMesh = OpenMesh::TriMesh_ArrayKernelT<>;
@@ -159,7 +159,7 @@ void compare(const fs::path& file) {
   const std::string format = format_of(file);
   const fs::path out = fs::temp_directory_path() / fmt::format("knead_files_bench_{}.{}", ::getpid(), format);
   const auto copy = [&] { write_file_atomically(out, bytes_of(file)); };
-  Table table(file, copy);
+  const Table table(file, copy);
   table.row("copy: read into memory", [&] { bytes_of(file); });
   table.row("copy: read and write", copy);
   table.row("Knead: read", [&] { read_shape(file); });
@@ -188,13 +188,13 @@ void in_child(const std::function<void()>& work) {
 
 // An OBJ file of about that many bytes.
 fs::path made_obj(double bytes) {
-  const fs::path path = fs::temp_directory_path() / fmt::format("knead_files_bench_{}_made.obj", ::getpid());
+  fs::path path = fs::temp_directory_path() / fmt::format("knead_files_bench_{}_made.obj", ::getpid());
   in_child([&] { write_mesh(path, make_shape(ShapeKind::hand, static_cast<int>(bytes / 107))); });
   return path;
 }
 
 fs::path made_ply(int vertices) {
-  const fs::path path = fs::temp_directory_path() / fmt::format("knead_files_bench_{}_made.ply", ::getpid());
+  fs::path path = fs::temp_directory_path() / fmt::format("knead_files_bench_{}_made.ply", ::getpid());
   in_child([&] { write_mesh(path, make_shape(ShapeKind::hand, vertices)); });
   return path;
 }

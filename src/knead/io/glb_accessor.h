@@ -27,9 +27,9 @@ struct Document {
   std::string_view text;   // its JSON
   std::string_view bin;    // its binary chunk; empty without one
   Json json;
-  std::string name;  // for messages
+  Source source;  // for messages
 
-  Value root() const { return {json, name}; }
+  Value root() const { return {json, source}; }
 };
 
 // The chunks of the file; the blocks stay empty. Throws InvalidInput that names the byte.

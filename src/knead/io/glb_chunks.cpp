@@ -49,7 +49,8 @@ GlbLayout parse_chunks(std::string_view bytes, const std::string& name) {
 
 Document open_document(std::string_view bytes, const GlbLayout& layout, const std::string& name) {
   const GlbChunk& json = layout.chunks.front();
-  Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, name};
+  Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, {}};
+  document.source = {name, document.text, json.begin};
   if (layout.bin) document.bin = bytes.substr(layout.chunks[*layout.bin].begin, layout.chunks[*layout.bin].size);
   document.json = parse_json(document.text, json.begin, name);
   const Value asset = document.root().at("asset");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <set>
 
@@ -112,7 +113,7 @@ std::optional<Value> Value::find(const char* key) const {
   if (!json_->is_object()) return std::nullopt;
   const auto found = json_->find(key);
   if (found == json_->end()) return std::nullopt;
-  return Value(*found, *file_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
+  return Value(*found, *source_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
 }
 
 Value Value::at(const char* key) const {
@@ -128,7 +129,7 @@ std::size_t Value::size() const {
 
 Value Value::item(std::size_t i) const {
   if (i >= size()) fail(fmt::format("there is no item {}, only {} (counted from 0); repair the file", i, size()));
-  return {(*json_)[i], *file_, fmt::format("{}[{}]", path_, i)};
+  return {(*json_)[i], *source_, fmt::format("{}[{}]", path_, i)};
 }
 
 Value Value::item(const char* key, std::size_t i) const { return at(key).item(i); }
@@ -178,7 +179,31 @@ bool Value::flag(const char* key) const {
 }
 
 void Value::fail(const std::string& what) const {
-  throw InvalidInput(Place{*file_}, path_.empty() ? what : fmt::format("{}: {}", path_, what));
+  const std::size_t position = source_->begin + span_at(source_->text, path_).begin;
+  fail_at_byte(source_->file, position, path_.empty() ? what : fmt::format("{}: {}", path_, what));
+}
+
+Span span_at(std::string_view text, std::string_view path) {
+  Span span = root_span(text);
+  while (!path.empty()) {
+    const bool is_item = path[0] == '[';
+    if (is_item || path[0] == '.') path.remove_prefix(1);
+    const std::size_t end = std::min(path.find_first_of(is_item ? "]" : ".["), path.size());
+    const std::string_view step = path.substr(0, end);
+    path.remove_prefix(is_item ? std::min(end + 1, path.size()) : end);
+    std::optional<Span> next;
+    if (is_item) {
+      std::size_t i = 0;
+      std::from_chars(step.data(), step.data() + step.size(), i);
+      const std::vector<Member> items = members(text, span);
+      if (i < items.size()) next = items[i].value;
+    } else if (text[span.begin] == '{') {
+      next = member(text, span, step);
+    }
+    if (!next) break;
+    span = *next;
+  }
+  return span;
 }
 
 Span root_span(std::string_view text) {

@@ -15,11 +15,18 @@ using Json = nlohmann::json;
 // 128; `begin`, the byte of the file where the text begins, is for messages.
 Json parse_json(std::string_view text, std::size_t begin, const std::string& name);
 
-// A value that knows its path, e.g. accessors[3].count, for messages. The value and the file's name must outlive it.
+// Where the text that a value was read from stands: for messages.
+struct Source {
+  std::string file;
+  std::string_view text;
+  std::size_t begin = 0;  // byte of the file
+};
+
+// A value that knows its path, e.g. accessors[3].count, for messages. The value and the source must outlive it.
 class Value {
  public:
-  Value(const Json& json, const std::string& file, std::string path = {})
-      : json_(&json), file_(&file), path_(std::move(path)) {}
+  Value(const Json& json, const Source& source, std::string path = {})
+      : json_(&json), source_(&source), path_(std::move(path)) {}
 
   // The value at a key; nothing where this is no object or has no such key.
   std::optional<Value> find(const char* key) const;
@@ -48,12 +55,12 @@ class Value {
 
   const Json& json() const { return *json_; }
 
-  // Throws InvalidInput "FILE: PATH: what".
+  // Throws InvalidInput "FILE: byte N: PATH: what", the byte where the value begins.
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
   const Json* json_;
-  const std::string* file_;
+  const Source* source_;
   std::string path_;
 };
 
@@ -62,6 +69,9 @@ struct Span {
   std::size_t begin = 0;
   std::size_t end = 0;
 };
+
+// The span of the value at a path such as accessors[3].count, or of the last value on the way to it that the text has.
+Span span_at(std::string_view text, std::string_view path);
 
 struct Member {
   std::string key;  // empty for the items of an array

@@ -36,7 +36,7 @@ class Reader {
     note_extensions();
     for (const Instance& instance : find_instances(document_, shape_.notes)) read_instance(instance);
     if (shape_.mesh.positions.empty()) {
-      throw InvalidInput(Place{document_.name}, "there are no vertices in the scene; check what was exported");
+      throw InvalidInput(Place{document_.source.file}, "there are no vertices in the scene; check what was exported");
     }
     shape_.mesh.attributes = read_attributes(document_, layout_.blocks, shape_.notes);
     append_notes();
@@ -59,7 +59,7 @@ class Reader {
   void take(std::size_t elements) {
     const std::size_t most = most_elements(document_.bytes.size());
     if (elements > most || taken_ > most - elements) {
-      throw InvalidInput(Place{document_.name},
+      throw InvalidInput(Place{document_.source.file},
                          fmt::format("its nodes unfold into more than {} vertices and corners, too many for a file of "
                                      "this size; place fewer copies",
                                      most));

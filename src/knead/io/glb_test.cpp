@@ -291,7 +291,9 @@ TEST(ReadGlb, RealFiles) {
 
 TEST(ReadGlb, BrokenFiles) {
   KNEAD_NEEDS_TEST_MESH("bad");
-  expect_error(file_bytes(test_mesh("bad/glb_accessor_past_buffer.glb")), "accessors[0]: 300000 elements end after");
+  const std::string bytes = file_bytes(test_mesh("bad/glb_accessor_past_buffer.glb"));
+  const std::size_t accessor = bytes.find("[", bytes.find("\"accessors\"")) + 1;
+  expect_error(bytes, fmt::format("byte {}: accessors[0]: 300000 elements end after", accessor));
   expect_error(file_bytes(test_mesh("bad/glb_length_4gb.glb")), "byte 8: the file should have 4294967295 bytes");
 }
 

@@ -115,6 +115,7 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
 
 std::vector<std::string_view> format_names() {
   std::vector<std::string_view> names;
+  names.reserve(kFormats.size());
   for (const Format& format : kFormats) names.push_back(format.name);
   return names;
 }
