@@ -5,6 +5,7 @@
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
+#include "support/shape_text.h"
 
 namespace knead {
 namespace {
@@ -32,20 +33,7 @@ const std::string kTetrahedron =
 
 ShapeFile parse(const std::string& bytes) { return parse_shape(bytes, "obj", "shape.obj"); }
 
-std::string error_of(const std::string& bytes) {
-  try {
-    parse(bytes);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "none";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string error_of(const std::string& bytes) { return refusal(bytes, "obj", "shape.obj"); }
 
 TEST(Obj, ReadsEveryFormOfCorner) {
   const ShapeFile shape = parse(kTetrahedron);

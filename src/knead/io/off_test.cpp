@@ -10,6 +10,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/normals.h"
+#include "support/shape_text.h"
 #include "support/test_meshes.h"
 
 namespace knead {
@@ -32,26 +33,7 @@ const std::string kTetrahedron =
 
 ShapeFile parse(const std::string& bytes) { return parse_shape(bytes, "off", "shape.off"); }
 
-std::string error_of(const std::string& bytes) {
-  try {
-    parse(bytes);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "none";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
-std::string text_of(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
-}
+std::string error_of(const std::string& bytes) { return refusal(bytes, "off", "shape.off"); }
 
 TEST(Off, ReadsCommentsBlanksAndEveryLineEnd) {
   const ShapeFile shape = parse(kTetrahedron);

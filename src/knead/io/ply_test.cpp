@@ -8,6 +8,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/normals.h"
+#include "support/shape_text.h"
 
 namespace knead {
 namespace {
@@ -45,20 +46,7 @@ const std::string kTextShape =
 
 ShapeFile parse(const std::string& bytes) { return parse_shape(bytes, "ply", "shape.ply"); }
 
-std::string error_of(const std::string& bytes) {
-  try {
-    parse(bytes);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "none";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+std::string error_of(const std::string& bytes) { return refusal(bytes, "ply", "shape.ply"); }
 
 TEST(Ply, ReadsPropertiesInAnyOrder) {
   const ShapeFile shape = parse(kTextShape);

@@ -4,6 +4,7 @@
 
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
+#include "support/shape_text.h"
 
 namespace knead {
 namespace {
@@ -19,26 +20,7 @@ const std::string kPoints =
 
 ShapeFile parse(const std::string& bytes) { return parse_shape(bytes, "xyz", "points.xyz"); }
 
-std::string error_of(const std::string& bytes) {
-  try {
-    parse(bytes);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "none";
-}
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
-std::string text_of(const std::vector<std::string>& lines) {
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  return text;
-}
+std::string error_of(const std::string& bytes) { return refusal(bytes, "xyz", "points.xyz"); }
 
 TEST(Xyz, ReadsPointsBetweenBlanksCommasAndSemicolons) {
   const ShapeFile shape = parse(kPoints);
