@@ -237,12 +237,12 @@ def read_glb(data):
     file = File(data, False, free=[(8, 16), (20, end)])
     rows = {"POSITION": [], "NORMAL": [], "TANGENT": []}
     world, world_normals, first, seen = [], [], 0, set()
-    todo = [(n, np.eye(4)) for n in reversed(document["scenes"][document.get("scene", 0)]["nodes"])]
-    while todo:
-        index, parent = todo.pop()
+    pending = [(n, np.eye(4)) for n in reversed(document["scenes"][document.get("scene", 0)]["nodes"])]
+    while pending:
+        index, parent = pending.pop()
         node = document["nodes"][index]
         m = parent @ node_matrix(node)
-        todo += [(c, m) for c in reversed(node.get("children", []))]
+        pending += [(c, m) for c in reversed(node.get("children", []))]
         for primitive in document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else []:
             if primitive["attributes"]["POSITION"] in seen:
                 continue
