@@ -5,6 +5,7 @@
 // axes and normals as given (any length but zero). It contains no mesh.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <variant>
@@ -12,6 +13,7 @@
 
 #include "knead/field/blend.h"
 #include "knead/flow/segment.h"
+#include "knead/math/mat3.h"
 #include "knead/math/vec3.h"
 
 namespace knead {
@@ -40,11 +42,12 @@ struct PaintSample {
 };
 
 // Painting (paper, section 4.2): at each sample the surface is moved by depth against the normal; a negative depth
-// pulls it out.
+// pulls it out. Either samples or a path of 1 or more points, which reads the surface (tool/paint.h).
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
   std::vector<PaintSample> samples;
+  std::vector<Vec3d> path{};
 
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
 };
@@ -63,6 +66,46 @@ struct PointsStroke {
   PointsCenter center = PointsCenter::parts;
 
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
+};
+
+// Where the full set of marked regions goes.
+struct HandlesTranslation {
+  Vec3d by;
+
+  friend bool operator==(const HandlesTranslation&, const HandlesTranslation&) = default;
+};
+struct HandlesRotation {
+  Vec3d axis;
+  Vec3d center;
+  double angle_deg = 0;
+
+  friend bool operator==(const HandlesRotation&, const HandlesRotation&) = default;
+};
+
+// Marked regions (the paper's future work): the full set goes exactly where the motion takes it, the zero set stays.
+// Each set is given either as points or as vertices of the shape, which are looked up where the stroke begins.
+struct HandlesStroke {
+  std::vector<Vec3d> full;
+  std::vector<Vec3d> zero;
+  std::vector<std::uint32_t> full_vertices;
+  std::vector<std::uint32_t> zero_vertices;
+  std::variant<HandlesTranslation, HandlesRotation> motion;
+  int exponent = 8;
+
+  friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
+};
+
+// Stamping (paper, section 4.4): a closed tool mesh is posed and moved along the path; at every step its contacts with
+// the surface become moving point sets (tool/stamp.h).
+struct StampStroke {
+  std::string mesh;                             // the tool's file, relative to the session file
+  std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
+  Mat3d pose{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // rotation and scale, applied to the tool before it is moved
+  std::optional<double> outer = std::nullopt;   // 1.5 times half the tool's largest extent across the motion
+  std::optional<double> step = std::nullopt;    // longest motion between two collision tests; outer / 25
+  int exponent = 16;
+
+  friend bool operator==(const StampStroke&, const StampStroke&) = default;
 };
 
 // A ball whose inner region turns about its centre by the angle.
