@@ -9,12 +9,24 @@
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/companions.h"
-#include "knead/tool/barrel.h"
+#include "knead/session/moved_shape.h"
+#include "knead/session/replay_plan.h"
+#include "knead/session/surface_stroke.h"
 #include "knead/tool/barrel_members.h"
 
 namespace knead {
 
 namespace {
+
+using session_detail::apply_on;
+using session_detail::flow_between;
+using session_detail::make_plan;
+using session_detail::MovedShape;
+using session_detail::MoveOptions;
+using session_detail::place_of;
+using session_detail::PlannedStroke;
+using session_detail::Task;
+using session_detail::TaskKind;
 
 // Below it, relative to the diagonal, the rounding of float evaluation is what remains of the error.
 constexpr double kFloatNoise = 1e-6;
@@ -26,114 +38,6 @@ constexpr double kCompanionTolerance = 1e-9;
 
 void require(bool good, const std::string& message) {
   if (!good) throw InvalidInput(message);
-}
-
-double checked_until(const Session& session, const ReplayOptions& options) {
-  const auto strokes = static_cast<double>(session.strokes.size());
-  const double until = options.until.value_or(strokes);
-  require(std::isfinite(options.tolerance) && options.tolerance > 0,
-          fmt::format("the tolerance must be a number greater than 0, got {}", options.tolerance));
-  require(until >= 0 && until <= strokes,
-          fmt::format("\"until\" must be from 0 to the session's number of strokes ({}), got {}", strokes, until));
-  require(options.frames >= 0, fmt::format("the number of frames must be 0 or more, got {}", options.frames));
-  require(options.threads >= 0, fmt::format("the number of threads must be 0 (all) or more, got {}", options.threads));
-  return until;
-}
-
-Place place_of(const Session& session, const SessionStroke& stroke) { return {session.name, stroke.line}; }
-
-// A stroke that is applied, wholly or in part.
-struct PlannedStroke {
-  const SessionStroke* source = nullptr;
-  Flow flow;
-  double part = 1;  // of its segments, from the first on
-  std::optional<Barrel> barrel;
-
-  double segments() const { return part * static_cast<double>(flow.segments.size()); }
-};
-
-// What is done one after the other. A frame moves a copy of the points, an advance the points themselves, from one
-// moment of the stroke, in segments, to another.
-enum class TaskKind { check_barrel, frame, advance };
-
-struct Task {
-  TaskKind kind = TaskKind::advance;
-  std::size_t stroke = 0;
-  double from = 0;
-  double to = 0;
-};
-
-struct Plan {
-  std::vector<PlannedStroke> strokes;
-  std::vector<Task> tasks;
-};
-
-std::vector<PlannedStroke> plan_strokes(const Session& session, double until) {
-  std::vector<PlannedStroke> strokes;
-  for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
-    const SessionStroke& source = session.strokes[i];
-    try {
-      Flow flow = flow_of(source.stroke);
-      validate(flow);
-      strokes.push_back(
-          {&source, std::move(flow), std::min(1.0, until - static_cast<double>(i)), barrel_of(source.stroke)});
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(place_of(session, source), error.what());
-    }
-  }
-  return strokes;
-}
-
-// The moments of the frames in strokes of the session, in the order of their delivery.
-std::vector<double> frame_moments(const ReplayOptions& options, double until) {
-  std::vector<double> moments;
-  for (int k = 0; k < options.frames; ++k) {
-    const double done = options.frames == 1 || k + 1 == options.frames ? until : until * k / (options.frames - 1);
-    moments.push_back(options.inverse ? until - done : done);
-  }
-  return moments;
-}
-
-// Every frame is reached from the points at an end of its own stroke, never from the frame before it: whether a point
-// belongs to a cylinder is known there only, and frames do not change the result.
-Plan make_plan(const Session& session, const ReplayOptions& options) {
-  const double until = checked_until(session, options);
-  Plan plan{plan_strokes(session, until), {}};
-  const std::vector<double> moments = frame_moments(options, until);
-  auto moment = moments.begin();
-  const std::size_t count = plan.strokes.size();
-  for (std::size_t k = 0; k < count; ++k) {
-    const std::size_t i = options.inverse ? count - 1 - k : k;
-    const PlannedStroke& stroke = plan.strokes[i];
-    const auto begin = static_cast<double>(i);
-    const double from = options.inverse ? stroke.segments() : 0;
-    if (!options.inverse) plan.tasks.push_back({TaskKind::check_barrel, i});
-    for (; moment != moments.end() && (options.inverse ? *moment > begin : *moment < begin + stroke.part); ++moment) {
-      const double to =
-          std::min((*moment - begin) * static_cast<double>(stroke.flow.segments.size()), stroke.segments());
-      plan.tasks.push_back({TaskKind::frame, i, from, to});
-    }
-    plan.tasks.push_back({TaskKind::advance, i, from, options.inverse ? 0 : stroke.segments()});
-    if (options.inverse) plan.tasks.push_back({TaskKind::check_barrel, i});
-  }
-  for (; moment != moments.end(); ++moment) plan.tasks.push_back({TaskKind::frame});
-  return plan;
-}
-
-std::size_t segment_count(const Task& task) {
-  const double first = std::floor(std::min(task.from, task.to));
-  return task.from == task.to ? 0 : static_cast<std::size_t>(std::ceil(std::max(task.from, task.to)) - first);
-}
-
-// The flow from one moment to another, in segments; backwards where to < from. The segments are whole ones.
-Flow flow_between(const Flow& flow, double from, double to) {
-  if (from == to) return {};
-  if (to < from) return inverse(flow_between(flow, to, from));
-  Flow part = prefix(flow, to);
-  const double whole = std::floor(from);
-  part.segments.erase(part.segments.begin(), part.segments.begin() + static_cast<std::ptrdiff_t>(whole));
-  part.segments.front().begin = from - whole;
-  return part;
 }
 
 std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
@@ -148,51 +52,79 @@ std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
   return text + fmt::format(" (on the other side {})", nearest == check.smaller ? *check.larger : *check.smaller);
 }
 
+MoveOptions move_options(const ReplayOptions& options, double diagonal) {
+  MoveOptions result;
+  result.vertices.tolerance = options.tolerance * diagonal;
+  result.vertices.integrator = options.integrator;
+  result.vertices.precision = options.precision;
+  result.vertices.threads = options.threads;
+  result.vertices.progress = options.progress;
+  result.companions.tolerance = kCompanionTolerance * diagonal;
+  result.companions.precision = Precision::float64;
+  result.companions.threads = options.threads;
+  result.companions.progress = options.progress;
+  return result;
+}
+
+// Appends a resolved stroke; dabs of one brush become one stroke.
+void append(const Stroke& stroke, std::size_t line, std::vector<SessionStroke>& resolved) {
+  const auto* dab = std::get_if<PaintStroke>(&stroke);
+  auto* last = resolved.empty() ? nullptr : std::get_if<PaintStroke>(&resolved.back().stroke);
+  const bool joins = dab != nullptr && last != nullptr && resolved.back().line == line && last->outer == dab->outer &&
+                     last->depth == dab->depth;
+  if (joins) {
+    last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
+  } else {
+    resolved.push_back({stroke, line});
+  }
+}
+
+Flow without_cylinders(Flow flow) {
+  for (Segment& segment : flow.segments) segment.cylinder.reset();
+  return flow;
+}
+
 // Carries out a plan.
 class Replayer {
  public:
   Replayer(const Mesh& mesh, const Session& session, const ReplayOptions& options)
       : mesh_(mesh), session_(session), options_(options), plan_(make_plan(session, options)) {
     const double diagonal = bounding_box(mesh.positions).diagonal();
-    tolerance_ = options.tolerance * (diagonal > 0 ? diagonal : 1);
-    require(tolerance_ > 0 && std::isfinite(tolerance_), "the tolerance and the shape's size leave no positive length");
+    diagonal_ = diagonal > 0 ? diagonal : 1;
+    move_ = move_options(options, diagonal_);
+    const double tolerance = move_.vertices.tolerance;
+    require(tolerance > 0 && std::isfinite(tolerance), "the tolerance and the shape's size leave no positive length");
     require(options.normals.empty() || options.normals.size() == mesh.positions.size(),
             "give a normal for each vertex");
-    diagonal_ = diagonal > 0 ? diagonal : 1;
   }
 
   ReplayResult run() {
-    result_.positions = mesh_.positions;
-    result_.steps.assign(mesh_.positions.size(), 0);
     companions_ = companions_of(mesh_.positions, options_.normals, kCompanionReach * diagonal_);
-    moved_companions_ = companions_.points;
+    shape_ = {mesh_.positions, companions_.points, std::vector<std::uint32_t>(mesh_.positions.size(), 0), {}};
     describe_plan();
+    std::uint64_t work = 0;
     for (const Task& task : plan_.tasks) {
-      if (task.kind == TaskKind::check_barrel) check(plan_.strokes[task.stroke]);
-      if (task.kind == TaskKind::frame) deliver_frame(task);
-      if (task.kind == TaskKind::advance) advance(task);
-      if (options_.progress != nullptr && options_.progress->cancel) result_.status = AdvectStatus::cancelled;
-      if (result_.status == AdvectStatus::step_limit) result_.failed_line = plan_.strokes[task.stroke].source->line;
-      if (result_.status != AdvectStatus::done) break;
+      carry_out(task);
+      work += task.work;
+      if (!is_done()) break;
+      if (options_.progress != nullptr) options_.progress->done = work * points();
     }
-    if (result_.status != AdvectStatus::done) {
-      result_.positions.clear();
-    } else {
-      result_.normals = carried_normals(companions_, moved_companions_, options_.normals);
-    }
+    if (is_done()) take_result();
     return std::move(result_);
   }
 
  private:
+  std::size_t points() const { return shape_.positions.size() + shape_.companions.size(); }
+
+  bool is_done() const { return result_.status == AdvectStatus::done; }
+
   void describe_plan() {
     if (options_.precision == Precision::float32 && options_.tolerance < kFloatNoise) {
       result_.warnings.push_back(
           fmt::format("a tolerance of {} is below what single precision resolves ({}); use double precision",
                       options_.tolerance, kFloatNoise));
     }
-    result_.strokes = plan_.strokes.size();
     for (const PlannedStroke& stroke : plan_.strokes) {
-      result_.resolved.push_back(*stroke.source);
       for (const std::string& warning : warnings(stroke.source->stroke)) warn(stroke, warning);
     }
   }
@@ -201,11 +133,75 @@ class Replayer {
     result_.warnings.push_back(to_string(place_of(session_, *stroke.source)) + ": " + what);
   }
 
-  // At the stroke's start.
-  void check(const PlannedStroke& stroke) {
-    if (!stroke.barrel) return;
+  void carry_out(const Task& task) {
+    if (task.kind == TaskKind::still) {
+      deliver(shape_);
+      return;
+    }
+    PlannedStroke& stroke = plan_.strokes[task.stroke];
+    if (task.kind == TaskKind::enter) enter(stroke);
+    if (task.kind == TaskKind::frame) deliver_frame(stroke, task.at);
+    if (task.kind == TaskKind::leave) leave(stroke, task.at);
+    result_.status = shape_.counts.status;
+    if (options_.progress != nullptr && options_.progress->cancel) result_.status = AdvectStatus::cancelled;
+    if (result_.status == AdvectStatus::step_limit) result_.failed_line = stroke.source->line;
+  }
+
+  void take_result() {
+    result_.positions = std::move(shape_.positions);
+    result_.steps = std::move(shape_.steps);
+    result_.accepted_steps = shape_.counts.accepted_steps;
+    result_.rejected_steps = shape_.counts.rejected_steps;
+    result_.evaluations = shape_.counts.evaluations;
+    result_.normals = carried_normals(companions_, shape_.companions, options_.normals);
+    result_.strokes = plan_.strokes.size();
+    if (!options_.inverse) return;
+    for (const PlannedStroke& stroke : plan_.strokes) result_.resolved.push_back(*stroke.source);
+  }
+
+  std::span<const Triangle> triangles() {
     if (triangles_.empty()) triangles_ = triangulate(mesh_);
-    const BarrelCheck found = check_barrel(*stroke.barrel, result_.positions, triangles_);
+    return triangles_;
+  }
+
+  void enter(PlannedStroke& stroke) {
+    if (reads_surface(stroke.source->stroke)) resolve(stroke);
+    at_ = options_.inverse ? stroke.segments() : 0;
+    if (!options_.inverse) check_barrel_of(stroke);
+  }
+
+  // Does the whole stroke ahead of the shape, for the segments that it becomes.
+  void resolve(PlannedStroke& stroke) {
+    MovedShape ahead = shape_;
+    std::vector<SessionStroke>& resolved = result_.resolved;
+    LiveSurface surface;
+    surface.positions = ahead.positions;
+    surface.triangles = triangles();
+    if (!options_.normals.empty()) {
+      surface.normals = [&] { return carried_normals(companions_, ahead.companions, options_.normals); };
+    }
+    surface.apply = [&](const Stroke& part) {
+      Flow flow = flow_of(part);
+      stroke.barrel = barrel_of(part);
+      append(part, stroke.source->line, resolved);
+      if (!stroke.barrel) move(flow, move_, ahead);  // else after its check
+      std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
+      return ahead.counts.status == AdvectStatus::done;
+    };
+    std::vector<std::string> remarks;
+    try {
+      apply_on(stroke.source->stroke, stroke.tool.get(), surface, remarks);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(place_of(session_, *stroke.source), error.what());
+    }
+    for (const std::string& remark : remarks) warn(stroke, remark);
+    shape_.counts.status = ahead.counts.status;
+    if (!stroke.barrel) ahead_ = std::move(ahead);
+  }
+
+  void check_barrel_of(const PlannedStroke& stroke) {
+    if (!stroke.barrel) return;
+    const BarrelCheck found = check_barrel(*stroke.barrel, shape_.positions, triangles());
     if (found.crossing > 0) {
       throw InvalidInput(place_of(session_, *stroke.source), describe_refusal(*stroke.barrel, found));
     }
@@ -216,113 +212,93 @@ class Replayer {
     }
   }
 
-  // Backwards a cylinder is left out: which points it holds, barrel_members says.
-  Flow flow_for(const Task& task) const {
-    Flow flow = flow_between(plan_.strokes[task.stroke].flow, task.from, task.to);
-    if (options_.inverse) {
-      for (Segment& segment : flow.segments) segment.cylinder.reset();
+  // Moves a shape from one moment of the stroke to another, in segments.
+  void move_between(const PlannedStroke& stroke, double from, double to, MovedShape& shape) {
+    Flow flow = flow_between(stroke.flow, from, to);
+    if (!options_.inverse || !stroke.barrel) {
+      move(flow, move_, shape);
+      return;
     }
-    return flow;
-  }
-
-  AdvectResult move(const Task& task, std::span<Vec3d> points, std::span<std::uint32_t> steps) const {
-    if (plan_.strokes.empty()) return {};
-    AdvectOptions options;
-    options.tolerance = tolerance_;
-    options.integrator = options_.integrator;
-    options.precision = options_.precision;
-    options.threads = options_.threads;
-    options.progress = options_.progress;
-    options.steps = steps;
-    return advect(flow_for(task), points, options);
-  }
-
-  // Backwards, a cylinder's members are those that `members` holds (null: the stroke has none).
-  AdvectStatus move_companions(const Task& task, std::span<Vec3d> points, const std::vector<bool>* members) const {
-    if (plan_.strokes.empty() || points.empty()) return AdvectStatus::done;
-    const std::vector<Vec3d> before(points.begin(), points.end());
-    AdvectOptions options;
-    options.tolerance = kCompanionTolerance * diagonal_;
-    options.precision = Precision::float64;
-    options.threads = options_.threads;
-    options.progress = options_.progress;
-    const AdvectStatus status = advect(flow_for(task), points, options).status;
-    for (std::size_t k = 0; members != nullptr && k < companions_.vertex.size(); ++k) {
-      if ((*members)[companions_.vertex[k]]) continue;
-      for (std::size_t i = 4 * k; i < 4 * k + 4; ++i) points[i] = before[i];
+    const TakenBack& back = taken_back(stroke);
+    MovedShape moved = to == 0 ? back.shape : shape;
+    if (to != 0) move(without_cylinders(std::move(flow)), move_, moved);
+    for (std::size_t i = 0; i < back.members.size(); ++i) {
+      if (back.members[i]) shape.positions[i] = moved.positions[i];
     }
-    return status;
+    for (std::size_t i = 0; i < moved.companions.size(); ++i) {
+      if (back.members[companions_.vertex[i / 4]]) shape.companions[i] = moved.companions[i];
+    }
+    shape.counts = moved.counts;
+    if (!shape.steps.empty()) shape.steps = std::move(moved.steps);
   }
 
-  void count(const AdvectResult& moved) {
-    result_.status = moved.status;
-    result_.accepted_steps += moved.accepted_steps;
-    result_.rejected_steps += moved.rejected_steps;
-    result_.evaluations += moved.evaluations;
-  }
-
-  // A stroke with a barrel, taken back wholly.
+  // The shape as a stroke with a barrel, of one segment, leaves it backwards if everything moves, and what does.
   struct TakenBack {
-    std::vector<Vec3d> positions;
+    MovedShape shape;
     std::vector<bool> members;
   };
 
-  bool is_taken_back_within_a_barrel(const Task& task) const {
-    return options_.inverse && !plan_.strokes.empty() && plan_.strokes[task.stroke].barrel;
-  }
-
-  // Of the task's stroke; kept until the stroke's advance has used it.
-  const TakenBack& taken_back(const Task& task) {
+  // Of the stroke that is being undone. A cylinder is left out: which points it holds, barrel_members says.
+  const TakenBack& taken_back(const PlannedStroke& stroke) {
     if (taken_back_) return *taken_back_;
-    const PlannedStroke& stroke = plan_.strokes[task.stroke];
-    taken_back_ = TakenBack{result_.positions, {}};
-    const Task whole{TaskKind::advance, task.stroke, stroke.segments(), 0};
-    count(move(whole, taken_back_->positions, result_.steps));
-    if (triangles_.empty()) triangles_ = triangulate(mesh_);
-    const double slack = 10 * tolerance_ + 1e-3 * stroke.barrel->radius;
-    taken_back_->members = barrel_members(*stroke.barrel, result_.positions, taken_back_->positions, triangles_, slack);
+    taken_back_ = TakenBack{shape_, {}};
+    move(without_cylinders(flow_between(stroke.flow, stroke.segments(), 0)), move_, taken_back_->shape);
+    const double slack = 10 * move_.vertices.tolerance + 1e-3 * stroke.barrel->radius;
+    taken_back_->members =
+        barrel_members(*stroke.barrel, shape_.positions, taken_back_->shape.positions, triangles(), slack);
     return *taken_back_;
   }
 
-  void advance(const Task& task) {
-    result_.segments += segment_count(task);
-    if (!is_taken_back_within_a_barrel(task)) {
-      count(move(task, result_.positions, result_.steps));
-      if (result_.status == AdvectStatus::done) result_.status = move_companions(task, moved_companions_, nullptr);
-      return;
-    }
-    const TakenBack& back = taken_back(task);
-    for (std::size_t i = 0; i < back.members.size(); ++i) {
-      if (back.members[i]) result_.positions[i] = back.positions[i];
-    }
-    if (result_.status == AdvectStatus::done) result_.status = move_companions(task, moved_companions_, &back.members);
-    taken_back_.reset();
+  // From one whole segment to the next is the same whether or not the points rest there, so frames in between begin at
+  // the last.
+  void deliver_frame(const PlannedStroke& stroke, double moment) {
+    const double to = std::min(moment * static_cast<double>(stroke.flow.segments.size()), stroke.segments());
+    advance(stroke, options_.inverse ? std::min(std::ceil(to), at_) : std::floor(to));
+    if (shape_.counts.status != AdvectStatus::done) return;
+    MovedShape frame{shape_.positions, shape_.companions, {}, {}};
+    move_between(stroke, at_, to, frame);
+    shape_.counts.status = frame.counts.status;
+    if (shape_.counts.status == AdvectStatus::done) deliver(frame);
   }
 
-  void deliver_frame(const Task& task) {
-    std::vector<Vec3d> points = result_.positions;
-    std::vector<Vec3d> companions = moved_companions_;
-    const std::vector<bool>* members = nullptr;
-    if (is_taken_back_within_a_barrel(task)) members = &taken_back(task).members;
-    if (result_.status != AdvectStatus::done) return;
-    result_.status = move(task, points, {}).status;
-    for (std::size_t i = 0; members != nullptr && i < points.size(); ++i) {
-      if (!(*members)[i]) points[i] = result_.positions[i];
+  void deliver(const MovedShape& shape) {
+    if (!options_.on_frame) return;
+    options_.on_frame(frame_++, shape.positions, carried_normals(companions_, shape.companions, options_.normals));
+  }
+
+  void advance(const PlannedStroke& stroke, double to) {
+    const bool is_known = ahead_ && at_ == 0 && to == static_cast<double>(stroke.flow.segments.size());
+    if (is_known) {
+      shape_ = std::move(*ahead_);
+    } else if (shape_.counts.status == AdvectStatus::done) {
+      move_between(stroke, at_, to, shape_);
     }
-    if (result_.status == AdvectStatus::done) result_.status = move_companions(task, companions, members);
-    if (result_.status != AdvectStatus::done || !options_.on_frame) return;
-    options_.on_frame(frame_++, points, carried_normals(companions_, companions, options_.normals));
+    at_ = to;
+  }
+
+  void leave(const PlannedStroke& stroke, double at) {
+    advance(stroke, at * static_cast<double>(stroke.flow.segments.size()));
+    result_.segments += static_cast<std::size_t>(std::ceil(stroke.segments()));
+    ahead_.reset();
+    taken_back_.reset();
+    if (options_.inverse) {
+      check_barrel_of(stroke);
+    } else if (!reads_surface(stroke.source->stroke)) {
+      result_.resolved.push_back(*stroke.source);
+    }
   }
 
   const Mesh& mesh_;
   const Session& session_;
   const ReplayOptions& options_;
-  Plan plan_;
-  double tolerance_ = 0;
+  session_detail::Plan plan_;
   double diagonal_ = 1;
+  MoveOptions move_;
   NormalCompanions companions_;
-  std::vector<Vec3d> moved_companions_;
   std::vector<Triangle> triangles_;
+  MovedShape shape_;
+  double at_ = 0;                    // where the shape is within the stroke, in segments
+  std::optional<MovedShape> ahead_;  // after the whole of the stroke, where that is known
   std::optional<TakenBack> taken_back_;
   int frame_ = 0;
   ReplayResult result_;
@@ -336,7 +312,7 @@ ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOption
 
 std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   std::uint64_t segments = 0;
-  for (const Task& task : make_plan(session, options).tasks) segments += segment_count(task);
+  for (const Task& task : make_plan(session, options).tasks) segments += task.work;
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
   return segments * (mesh.positions.size() + 4 * static_cast<std::size_t>(carried));
 }

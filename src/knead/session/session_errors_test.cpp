@@ -75,10 +75,34 @@ TEST(SessionErrors, OfWhatIsNotThereYetSaySo) {
   expect_errors({
       {R"({"remesh": null})", R"("remesh" is not available in this version of knead)"},
       {R"({"remesh": {"edge": 1}})", R"("remesh" is not available in this version of knead)"},
-      {R"({"tool": "stamp", "mesh": "a.ply"})", R"(tool "stamp" is not available in this version of knead)"},
-      {R"({"tool": "handles"})", R"(tool "handles" is not available in this version of knead)"},
-      {R"({"tool": "paint", "outer": 1, "depth": 1, "path": [[0,0,0]]})",
-       R"(tool "paint" with a "path" is not available in this version of knead)"},
+  });
+}
+
+TEST(SessionErrors, OfStrokesThatReadTheSurface) {
+  expect_errors({
+      {R"({"tool": "paint", "outer": 1, "depth": 1})", R"("samples" is missing)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "path": []})", R"("path" must be 1 or more points)"},
+      {R"({"tool": "paint", "outer": 1, "depth": 1, "path": [[0,0,0]], "samples": []})",
+       R"(a paint stroke has either "samples" or "path", not both)"},
+      {R"({"tool": "handles", "full": [[0,0,0]], "zero": [[1,0,0]]})", R"("motion" is missing)"},
+      {R"({"tool": "handles", "zero": [[1,0,0]], "motion": {"translate": [1,0,0]}})",
+       R"(a handles stroke has either "full" or "full_vertices", got neither)"},
+      {R"({"tool": "handles", "full": [], "zero": [[1,0,0]], "motion": {"translate": [1,0,0]}})",
+       R"("full" must hold)"},
+      {R"({"tool": "handles", "full_vertices": [], "zero": [[1,0,0]], "motion": {"translate": [1,0,0]}})",
+       R"("full_vertices" must be 1 or more vertices)"},
+      {R"({"tool": "handles", "full_vertices": [-1], "zero": [[1,0,0]], "motion": {"translate": [1,0,0]}})",
+       R"("full_vertices[0]" must be the number of a vertex)"},
+      {R"({"tool": "handles", "full": [[0,0,0]], "zero": [[1,0,0]], "motion": {"translate": [1,0,0], "angle_deg": 1}})",
+       R"(unknown key "motion.angle_deg")"},
+      {R"({"tool": "handles", "full": [[0,0,0]], "zero": [[1,0,0]], "motion": {"rotate": [0,0,1], "center": [0,0,0]}})",
+       R"("motion.angle_deg" is missing)"},
+      {R"({"tool": "stamp", "mesh": "a.ply"})", R"("path" is missing)"},
+      {R"({"tool": "stamp", "path": [[0,0,0], [1,0,0]]})", R"("mesh" is missing)"},
+      {R"({"tool": "stamp", "mesh": "a.ply", "path": [[0,0,0], [1,0,0]], "pose": [[1,0,0]]})",
+       R"("pose" must be a 3x3 matrix)"},
+      {R"({"tool": "twist", "center": [0,0,0], "axis": [0,0,1], "rate_deg": 1, "inner": 0, "outer": 1, "radius": "all"})",
+       R"("radius" must be a number, or "auto", got "all")"},
   });
 }
 

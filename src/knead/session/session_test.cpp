@@ -20,7 +20,7 @@ class RandomStrokes {
   explicit RandomStrokes(unsigned seed) : random_(seed) {}
 
   Stroke next() {
-    switch (std::uniform_int_distribution<int>(0, 6)(random_)) {
+    switch (std::uniform_int_distribution<int>(0, 9)(random_)) {
       case 0:
         return implicit();
       case 1:
@@ -33,6 +33,12 @@ class RandomStrokes {
         return StretchStroke{vector(), vector(), positive(), 0.5 * 1e-9, positive()};
       case 5:
         return twist();
+      case 6:
+        return PaintStroke{positive(), positive(), {}, {vector(), vector()}};
+      case 7:
+        return handles();
+      case 8:
+        return stamp();
       default:
         return bend();
     }
@@ -72,7 +78,37 @@ class RandomStrokes {
     TwistStroke stroke{vector(), vector(), number(), -positive(), positive()};
     if (coin()) stroke.normal = vector();
     if (coin()) stroke.radius = positive();
+    stroke.radius_auto = !stroke.radius && coin();
     stroke.gauge = gauge();
+    return stroke;
+  }
+
+  Stroke handles() {
+    HandlesStroke stroke;
+    if (coin()) {
+      stroke.full = {vector(), vector() + Vec3d{1, 1, 1}};
+    } else {
+      stroke.full_vertices = {3, 1};
+    }
+    if (coin()) {
+      stroke.zero = {vector() - Vec3d{100, 100, 100}};
+    } else {
+      stroke.zero_vertices = {0, 4000000};
+    }
+    stroke.motion = HandlesTranslation{vector()};
+    if (coin()) stroke.motion = HandlesRotation{vector(), vector(), number()};
+    stroke.exponent = coin() ? 8 : 6;
+    return stroke;
+  }
+
+  Stroke stamp() {
+    StampStroke stroke;
+    stroke.mesh = "tools/a \"Y\".ply";
+    stroke.path = {vector(), vector(), vector()};
+    if (coin()) stroke.pose = {{0, -1.5, 0}, {1.5, 0, 0}, {0, 0, 1.5}};
+    if (coin()) stroke.outer = positive();
+    if (coin()) stroke.step = positive();
+    stroke.exponent = coin() ? 16 : 8;
     return stroke;
   }
 
@@ -82,6 +118,7 @@ class RandomStrokes {
     if (coin()) stroke.extent = Thresholds<double>{-positive(), positive()};
     stroke.gauge = coin() ? 1 : gauge();
     if (coin()) stroke.radius = positive();
+    stroke.radius_auto = !stroke.radius && coin();
     return stroke;
   }
 

@@ -27,6 +27,8 @@ std::string text_of(const PaintSample& sample) {
   return fmt::format(R"({{"point": {}, "normal": {}}})", text_of(sample.point), text_of(sample.normal));
 }
 
+std::string text_of(std::uint32_t value) { return fmt::format("{}", value); }
+
 template <class T>
 std::string text_of(const std::vector<T>& items) {
   std::string result = "[";
@@ -55,6 +57,11 @@ class LineWriter {
     if (value) add(key, *value);
   }
 
+  void add_radius(const std::optional<double>& radius, bool automatic) {
+    add_optional("radius", radius);
+    if (automatic) add("radius", std::string("auto"));
+  }
+
   std::string finish() const { return line_ + "}"; }
 
  private:
@@ -76,7 +83,11 @@ void write(const ImplicitStroke& stroke, LineWriter& line) {
 void write(const PaintStroke& stroke, LineWriter& line) {
   line.add("outer", stroke.outer);
   line.add("depth", stroke.depth);
-  line.add("samples", stroke.samples);
+  if (stroke.path.empty()) {
+    line.add("samples", stroke.samples);
+  } else {
+    line.add("path", stroke.path);
+  }
 }
 
 void write(const PointsStroke& stroke, LineWriter& line) {
@@ -87,6 +98,45 @@ void write(const PointsStroke& stroke, LineWriter& line) {
   line.add_unless(PointsStroke{}.exponent, "exponent", stroke.exponent);
   line.add_unless(PointsStroke{}.inner, "inner", stroke.inner);
   if (stroke.center == PointsCenter::barycentre) line.add("center", std::string("barycentre"));
+}
+
+// An object within the line.
+struct ObjectText {
+  std::string text;
+};
+std::string text_of(const ObjectText& object) { return object.text; }
+
+ObjectText object_of(const HandlesTranslation& motion) {
+  LineWriter object;
+  object.add("translate", motion.by);
+  return {object.finish()};
+}
+
+ObjectText object_of(const HandlesRotation& motion) {
+  LineWriter object;
+  object.add("rotate", motion.axis);
+  object.add("center", motion.center);
+  object.add("angle_deg", motion.angle_deg);
+  return {object.finish()};
+}
+
+void write(const HandlesStroke& stroke, LineWriter& line) {
+  if (stroke.full_vertices.empty()) line.add("full", stroke.full);
+  if (!stroke.full_vertices.empty()) line.add("full_vertices", stroke.full_vertices);
+  if (stroke.zero_vertices.empty()) line.add("zero", stroke.zero);
+  if (!stroke.zero_vertices.empty()) line.add("zero_vertices", stroke.zero_vertices);
+  line.add("motion", std::visit([](const auto& motion) { return object_of(motion); }, stroke.motion));
+  line.add_unless(HandlesStroke{}.exponent, "exponent", stroke.exponent);
+}
+
+void write(const StampStroke& stroke, LineWriter& line) {
+  line.add("mesh", stroke.mesh);
+  line.add("path", stroke.path);
+  if (!(stroke.pose == Mat3d{}))
+    line.add("pose", std::vector<Vec3d>{stroke.pose.row0, stroke.pose.row1, stroke.pose.row2});
+  line.add_optional("outer", stroke.outer);
+  line.add_optional("step", stroke.step);
+  line.add_unless(StampStroke{}.exponent, "exponent", stroke.exponent);
 }
 
 void write(const RotateStroke& stroke, LineWriter& line) {
@@ -114,7 +164,7 @@ void write(const TwistStroke& stroke, LineWriter& line) {
   line.add("outer", stroke.outer);
   line.add_optional("normal", stroke.normal);
   line.add_unless(TwistStroke{}.gauge, "gauge", stroke.gauge);
-  line.add_optional("radius", stroke.radius);
+  line.add_radius(stroke.radius, stroke.radius_auto);
 }
 
 void write(const BendStroke& stroke, LineWriter& line) {
@@ -131,7 +181,7 @@ void write(const BendStroke& stroke, LineWriter& line) {
     line.add("outer", thresholds.outer);
   }
   line.add_unless(BendStroke{}.gauge, "gauge", stroke.gauge);
-  line.add_optional("radius", stroke.radius);
+  line.add_radius(stroke.radius, stroke.radius_auto);
 }
 
 }  // namespace

@@ -8,12 +8,6 @@ namespace knead::session_detail {
 
 namespace {
 
-[[noreturn]] void fail_unavailable(const Place& place, const std::string& what) {
-  throw InvalidInput(place, what +
-                                " is not available in this version of knead; take the line out, or resolve the "
-                                "session with a version that has it");
-}
-
 ImplicitStroke read_implicit(const JsonObject& line, const Place& place) {
   line.allow({"tool", "path", "inner", "outer", "region", "half_axis", "gauge", "time"});
   ImplicitStroke stroke;
@@ -48,8 +42,9 @@ PaintStroke read_paint(const JsonObject& line, const Place& place) {
   stroke.outer = line.number("outer");
   stroke.depth = line.number("depth");
   if (line.has("path")) {
-    line.vectors("path");
-    fail_unavailable(place, R"(tool "paint" with a "path")");
+    stroke.path = line.vectors("path");
+    if (stroke.path.empty()) line.at("path").fail("1 or more points");
+    return stroke;
   }
   for (const JsonValue& item : line.at("samples").items()) stroke.samples.push_back(read_sample(item, place));
   return stroke;
@@ -71,6 +66,77 @@ PointsStroke read_points(const JsonObject& line, const Place& place) {
   stroke.inner = line.number("inner", stroke.inner);
   stroke.center = line.choice("center", {"parts", "barycentre"}) == 0 ? PointsCenter::parts : PointsCenter::barycentre;
   return stroke;
+}
+
+std::vector<std::uint32_t> read_vertices(const JsonValue& list) {
+  std::vector<std::uint32_t> vertices;
+  for (const JsonValue& item : list.items()) {
+    const long long vertex = item.integer();
+    if (vertex < 0) item.fail("the number of a vertex, from 0 on");
+    vertices.push_back(static_cast<std::uint32_t>(vertex));
+  }
+  if (vertices.empty()) list.fail("1 or more vertices");
+  return vertices;
+}
+
+// A set as points at `key`, or as vertices at `vertices_key`.
+void read_set(const JsonObject& line, const Place& place, const char* key, const char* vertices_key,
+              std::vector<Vec3d>& points, std::vector<std::uint32_t>& vertices) {
+  if (line.has(key) == line.has(vertices_key)) {
+    throw InvalidInput(place, fmt::format(R"(a handles stroke has either "{}" or "{}", {})", key, vertices_key,
+                                          line.has(key) ? "not both" : "got neither"));
+  }
+  if (line.has(key)) {
+    points = line.vectors(key);
+  } else {
+    vertices = read_vertices(line.at(vertices_key));
+  }
+}
+
+std::variant<HandlesTranslation, HandlesRotation> read_motion(const JsonValue& value, const Place& place) {
+  const JsonObject motion(value, place, "the motion");
+  if (motion.has("rotate")) {
+    motion.allow({"rotate", "center", "angle_deg"});
+    return HandlesRotation{motion.vector("rotate"), motion.vector("center"), motion.number("angle_deg")};
+  }
+  motion.allow({"translate"});
+  return HandlesTranslation{motion.vector("translate")};
+}
+
+HandlesStroke read_handles(const JsonObject& line, const Place& place) {
+  line.allow({"tool", "full", "zero", "full_vertices", "zero_vertices", "motion", "exponent"});
+  HandlesStroke stroke;
+  read_set(line, place, "full", "full_vertices", stroke.full, stroke.full_vertices);
+  read_set(line, place, "zero", "zero_vertices", stroke.zero, stroke.zero_vertices);
+  stroke.motion = read_motion(line.at("motion"), place);
+  if (line.has("exponent")) stroke.exponent = static_cast<int>(line.at("exponent").integer());
+  return stroke;
+}
+
+StampStroke read_stamp(const JsonObject& line, const Place& /*place*/) {
+  line.allow({"tool", "mesh", "path", "pose", "outer", "step", "exponent"});
+  StampStroke stroke;
+  stroke.mesh = line.at("mesh").text();
+  stroke.path = line.vectors("path");
+  if (line.has("pose")) {
+    const std::vector<Vec3d> rows = line.vectors("pose");
+    if (rows.size() != 3) line.at("pose").fail("a 3x3 matrix: three rows of three numbers");
+    stroke.pose = {rows[0], rows[1], rows[2]};
+  }
+  stroke.outer = line.optional_number("outer");
+  stroke.step = line.optional_number("step");
+  if (line.has("exponent")) stroke.exponent = static_cast<int>(line.at("exponent").integer());
+  return stroke;
+}
+
+// "radius": a number, or "auto".
+void read_radius(const JsonObject& line, std::optional<double>& radius, bool& automatic) {
+  if (!line.has("radius")) return;
+  const JsonValue value = line.at("radius");
+  automatic = value.json().is_string() && value.text() == "auto";
+  if (automatic) return;
+  if (!value.json().is_number()) value.fail("a number, or \"auto\"");
+  radius = value.number();
 }
 
 RotateStroke read_rotate(const JsonObject& line, const Place& /*place*/) {
@@ -95,7 +161,7 @@ TwistStroke read_twist(const JsonObject& line, const Place& /*place*/) {
   stroke.outer = line.number("outer");
   if (line.has("normal")) stroke.normal = line.vector("normal");
   stroke.gauge = line.number("gauge", stroke.gauge);
-  stroke.radius = line.optional_number("radius");
+  read_radius(line, stroke.radius, stroke.radius_auto);
   return stroke;
 }
 
@@ -121,7 +187,7 @@ BendStroke read_bend(const JsonObject& line, const Place& place) {
   stroke.angle_deg = line.number("angle_deg");
   stroke.extent = read_extent(line, place);
   stroke.gauge = line.number("gauge", stroke.gauge);
-  stroke.radius = line.optional_number("radius");
+  read_radius(line, stroke.radius, stroke.radius_auto);
   return stroke;
 }
 
@@ -137,7 +203,8 @@ Stroke as_stroke(const JsonObject& line, const Place& place) {
 
 constexpr std::array kTools{
     Tool{"implicit", as_stroke<read_implicit>}, Tool{"paint", as_stroke<read_paint>},
-    Tool{"points", as_stroke<read_points>},     Tool{"rotate", as_stroke<read_rotate>},
+    Tool{"points", as_stroke<read_points>},     Tool{"handles", as_stroke<read_handles>},
+    Tool{"stamp", as_stroke<read_stamp>},       Tool{"rotate", as_stroke<read_rotate>},
     Tool{"stretch", as_stroke<read_stretch>},   Tool{"twist", as_stroke<read_twist>},
     Tool{"bend", as_stroke<read_bend>},
 };
@@ -147,7 +214,6 @@ const Tool& find_tool(const JsonValue& name, const Place& place) {
   for (const Tool& tool : kTools) {
     if (tool.name == text) return tool;
   }
-  if (text == "stamp" || text == "handles") fail_unavailable(place, fmt::format("tool \"{}\"", text));
   std::string names;
   for (const Tool& tool : kTools) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", tool.name);
   name.fail("one of " + names);

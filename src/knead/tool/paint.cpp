@@ -1,12 +1,53 @@
+#include "knead/tool/paint.h"
+
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "knead/math/error.h"
 #include "knead/tool/check.h"
+#include "knead/tool/path_curve.h"
+#include "knead/tool/surface_point.h"
 #include "knead/tool/tools.h"
 
-namespace knead::tool_detail {
+namespace knead {
+
+PaintDabs paint_dabs(const PaintStroke& stroke) {
+  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs, and the greatest depth of one
+  constexpr double kMostDabs = 1e6;
+  const tool_detail::PathCurve curve(stroke.path);
+  const double doses = std::max(curve.length() / (kDabLength * stroke.outer), 1.0);
+  const double by_length = std::ceil(curve.length() / (kSpacing * stroke.outer));
+  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
+  const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
+  if (!(count <= kMostDabs)) {
+    throw InvalidInput(
+        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
+                    "larger, or \"depth\" smaller",
+                    curve.length(), count, kMostDabs));
+  }
+  PaintDabs dabs{{}, stroke.depth * doses / count};
+  for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
+  return dabs;
+}
+
+void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
+  if (surface.triangles.empty() && !surface.normals) {
+    throw InvalidInput(
+        "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
+  }
+  const PaintDabs dabs = paint_dabs(stroke);
+  tool_detail::SurfaceFinder finder(surface);
+  for (const Vec3d& aim : dabs.aims) {
+    const std::optional<PaintSample> sample = finder.closest(aim);
+    if (!sample)
+      throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
+    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}})) return;
+  }
+}
+
+namespace tool_detail {
 
 void validate(const PaintStroke& stroke) {
   require_positive("outer", stroke.outer);
@@ -14,7 +55,8 @@ void validate(const PaintStroke& stroke) {
     throw InvalidInput(fmt::format(
         "\"depth\" must be a number other than 0 (greater pushes in, less pulls out), got {}", stroke.depth));
   }
-  require_count("samples", stroke.samples.size(), 1, "samples");
+  require_finite("path", stroke.path);
+  if (stroke.path.empty()) require_count("samples", stroke.samples.size(), 1, "samples");
   for (const PaintSample& sample : stroke.samples) {
     require_finite("point", sample.point);
     require_direction("normal", sample.normal);
@@ -33,4 +75,6 @@ Flow flow_of(const PaintStroke& stroke) {
 
 void warn(const PaintStroke& /*stroke*/, Warnings& /*warnings*/) {}
 
-}  // namespace knead::tool_detail
+}  // namespace tool_detail
+
+}  // namespace knead

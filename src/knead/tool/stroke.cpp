@@ -5,13 +5,14 @@
 #include <algorithm>
 #include <array>
 
+#include "knead/math/error.h"
 #include "knead/tool/tools.h"
 
 namespace knead {
 
 std::string tool_name(const Stroke& stroke) {
-  constexpr std::array<const char*, std::variant_size_v<Stroke>> kNames{"implicit", "paint", "points", "rotate",
-                                                                        "stretch",  "twist", "bend"};
+  constexpr std::array<const char*, std::variant_size_v<Stroke>> kNames{
+      "implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist", "bend"};
   return kNames[stroke.index()];
 }
 
@@ -19,8 +20,19 @@ void validate(const Stroke& stroke) {
   std::visit([](const auto& tool) { tool_detail::validate(tool); }, stroke);
 }
 
+bool reads_surface(const Stroke& stroke) {
+  if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return !paint->path.empty();
+  if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) {
+    return !handles->full_vertices.empty() || !handles->zero_vertices.empty();
+  }
+  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) return twist->radius_auto;
+  if (const auto* bend = std::get_if<BendStroke>(&stroke)) return bend->radius_auto;
+  return std::holds_alternative<StampStroke>(stroke);
+}
+
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
+  if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");
   return std::visit([](const auto& tool) { return tool_detail::flow_of(tool); }, stroke);
 }
 

@@ -142,7 +142,8 @@ struct TwistStroke {
   std::optional<Vec3d> normal = std::nullopt;  // the axis where not given
   double gauge = 0;
   std::optional<double> radius =
-      std::nullopt;  // of the cylinder about {center + s normal} that is moved; everything where not given
+      std::nullopt;          // of the cylinder about {center + s normal} that is moved; everything where not given
+  bool radius_auto = false;  // instead of a radius: one that cuts nothing of the shape (tool/placement.h)
 
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
@@ -168,23 +169,28 @@ struct BendStroke {
   std::variant<BendWidth, Thresholds<double>> extent;
   double gauge = 1;
   std::optional<double> radius =
-      std::nullopt;  // of the cylinder about {center + s normal} that is moved; everything where not given
+      std::nullopt;          // of the cylinder about {center + s normal} that is moved; everything where not given
+  bool radius_auto = false;  // instead of a radius: one that cuts nothing of the shape (tool/placement.h)
 
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
-using Stroke =
-    std::variant<ImplicitStroke, PaintStroke, PointsStroke, RotateStroke, StretchStroke, TwistStroke, BendStroke>;
+using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
+                            StretchStroke, TwistStroke, BendStroke>;
 
-// "implicit", "paint", "points", "rotate", "stretch", "twist" or "bend".
+// "implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist" or "bend".
 std::string tool_name(const Stroke& stroke);
 
 // Throws InvalidInput for a value that the tool cannot use; the message begins with the key in quotes and says what was
 // expected and what was got.
 void validate(const Stroke& stroke);
 
-// The stroke's segments, in order. Throws InvalidInput as validate(stroke). Time: linear, for a point set times the
-// logarithm of its size.
+// Whether the stroke must be resolved on a surface before it is a flow: paint with a path, stamp, handles with
+// vertices, an automatic radius.
+bool reads_surface(const Stroke& stroke);
+
+// The segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for others.
+// Time: linear, for a point set times the logarithm of its size.
 Flow flow_of(const Stroke& stroke);
 
 // What is legal but likely to disappoint (strong flow back beside the tool), a sentence each with what to do. The

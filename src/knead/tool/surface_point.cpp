@@ -1,0 +1,112 @@
+#include "knead/tool/surface_point.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace knead::tool_detail {
+
+namespace {
+
+constexpr std::size_t kNeighbours = 8;
+
+struct Neighbour {
+  double square = 0;  // of the distance
+  std::uint32_t point = 0;
+
+  bool operator<(const Neighbour& other) const {
+    return std::pair(square, point) < std::pair(other.square, other.point);
+  }
+};
+
+// The nearest points to p, nearest first; equally near ones by number.
+std::vector<Neighbour> nearest_points(std::span<const Vec3d> points, const Vec3d& p) {
+  std::vector<Neighbour> nearest;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Neighbour candidate{norm2(points[i] - p), static_cast<std::uint32_t>(i)};
+    if (nearest.size() == kNeighbours && !(candidate < nearest.back())) continue;
+    if (nearest.size() == kNeighbours) nearest.pop_back();
+    nearest.insert(std::upper_bound(nearest.begin(), nearest.end(), candidate), candidate);
+  }
+  return nearest;
+}
+
+std::optional<Vec3d> unit_or_nothing(const Vec3d& v) {
+  const double length = norm(v);
+  if (!(length > 0) || !std::isfinite(length)) return std::nullopt;
+  return v / length;
+}
+
+}  // namespace
+
+SurfaceFinder::SurfaceFinder(const LiveSurface& surface) : surface_(surface) {
+  if (surface.triangles.empty()) return;
+  tree_.emplace(surface.triangles, surface.positions);
+  first_.assign(surface.positions.size() + 1, 0);
+  for (const Triangle& triangle : surface.triangles) {
+    for (const std::uint32_t v : triangle) ++first_[v + 1];
+  }
+  for (std::size_t v = 0; v < surface.positions.size(); ++v) first_[v + 1] += first_[v];
+  around_.resize(first_.back());
+  std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    for (const std::uint32_t v : surface.triangles[t]) around_[next[v]++] = static_cast<std::uint32_t>(t);
+  }
+}
+
+std::optional<PaintSample> SurfaceFinder::closest(const Vec3d& p) {
+  return tree_ ? closest_on_triangles(p) : closest_in_cloud(p);
+}
+
+std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) {
+  tree_->refit(surface_.positions);
+  const auto found = tree_->closest(p);
+  if (!found) return std::nullopt;
+  const Triangle& triangle = surface_.triangles[found->triangle];
+  Vec3d sum{0, 0, 0};
+  for (std::size_t i = 0; i < 3; ++i) sum += vertex_normal(triangle[i]) * found->barycentric[i];
+  const std::optional<Vec3d> normal = unit_or_nothing(sum);
+  if (!normal) return std::nullopt;
+  return PaintSample{found->point, *normal};
+}
+
+std::optional<PaintSample> SurfaceFinder::closest_in_cloud(const Vec3d& p) const {
+  if (!surface_.normals || surface_.positions.empty()) return std::nullopt;
+  const std::vector<Vec3d> normals = surface_.normals();
+  const Vec3d q = surface_.positions[nearest_points(surface_.positions, p).front().point];
+  const std::vector<Neighbour> near = nearest_points(surface_.positions, q);
+  const double reach2 = near.back().square > 0 ? near.back().square : 1;
+  Vec3d normal_sum{0, 0, 0};
+  Vec3d offset_sum{0, 0, 0};
+  double weight_sum = 0;
+  for (const Neighbour& neighbour : near) {
+    const double weight = std::max(1 - neighbour.square / reach2, 0.0);
+    if (!unit_or_nothing(normals[neighbour.point])) continue;
+    normal_sum += *unit_or_nothing(normals[neighbour.point]) * (weight * weight);
+    offset_sum += (surface_.positions[neighbour.point] - q) * (weight * weight);
+    weight_sum += weight * weight;
+  }
+  const std::optional<Vec3d> normal = unit_or_nothing(normal_sum);
+  if (!normal) return std::nullopt;
+  const Vec3d mean = q + offset_sum / weight_sum;
+  const Vec3d foot = p - *normal * dot(*normal, p - mean);
+  return PaintSample{norm2(foot - q) <= reach2 ? foot : q, *normal};
+}
+
+Vec3d SurfaceFinder::vertex_normal(std::uint32_t vertex) const {
+  Vec3d sum{0, 0, 0};
+  const Vec3d& p = surface_.positions[vertex];
+  for (std::uint32_t k = first_[vertex]; k < first_[vertex + 1]; ++k) {
+    const Triangle& triangle = surface_.triangles[around_[k]];
+    const auto corner =
+        static_cast<std::size_t>(std::find(triangle.begin(), triangle.end(), vertex) - triangle.begin());
+    const Vec3d a = surface_.positions[triangle[(corner + 1) % 3]] - p;
+    const Vec3d b = surface_.positions[triangle[(corner + 2) % 3]] - p;
+    const std::optional<Vec3d> normal = unit_or_nothing(cross(a, b));
+    if (normal) sum += *normal * std::atan2(norm(cross(a, b)), dot(a, b));
+  }
+  return unit_or_nothing(sum).value_or(Vec3d{0, 0, 0});
+}
+
+}  // namespace knead::tool_detail
