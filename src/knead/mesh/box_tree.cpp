@@ -4,7 +4,7 @@
 #include <bit>
 #include <limits>
 
-#include "knead/math/box.h"
+#include "knead/mesh/morton.h"
 
 namespace knead {
 namespace {
@@ -21,44 +21,11 @@ FloatBox join(const FloatBox& a, const FloatBox& b) {
   return box;
 }
 
-// Maps the triangles' box into -1 to 1. Every rounding on the way keeps the order of coordinates, so boxes that
-// overlap still do.
-class ToUnit {
- public:
-  explicit ToUnit(const Box& box) : center_(box.center()) {
-    const Vec3d half = (box.max - box.min) * 0.5;
-    const double largest = std::max({half.x, half.y, half.z});
-    if (largest > 0) scale_ = 1 / largest;
-  }
-
-  std::array<float, 3> operator()(const Vec3d& p) const {
-    const Vec3d q = (p - center_) * scale_;
-    return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
-  }
-
- private:
-  Vec3d center_;
-  double scale_ = 1;
-};
-
-// Puts two zero bits in front of each of the lowest 21 bits.
-std::uint64_t spread(std::uint64_t x) {
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  return (x | x << 2) & 0x1249249249249249;
-}
-
 // The place of a box's centre on the Morton curve.
-std::uint64_t morton_code(const FloatBox& box) {
-  std::uint64_t code = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    constexpr float cells = 1 << 21;
-    const float place = ((box.min[k] + box.max[k]) * 0.25F + 0.5F) * cells;
-    code = code << 1 | spread(static_cast<std::uint64_t>(std::clamp(place, 0.0F, cells - 1)));
-  }
-  return code;
+std::uint64_t morton_code_of(const FloatBox& box) {
+  std::array<float, 3> center{};
+  for (std::size_t k = 0; k < 3; ++k) center[k] = (box.min[k] + box.max[k]) * 0.5F;
+  return morton_code(center);
 }
 
 }  // namespace
@@ -78,7 +45,7 @@ BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> pos
       const std::array<float, 3> p = to_unit(positions[v]);
       boxes[t] = join(boxes[t], {p, p});
     }
-    order.emplace_back(morton_code(boxes[t]), t);
+    order.emplace_back(morton_code_of(boxes[t]), t);
   }
   std::sort(order.begin(), order.end());
   entries_.reserve(order.size());
