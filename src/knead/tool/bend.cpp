@@ -29,7 +29,7 @@ void validate(const BendStroke& stroke) {
   const Thresholds<double> thresholds = bend_thresholds(stroke);
   require_thresholds(thresholds.inner, thresholds.outer);
   require_finite("gauge", stroke.gauge);
-  if (stroke.radius) require_positive("radius", *stroke.radius);
+  require_radius(stroke.radius, stroke.radius_auto);
 }
 
 Thresholds<double> bend_thresholds(const BendStroke& stroke) {
@@ -45,6 +45,7 @@ Flow flow_of(const BendStroke& stroke) {
   const Rotation<double> motion{axis, angle, stroke.gauge, RotationGauge::axial};
   const HalfSpace<double> region{normal, axis, 0.5 * angle};
   Segment segment = resting_segment({stroke.center, motion, region, bend_thresholds(stroke)});
+  require_known_radius(stroke.radius_auto);
   if (stroke.radius) segment.cylinder = Cylinder{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }

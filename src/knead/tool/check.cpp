@@ -70,6 +70,15 @@ void require_distance_thresholds(double inner, double outer) {
   require_thresholds(inner, outer);
 }
 
+void require_radius(const std::optional<double>& radius, bool automatic) {
+  if (radius) require_positive("radius", *radius);
+  if (radius && automatic) throw InvalidInput("\"radius\" must be a number or \"auto\", not both");
+}
+
+void require_known_radius(bool automatic) {
+  if (automatic) throw InvalidInput("\"radius\" must be found on the shape before the stroke becomes a flow");
+}
+
 Vec3d unit(const Vec3d& v) {
   const double largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   return normalized(v / largest);

@@ -2,6 +2,7 @@
 // the key in quotes and says what was expected and what was got.
 #pragma once
 
+#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -32,6 +33,12 @@ void require_thresholds(double inner, double outer);
 
 // For a region whose r is a distance: outer > 0 and 0 <= inner < outer. (A negative inner would leave a cone at r = 0.)
 void require_distance_thresholds(double inner, double outer);
+
+// A radius greater than 0 where one is given, and then not "auto" as well.
+void require_radius(const std::optional<double>& radius, bool automatic);
+
+// Throws InvalidInput for a radius that is still to be found on a shape: without it there is no flow.
+void require_known_radius(bool automatic);
 
 // v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
 Vec3d unit(const Vec3d& v);

@@ -141,9 +141,9 @@ struct TwistStroke {
   double outer = 0;
   std::optional<Vec3d> normal = std::nullopt;  // the axis where not given
   double gauge = 0;
-  std::optional<double> radius =
-      std::nullopt;          // of the cylinder about {center + s normal} that is moved; everything where not given
-  bool radius_auto = false;  // instead of a radius: one that cuts nothing of the shape (tool/placement.h)
+  // Of the cylinder about {center + s normal} that is moved; everything where not given.
+  std::optional<double> radius = std::nullopt;
+  bool radius_auto = false;  // instead of a radius: the one that propose_barrel finds on the shape (tool/placement.h)
 
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
@@ -168,9 +168,9 @@ struct BendStroke {
   double angle_deg = 0;
   std::variant<BendWidth, Thresholds<double>> extent;
   double gauge = 1;
-  std::optional<double> radius =
-      std::nullopt;          // of the cylinder about {center + s normal} that is moved; everything where not given
-  bool radius_auto = false;  // instead of a radius: one that cuts nothing of the shape (tool/placement.h)
+  // Of the cylinder about {center + s normal} that is moved; everything where not given.
+  std::optional<double> radius = std::nullopt;
+  bool radius_auto = false;  // instead of a radius: the one that propose_barrel finds on the shape (tool/placement.h)
 
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };

@@ -125,6 +125,15 @@ TEST(TwistStroke, HasItsNormalAndCylinder) {
   EXPECT_EQ(*segment.cylinder, (Cylinder{{0, 0, 1}, {0, -1, 0}, 0.5}));
 }
 
+TEST(TwistStroke, WithAnAutomaticRadiusIsValidButNoFlowYet) {
+  TwistStroke stroke{{0, 0, 1}, {0, 0, 3}, 30, -1, 1};
+  stroke.radius_auto = true;
+  EXPECT_NO_THROW(validate(stroke));
+  EXPECT_THROW(flow_of(stroke), InvalidInput);
+  stroke.radius = 0.5;
+  EXPECT_THROW(validate(stroke), InvalidInput);
+}
+
 TEST(BendStroke, TurnsItsInnerRegionByTheAngleAndItsNormalByHalf) {
   const BendStroke stroke{{0, 0, 0}, {0, 2, 0}, {3, 0, 0}, 40, BendWidth{2, 0.25}};
   const Segment segment = flow_of(stroke).segments.at(0);

@@ -10,7 +10,7 @@ void validate(const TwistStroke& stroke) {
   require_thresholds(stroke.inner, stroke.outer);
   if (stroke.normal) require_direction("normal", *stroke.normal);
   require_finite("gauge", stroke.gauge);
-  if (stroke.radius) require_positive("radius", *stroke.radius);
+  require_radius(stroke.radius, stroke.radius_auto);
 }
 
 Flow flow_of(const TwistStroke& stroke) {
@@ -18,6 +18,7 @@ Flow flow_of(const TwistStroke& stroke) {
   const Vec3d normal = stroke.normal ? unit(*stroke.normal) : axis;
   const Twist<double> motion{axis, stroke.rate_deg * kRadiansPerDegree, stroke.gauge};
   Segment segment = resting_segment({stroke.center, motion, HalfSpace<double>{normal}, {stroke.inner, stroke.outer}});
+  require_known_radius(stroke.radius_auto);
   if (stroke.radius) segment.cylinder = Cylinder{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
