@@ -88,9 +88,11 @@ struct Sketch {
   void operator()(const CustomMotion& /*motion*/) const {}
 };
 
-// A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape.
+// A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape. Nor have marked
+// regions.
 double tool_size(const Field& field, const std::optional<Cylinder>& cylinder, const Box& around) {
   if (cylinder) return cylinder->radius;
+  if (std::holds_alternative<Handles<double>>(field.region)) return 0.1 * around.diagonal();
   const Thresholds<double>& r = field.thresholds;
   if (!std::holds_alternative<HalfSpace<double>>(field.region)) return r.outer;
   return std::min(r.outer - r.inner, 0.3 * around.diagonal());

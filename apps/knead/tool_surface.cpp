@@ -15,7 +15,9 @@ namespace knead::command {
 namespace {
 
 constexpr std::uint32_t kSides = 64;
-constexpr double kDot = 0.04;  // of the outer threshold: the radius of the balls that stand for r = 0
+constexpr double kDot = 0.04;       // of the outer threshold: the radius of the balls that stand for r = 0
+constexpr double kMarkDot = 0.006;  // of the box's diagonal: the radius of those that stand for marked points
+constexpr std::size_t kMostMarks = 200;
 
 struct ProfilePoint {
   double height = 0;  // along the axis
@@ -178,6 +180,16 @@ struct SurfaceOf {
       for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
         append(capsule(center + (curve[i] + curve[i + 1]) * 0.5, (curve[i + 1] - curve[i]) * 0.5, radius()), mesh);
       }
+    }
+    return mesh;
+  }
+  // The full set at r = 0, the zero set at r = 1; of many points some, evenly through the list.
+  Mesh operator()(const Handles<double>& region) const {
+    const std::vector<Vec3d>& points = level > 0 ? region.zero.points : region.full.points;
+    const std::size_t stride = std::max<std::size_t>(1, points.size() / kMostMarks);
+    Mesh mesh;
+    for (std::size_t i = 0; i < points.size(); i += stride) {
+      append(capsule(center + points[i], {0, 0, 0}, kMarkDot * around.diagonal()), mesh);
     }
     return mesh;
   }

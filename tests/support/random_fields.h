@@ -58,13 +58,28 @@ inline PointSet<double> random_point_set(Random& random, bool with_curves) {
   return set;
 }
 
+// Points of a full set about `by` and of a zero set about -by.
+inline Handles<double> random_handles(Random& random, const Vec3d& by) {
+  Handles<double> handles{random_point_set(random, false), random_point_set(random, false)};
+  for (Vec3d& p : handles.full.points) p = p * 0.4 + by;
+  for (Vec3d& p : handles.zero.points) p = p * 0.4 - by;
+  return handles;
+}
+
 inline std::vector<Region> random_regions(Random& random) {
+  Handles<double> swept = random_handles(random, random.in_box(0.5));
+  swept.sweep = random.in_box(0.5);
+  Handles<double> turned = random_handles(random, random.in_box(0.5));
+  turned.turn_axis = random.unit();
+  turned.turn_angle = random.uniform(-2, 2);
   return {Ball<double>{},
           Capsule<double>{random.in_box(0.7)},
           HalfSpace<double>{random.unit()},
           HalfSpace<double>{random.unit(), random.unit(), random.uniform(-2, 2)},
           random_point_set(random, false),
-          random_point_set(random, true)};
+          random_point_set(random, true),
+          swept,
+          turned};
 }
 
 inline Thresholds<double> random_thresholds(Random& random) {

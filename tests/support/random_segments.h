@@ -86,6 +86,13 @@ inline std::vector<NamedSegment> random_segments(Random& random) {
   result.push_back({"oblique twist", resting(twist, HalfSpace<double>{normal}, near, slab)});
   const Rotation<double> bend{axis, angle, gauge};
   result.push_back({"bend", resting(bend, HalfSpace<double>{normal, axis, angle / 2}, near, slab)});
+  Handles<double> swept = random_handles(random, random.unit() * 0.5);
+  swept.sweep = by * 0.5;
+  result.push_back({"swept handles", translating(swept, near, by * 0.5, {0, 1})});
+  Handles<double> turned = random_handles(random, random.unit() * 0.5);
+  turned.turn_axis = axis;
+  turned.turn_angle = 2 * angle;
+  result.push_back({"turned handles", resting(Rotation<double>{axis, 2 * angle}, turned, near, {0, 1})});
   return result;
 }
 

@@ -35,7 +35,7 @@ void for_random_fields(unsigned seed, int rounds, const Check& check) {
   }
 }
 
-// 40 rounds x 30 fields x 20 positions.
+// 40 rounds x 40 fields x 20 positions.
 TEST(Velocity, IsDivergenceFreeByDualNumbers) {
   double worst = 0;
   for_random_fields(21, 40, [&](const auto& m, const auto& r, const Thresholds<double>& thresholds, Random& random) {

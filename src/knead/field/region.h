@@ -1,8 +1,8 @@
 // Region fields r(x): their value and gradient (method, section 2).
 //
 // All are functions of d = x - c, the position relative to the tool's centre, and of the time t in [0, 1] of the
-// segment, which only a turning half-space uses. Values are lengths. Templated like the inner motions: over the scalar
-// S of the numbers, and the scalar T of the evaluation.
+// segment, which only a turning half-space and marked regions use. Values are lengths, but for marked regions.
+// Templated like the inner motions: over the scalar S of the numbers, and the scalar T of the evaluation.
 #pragma once
 
 #include <cmath>
@@ -80,6 +80,27 @@ struct PointSet {
   friend bool operator==(const PointSet&, const PointSet&) = default;
 };
 
+// Marked regions: r = D_full / (D_full + D_zero), a ratio and not a length, 0 exactly on the full set and 1 exactly on
+// the zero set, which has no point in common with it (method, section 2). D is the smooth distance of a point set. Both
+// sets are given relative to c at t = 0. The full set goes with the motion: its tool's frame is carried by t sweep (the
+// segment's displacement), and it is turned about the unit axis through c by turn_angle * t radians. The zero set rests
+// in space. Thresholds are 0 and 1; there is no outer region but the zero set.
+template <class S>
+struct Handles {
+  PointSet<S> full;
+  PointSet<S> zero;
+  Vec3<S> sweep{};
+  Vec3<S> turn_axis{};
+  S turn_angle{0};
+
+  template <class U>
+  explicit operator Handles<U>() const {
+    return {static_cast<PointSet<U>>(full), static_cast<PointSet<U>>(zero), Vec3<U>(sweep), Vec3<U>(turn_axis),
+            static_cast<U>(turn_angle)};
+  }
+  friend bool operator==(const Handles&, const Handles&) = default;
+};
+
 // The caller's own region: r and grad r of d = x - c at the segment's time t, in double; C2 for a C1 field. `slope`
 // bounds |grad r|, and `speed` bounds |dr/dt| at fixed d: with them the moment at which the tool reaches a resting
 // point is bounded. The function is called from several threads.
@@ -91,7 +112,8 @@ struct CustomRegion {
   friend bool operator==(const CustomRegion&, const CustomRegion&) = default;
 };
 
-using Region = std::variant<Ball<double>, Capsule<double>, HalfSpace<double>, PointSet<double>, CustomRegion>;
+using Region =
+    std::variant<Ball<double>, Capsule<double>, HalfSpace<double>, PointSet<double>, Handles<double>, CustomRegion>;
 
 // |d| and its gradient, which is 0 at d = 0.
 template <class T>
@@ -140,6 +162,10 @@ RegionValue<T> evaluate(const HalfSpace<S>& region, const Vec3<T>& d, const T& t
 template <class T, class S>
 RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& t);
 
+// Defined in handles_region.h.
+template <class T, class S>
+RegionValue<T> evaluate(const Handles<S>& region, const Vec3<T>& d, const T& t);
+
 template <std::floating_point T>
 RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t) {
   const RegionValue<double> value = (*region.evaluate)(Vec3d(d), static_cast<double>(t));
@@ -148,4 +174,5 @@ RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t
 
 }  // namespace knead
 
+#include "knead/field/handles_region.h"
 #include "knead/field/point_set.h"

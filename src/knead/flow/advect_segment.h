@@ -114,7 +114,8 @@ AdvectResult advect_segment(const Segment& segment, std::span<Vec3d> points, con
       using Part = typename FieldSum<S>::Part;
       return Part{
           [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.velocity(x0, moved, t); },
-          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.hidden_speed(x0, moved, t); }};
+          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.hidden_speed(x0, moved, t); },
+          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.width(x0, moved, t); }};
     }));
   }
   return advect_with<S>(sum, segment, points, options);

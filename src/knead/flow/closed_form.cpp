@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "knead/math/sincos.h"
@@ -110,6 +111,38 @@ std::optional<Vec3d> solve(const Strain<double>& motion, const Ball<double>& /*r
   const Vec3d moved = exp(m * (segment.end - segment.begin)) * d;
   if (norm(moved) >= field.thresholds.inner) return std::nullopt;
   return moved - d;
+}
+
+// Whether x, at d = x - c(t), is a point of one of the sets of marked regions, given its D there: up to the rounding of
+// positions, and only exactly for the zero set, whose points are not moved.
+enum class MarkedAs { full, zero, neither };
+MarkedAs marked_as(const Handles<double>& region, const Segment& segment, const Vec3d& x) {
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  const Vec3d& c = segment.fields.front().center;
+  if (evaluate(region.zero, x - c, 0.0).value == 0) return MarkedAs::zero;
+  const Vec3d d = x - c - segment.displacement * segment.begin;
+  const double angle = -region.turn_angle * segment.begin;
+  const Vec3d at_start = angle == 0 ? d : rotate(d, region.turn_axis, sincos(angle));
+  const double slack = segment.begin == 0 ? 0 : kRounding * (norm(x) + norm(c) + norm(segment.displacement));
+  return evaluate(region.full, at_start, 0.0).value <= slack ? MarkedAs::full : MarkedAs::neither;
+}
+
+// The points of the sets, with a motion that is the full set's own.
+std::optional<Vec3d> solve(const Translation<double>& motion, const Handles<double>& region, const Segment& segment,
+                           const Vec3d& x) {
+  const MarkedAs mark = marked_as(region, segment, x);
+  if (mark == MarkedAs::zero) return Vec3d{0, 0, 0};
+  if (mark == MarkedAs::neither || motion.velocity != segment.displacement) return std::nullopt;
+  return segment.displacement * (segment.end - segment.begin);
+}
+
+std::optional<Vec3d> solve(const Rotation<double>& motion, const Handles<double>& region, const Segment& segment,
+                           const Vec3d& x) {
+  const MarkedAs mark = marked_as(region, segment, x);
+  if (mark == MarkedAs::zero) return Vec3d{0, 0, 0};
+  const bool own = motion.rate == region.turn_angle && motion.axis == region.turn_axis;
+  if (mark == MarkedAs::neither || !own || segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
+  return turn_displacement(x - segment.fields.front().center, motion.axis, motion.rate * (segment.end - segment.begin));
 }
 
 std::optional<Vec3d> solve(const auto& /*motion*/, const auto& /*region*/, const Segment& /*segment*/,

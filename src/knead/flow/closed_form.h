@@ -11,6 +11,7 @@ namespace knead {
 //   - a translation swept along with its tool, for a point of the rigid inner region: the tool's displacement, exactly;
 //   - a rotation in a ball about its centre, and a twist whose half-space's normal is parallel to its axis: every point
 //     turns about the axis at a constant rate;
+//   - the points of marked regions: those of the zero set rest, those of the full set go with the motion, exactly;
 //   - a rotation, twist or symmetric strain, for points that stay in the inner region.
 // Nothing otherwise. The cylinder is not looked at.
 std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x);

@@ -64,6 +64,12 @@ std::optional<double> advance_to(const Capsule<double>& region, const Thresholds
   return first;
 }
 
+// Everything moves but the zero set, where v is 0 of itself.
+std::optional<double> advance_to(const Handles<double>& /*region*/, const Thresholds<double>& /*thresholds*/,
+                                 const Approach& /*at*/) {
+  return 0.0;
+}
+
 // How far x may move, or how much time may pass, before r can be below outer.
 double safe_advance(const HalfSpace<double>& region, const Thresholds<double>& thresholds, const Vec3d& d, double r,
                     double speed) {

@@ -25,6 +25,11 @@ S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
 }
 
 template <class S>
+S turning_speed(const Handles<S>& region, const Vec3<S>& d, double /*t*/) {
+  return std::abs(region.turn_angle) * norm(cross(region.turn_axis, d));
+}
+
+template <class S>
 S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) {
   return static_cast<S>(region.speed);
 }
@@ -32,6 +37,19 @@ S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) 
 template <class S>
 S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
   return S(0);
+}
+
+// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
+// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
+template <class S>
+S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
+  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
+  return distance.full.value + distance.zero.value;
+}
+
+template <class S>
+S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
+  return std::numeric_limits<S>::infinity();
 }
 
 // One field with its numbers in the scalar S. The point that started at x0 and has moved by D is at x0 + D.
@@ -60,6 +78,10 @@ struct SingleField {
     return std::max(norm(knead::velocity(motion, region, thresholds, d, S(0))),
                     norm(knead::velocity(motion, region, thresholds, d - displacement, S(0))));
   }
+
+  S width(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    return local_width(region, Vec3<S>(x0 - center) + moved - displacement * static_cast<S>(t), t);
+  }
 };
 
 // Several fields, summed. Rare (a point set of several parts), so that an indirect call for each is no matter.
@@ -68,6 +90,7 @@ struct FieldSum {
   struct Part {
     std::function<Vec3<S>(const Vec3d&, const Vec3<S>&, double)> velocity;
     std::function<S(const Vec3d&, const Vec3<S>&, double)> hidden_speed;
+    std::function<S(const Vec3d&, const Vec3<S>&, double)> width;
   };
   std::vector<Part> parts;
 
@@ -80,6 +103,11 @@ struct FieldSum {
     S greatest{0};
     for (const Part& part : parts) greatest = std::max(greatest, part.hidden_speed(x0, moved, t));
     return greatest;
+  }
+  S width(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    S least = std::numeric_limits<S>::infinity();
+    for (const Part& part : parts) least = std::min(least, part.width(x0, moved, t));
+    return least;
   }
 };
 
@@ -121,6 +149,7 @@ class PathLine {
         direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
     double reach = std::numeric_limits<double>::infinity();
     for (const Field& field : segment.fields) {
+      if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
       const bool capsule = std::holds_alternative<Capsule<double>>(field.region);
       reach = std::min(reach, (capsule ? kCapsuleReach : kReach) * (field.thresholds.outer - field.thresholds.inner));
     }
@@ -187,7 +216,8 @@ class PathLine {
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
-    const S longest = speed > S(0) ? reach_ / speed : std::numeric_limits<S>::infinity();
+    const S reach = std::min(reach_, static_cast<S>(kReach) * kernel_.width(x0_, moved_, t));
+    const S longest = speed > S(0) ? reach / speed : std::numeric_limits<S>::infinity();
     if (segment_.time_law == TimeLaw::swept) return longest;
     const double from_end = std::min(t, 1 - t);
     return std::min(longest, static_cast<S>(std::max(0.5 * from_end, 1.0 / 32)));

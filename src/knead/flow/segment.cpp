@@ -64,6 +64,13 @@ void check(const PointSet<double>& r) {
   }
 }
 
+void check(const Handles<double>& r) {
+  check(r.full);
+  check(r.zero);
+  require(is_finite(r.sweep) && std::isfinite(r.turn_angle), "marked regions have a number that is not finite");
+  require(r.turn_angle == 0 || is_unit(r.turn_axis), "the axis of turning marked regions must be of unit length");
+}
+
 void check(const CustomRegion& r) {
   require(r.evaluate != nullptr, "a custom region has no function");
   require(r.slope > 0 && r.speed >= 0, "a custom region needs a positive bound of its slope");
@@ -74,6 +81,9 @@ void check(const Field& field, const Segment& segment) {
   require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
+  if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+    require(handles->sweep == segment.displacement, "the sweep of marked regions must be the segment's displacement");
+  }
   if (segment.time_law == TimeLaw::blended) {
     const bool region =
         std::holds_alternative<Ball<double>>(field.region) || std::holds_alternative<Capsule<double>>(field.region);

@@ -42,7 +42,7 @@ TEST(Flow, PrefixThenRestIsTheWhole) {
     EXPECT_LT(test::greatest_distance(pieces, whole), 1e-8) << at;
   }
   EXPECT_EQ(prefix(flow, 0).segments.size(), 0U);
-  EXPECT_EQ(prefix(flow, 14), flow);
+  EXPECT_EQ(prefix(flow, static_cast<double>(flow.segments.size())), flow);
   EXPECT_EQ(prefix(flow, 99), flow);
 }
 
@@ -74,6 +74,12 @@ TEST(Validate, NamesTheSegmentAndWhatIsWrong) {
   expect_refused("a blended half-space", [](Segment& s) {
     s.fields[0].region = HalfSpace<double>{{0, 0, 1}};
     s.time_law = TimeLaw::blended;
+  });
+  expect_refused("marked regions without a zero set", [](Segment& s) {
+    s.fields[0].region = Handles<double>{{{{0, 0, 0}}, {}, 8}, {{}, {}, 8}, s.displacement};
+  });
+  expect_refused("marked regions that are not swept", [](Segment& s) {
+    s.fields[0].region = Handles<double>{{{{0, 0, 0}}, {}, 8}, {{{2, 0, 0}}, {}, 8}};
   });
   expect_refused("a cylinder of radius 0", [](Segment& s) { s.cylinder = Cylinder{{0, 0, 0}, {0, 0, 1}, 0}; });
 }

@@ -15,6 +15,7 @@ using Warnings = std::vector<std::string>;
 void validate(const ImplicitStroke& stroke);
 void validate(const PaintStroke& stroke);
 void validate(const PointsStroke& stroke);
+void validate(const HandlesStroke& stroke);
 void validate(const RotateStroke& stroke);
 void validate(const StretchStroke& stroke);
 void validate(const TwistStroke& stroke);
@@ -23,6 +24,7 @@ void validate(const BendStroke& stroke);
 Flow flow_of(const ImplicitStroke& stroke);
 Flow flow_of(const PaintStroke& stroke);
 Flow flow_of(const PointsStroke& stroke);
+Flow flow_of(const HandlesStroke& stroke);  // vertices have been looked up: full and zero hold the points
 Flow flow_of(const RotateStroke& stroke);
 Flow flow_of(const StretchStroke& stroke);
 Flow flow_of(const TwistStroke& stroke);
@@ -31,6 +33,7 @@ Flow flow_of(const BendStroke& stroke);
 void warn(const ImplicitStroke& stroke, Warnings& warnings);
 void warn(const PaintStroke& stroke, Warnings& warnings);
 void warn(const PointsStroke& stroke, Warnings& warnings);
+void warn(const HandlesStroke& stroke, Warnings& warnings);  // as flow_of
 void warn(const RotateStroke& stroke, Warnings& warnings);
 void warn(const StretchStroke& stroke, Warnings& warnings);
 void warn(const TwistStroke& stroke, Warnings& warnings);

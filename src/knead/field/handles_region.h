@@ -1,0 +1,44 @@
+// The evaluation of the region field of marked regions; included by region.h.
+#pragma once
+
+#include "knead/field/region.h"
+
+namespace knead {
+
+// D and its gradient for the full and the zero set of marked regions.
+template <class T>
+struct HandlesDistances {
+  RegionValue<T> full;
+  RegionValue<T> zero;
+};
+
+// At d = x - c(t). The full set has turned with the motion, so d is turned back to it; the zero set is left behind by
+// the sweep.
+template <class T, class S>
+HandlesDistances<T> handles_distances(const Handles<S>& region, const Vec3<T>& d, const T& t) {
+  const RegionValue<T> zero = evaluate(region.zero, d + Vec3<T>(region.sweep) * t, t);
+  if (region.turn_angle == S(0)) return {evaluate(region.full, d, t), zero};
+  const Vec3<T> axis(region.turn_axis);
+  const SinCos<T> forth = sincos(t * T(region.turn_angle));
+  RegionValue<T> full = evaluate(region.full, rotate(d, axis, SinCos<T>{-forth.sin, forth.cos}), t);
+  full.gradient = rotate(full.gradient, axis, forth);
+  return {full, zero};
+}
+
+// With F = D_full and Z = D_zero: r = F / (F + Z), grad r = (Z grad F - F grad Z) / (F + Z)^2. The kinks of F and Z at
+// their points do no harm: there dw/dr falls to 0 with the square of r, and with the cube of 1 - r. Where single
+// precision cannot tell two points of the sets apart, both distances may be 0; such a place rests.
+template <class T, class S>
+RegionValue<T> evaluate(const Handles<S>& region, const Vec3<T>& d, const T& t) {
+  const HandlesDistances<T> distance = handles_distances(region, d, t);
+  const T& full = distance.full.value;
+  const T& zero = distance.zero.value;
+  const T sum = full + zero;
+  const auto apart = sum > T(0);
+  const T inverse = select(apart, T(1) / sum, T(0));
+  const Vec3<T> gradient =
+      (distance.full.gradient * (zero * inverse) - distance.zero.gradient * (full * inverse)) * inverse;
+  return {select(apart, full / sum, T(1)), gradient};
+}
+
+}  // namespace knead
