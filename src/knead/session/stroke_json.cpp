@@ -209,7 +209,7 @@ constexpr std::array kTools{
     Tool{"bend", as_stroke<read_bend>},
 };
 
-const Tool& find_tool(const JsonValue& name, const Place& place) {
+const Tool& find_tool(const JsonValue& name) {
   const std::string text = name.text();
   for (const Tool& tool : kTools) {
     if (tool.name == text) return tool;
@@ -222,7 +222,7 @@ const Tool& find_tool(const JsonValue& name, const Place& place) {
 }  // namespace
 
 Stroke read_stroke(const JsonValue& line, const Place& place) {
-  const Tool& tool = find_tool(JsonObject(line, place, "a stroke").at("tool"), place);
+  const Tool& tool = find_tool(JsonObject(line, place, "a stroke").at("tool"));
   Stroke stroke = tool.read(JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place);
   try {
     validate(stroke);

@@ -17,8 +17,8 @@ std::shared_ptr<const Mesh> tool_mesh_of(const Session& session, const Stroke& s
 std::size_t expected_segments(const Stroke& stroke, const Mesh* tool);
 
 // Carries out a stroke that reads the surface: hands the strokes that it becomes to surface.apply, in order, until that
-// says to stop. What it has to say about the result goes to `warnings`. Throws InvalidInput for a stroke that this
+// says to stop. What there is to say about it goes to `remarks`. Throws InvalidInput for a stroke that this
 // surface cannot take.
-void apply_on(const Stroke& stroke, const Mesh* tool, const LiveSurface& surface, std::vector<std::string>& warnings);
+void apply_on(const Stroke& stroke, const Mesh* tool, const LiveSurface& surface, std::vector<std::string>& remarks);
 
 }  // namespace knead::session_detail

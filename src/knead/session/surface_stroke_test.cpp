@@ -80,8 +80,8 @@ TEST_F(SurfaceStroke, ResolvedReplaysToTheSameBits) {
       ASSERT_EQ(result.status, AdvectStatus::done) << kind;
       const Session resolved = resolved_of(mesh, session(kind), options);
       const ReplayResult again = replay(mesh, resolved, options);
-      EXPECT_EQ(again.positions, result.positions) << kind;
-      EXPECT_EQ(again.steps, result.steps) << kind;
+      EXPECT_TRUE(again.positions == result.positions) << kind;
+      EXPECT_TRUE(again.steps == result.steps) << kind;
       EXPECT_EQ(again.accepted_steps, result.accepted_steps) << kind;
       EXPECT_EQ(again.segments, result.segments) << kind;
       EXPECT_EQ(again.resolved.size(), resolved.strokes.size()) << kind;
@@ -138,10 +138,10 @@ TEST_F(SurfaceStroke, FramesAndPartsAreThoseOfItsSegments) {
     AdvectOptions advect_options;
     advect_options.tolerance = 1e-5 * bounding_box(mesh.positions).diagonal();
     advect(flow_of(resolved.strokes.front().stroke), expected, advect_options);
-    advect(prefix(flow, 0.6 * static_cast<double>(flow.segments.size())), expected, advect_options);
+    advect(prefix(flow, (1.6 - 1) * static_cast<double>(flow.segments.size())), expected, advect_options);
     ReplayOptions options;
     options.until = 1.6;
-    EXPECT_EQ(replay(mesh, session(kind), options).positions, expected) << kind;
+    EXPECT_TRUE(replay(mesh, session(kind), options).positions == expected) << kind;
 
     options.until = std::nullopt;
     options.frames = static_cast<int>(5 * session(kind).strokes.size()) + 1;
@@ -154,9 +154,9 @@ TEST_F(SurfaceStroke, FramesAndPartsAreThoseOfItsSegments) {
       last.assign(positions.begin(), positions.end());
     };
     const ReplayResult result = replay(mesh, session(kind), options);
-    EXPECT_EQ(frame, expected) << kind;
-    EXPECT_EQ(last, result.positions) << kind;
-    EXPECT_EQ(result.positions, replay(mesh, session(kind)).positions) << kind;
+    EXPECT_TRUE(frame == expected) << kind;
+    EXPECT_TRUE(last == result.positions) << kind;
+    EXPECT_TRUE(result.positions == replay(mesh, session(kind)).positions) << kind;
     EXPECT_EQ(progress.done, total_work(mesh, session(kind), options)) << kind;
   }
 }
@@ -168,7 +168,7 @@ TEST_F(SurfaceStroke, DoesNotDependOnThreads) {
     one.threads = 1;
     ReplayOptions two;
     two.threads = 2;
-    EXPECT_EQ(replay(mesh, session(kind), one).positions, replay(mesh, session(kind), two).positions) << kind;
+    EXPECT_TRUE(replay(mesh, session(kind), one).positions == replay(mesh, session(kind), two).positions) << kind;
   }
 }
 

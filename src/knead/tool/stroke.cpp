@@ -33,11 +33,20 @@ bool reads_surface(const Stroke& stroke) {
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
   if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");
-  return std::visit([](const auto& tool) { return tool_detail::flow_of(tool); }, stroke);
+  return std::visit(
+      [](const auto& tool) {
+        if constexpr (std::is_same_v<decltype(tool), const StampStroke&>) {
+          return Flow{};
+        } else {
+          return tool_detail::flow_of(tool);
+        }
+      },
+      stroke);
 }
 
 std::vector<std::string> warnings(const Stroke& stroke) {
   std::vector<std::string> result;
+  if (std::holds_alternative<HandlesStroke>(stroke) && reads_surface(stroke)) return result;
   std::visit([&](const auto& tool) { tool_detail::warn(tool, result); }, stroke);
   return result;
 }

@@ -194,7 +194,7 @@ bool reads_surface(const Stroke& stroke);
 Flow flow_of(const Stroke& stroke);
 
 // What is legal but likely to disappoint (strong flow back beside the tool), a sentence each with what to do. The
-// stroke is valid.
+// stroke is valid. Of handles with vertices nothing is known until these are looked up.
 std::vector<std::string> warnings(const Stroke& stroke);
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // The tools, a file each. Internal to the tool room: stroke.h dispatches to them.
 //
-// validate throws InvalidInput as check.h says; flow_of and warn are for valid strokes; warn appends sentences.
+// validate throws InvalidInput as check.h says; flow_of and warn are for valid strokes (a stamp has no flow of its
+// own); warn appends sentences.
 #pragma once
 
 #include <string>
@@ -16,6 +17,7 @@ void validate(const ImplicitStroke& stroke);
 void validate(const PaintStroke& stroke);
 void validate(const PointsStroke& stroke);
 void validate(const HandlesStroke& stroke);
+void validate(const StampStroke& stroke);
 void validate(const RotateStroke& stroke);
 void validate(const StretchStroke& stroke);
 void validate(const TwistStroke& stroke);
@@ -34,6 +36,7 @@ void warn(const ImplicitStroke& stroke, Warnings& warnings);
 void warn(const PaintStroke& stroke, Warnings& warnings);
 void warn(const PointsStroke& stroke, Warnings& warnings);
 void warn(const HandlesStroke& stroke, Warnings& warnings);  // as flow_of
+void warn(const StampStroke& stroke, Warnings& warnings);
 void warn(const RotateStroke& stroke, Warnings& warnings);
 void warn(const StretchStroke& stroke, Warnings& warnings);
 void warn(const TwistStroke& stroke, Warnings& warnings);
