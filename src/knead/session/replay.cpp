@@ -270,6 +270,7 @@ class Replayer {
     const bool is_known = ahead_ && at_ == 0 && to == static_cast<double>(stroke.flow.segments.size());
     if (is_known) {
       shape_ = std::move(*ahead_);
+      ahead_.reset();
     } else if (shape_.counts.status == AdvectStatus::done) {
       move_between(stroke, at_, to, shape_);
     }
