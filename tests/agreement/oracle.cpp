@@ -361,6 +361,33 @@ std::vector<OracleSegment> points(const Json& j) {
   return result;
 }
 
+// r = F / (F + Z): F the distance from the full set as it then is, Z from the zero set.
+OracleSegment handles(const Json& j) {
+  const Json& motion = j["motion"];
+  const bool turns = motion.contains("rotate");
+  const auto full = vecs(j["full"]);
+  const auto zero = vecs(j["zero"]);
+  Vec3d c{0, 0, 0};
+  for (const Vec3d& p : full) c += p / static_cast<double>(full.size());
+  if (turns) c = vec(motion["center"]);
+  const Vec3d a = turns ? normalized(vec(motion["rotate"])) : Vec3d{0, 0, 1};
+  const double angle = turns ? radians(motion["angle_deg"]) : 0;
+  const Vec3d by = turns ? Vec3d{0, 0, 0} : vec(motion["translate"]);
+  OracleField field{c, 0, 1, {}, {}, {}};
+  field.r = [=, m = j.value("exponent", 8)](const Vec3d& d, double t) {
+    std::vector<Vec3d> now;
+    for (const Vec3d& p : full) now.push_back(turned(p - c, a, angle * t));
+    std::vector<Vec3d> rests;
+    for (const Vec3d& p : zero) rests.push_back(p - c - by * t);
+    const Scalar f = point_set(now, {}, m)(d, t);
+    const Scalar z = point_set(rests, {}, m)(d, t);
+    const double sum = f.value + z.value;
+    return Scalar{f.value / sum, f.gradient / sum - (f.gradient + z.gradient) * (f.value / (sum * sum))};
+  };
+  turns ? set_rotation(field, a, angle, 1, false) : set_translation(field, by);
+  return {{field}, by};
+}
+
 OracleSegment rotate(const Json& j) {
   OracleField field{vec(j["center"]), j["inner"], j["outer"], ball(), {}, {}};
   set_rotation(field, normalized(vec(j["axis"])), radians(j["angle_deg"]), j.value("gauge", 0.0), true);
@@ -412,6 +439,7 @@ std::vector<OracleSegment> segments_of(const Json& j) {
   if (tool == "implicit") return implicit(j);
   if (tool == "paint") return paint(j);
   if (tool == "points") return points(j);
+  if (tool == "handles") return {handles(j)};
   if (tool == "rotate") return {rotate(j)};
   if (tool == "stretch") return {stretch(j)};
   if (tool == "twist") return {twist(j)};

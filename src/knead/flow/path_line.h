@@ -192,6 +192,8 @@ class PathLine {
   // through its ends, which an estimate misses where a step's last stages alone are beyond one.
   static constexpr double kReach = 0.16;
   static constexpr double kCapsuleReach = 0.06;
+  // Between marked sets nothing is out of an estimate's sight, for there v is nowhere 0 over a length.
+  static constexpr double kLocalReach = 0.3;
   // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
   // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
   static constexpr double kSafety = 0.02;
@@ -211,12 +213,12 @@ class PathLine {
     return sum;
   }
 
-  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than kReach of
-  // the intermediate region's width.
+  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than kReach or
+  // kCapsuleReach of the intermediate region's width, or kLocalReach of that at the place.
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
-    const S reach = std::min(reach_, static_cast<S>(kReach) * kernel_.width(x0_, moved_, t));
+    const S reach = std::min(reach_, static_cast<S>(kLocalReach) * kernel_.width(x0_, moved_, t));
     const S longest = speed > S(0) ? reach / speed : std::numeric_limits<S>::infinity();
     if (segment_.time_law == TimeLaw::swept) return longest;
     const double from_end = std::min(t, 1 - t);
