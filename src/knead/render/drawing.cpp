@@ -33,7 +33,14 @@ void use(const Program& program, const Pass& pass) {
   set(program, "perspective", view.perspective ? 1.0 : 0.0);
   glUniform2f(uniform(program, "samples"), static_cast<float>(pass.width), static_cast<float>(pass.height));
   glUniformMatrix4fv(uniform(program, "matrix"), 1, GL_FALSE, view.matrix.data());
+  glUniform4f(uniform(program, "clip"), 0, 0, 0, 1);
+}
+
+void use_clipped(const Program& program, const Pass& pass) {
+  use(program, pass);
+  if (!pass.clipped) return;
   glUniform4fv(uniform(program, "clip"), 1, pass.clip.data());
+  glEnable(GL_CLIP_DISTANCE0);
 }
 
 void set_simple_light(const Program& program, const View& view) {

@@ -10,8 +10,9 @@ void set(const Program& program, const char* name, double x);
 void set(const Program& program, const char* name, const Color& c);
 void set_with_alpha(const Program& program, const char* name, const Color& c);
 
-// Makes the program current and tells it of the camera and the clipping plane.
+// Makes the program current and tells it of the camera; the second also of the clipping plane, if there is one.
 void use(const Program& program, const Pass& pass);
+void use_clipped(const Program& program, const Pass& pass);
 
 // The light of things that neither cast nor catch shadows.
 void set_simple_light(const Program& program, const View& view);

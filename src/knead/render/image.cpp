@@ -32,16 +32,28 @@ void check(const Image& image) {
   }
 }
 
+void append_bytes(void* context, void* data, int size) {
+  static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+}
+
 }  // namespace
 
 std::string encode_png(const Image& image) {
   check(image);
   std::string bytes;
-  const auto append = [](void* context, void* data, int size) {
-    static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
-  };
-  if (stbi_write_png_to_func(append, &bytes, image.width, image.height, 4, image.pixels.data(), 4 * image.width) == 0) {
+  if (stbi_write_png_to_func(append_bytes, &bytes, image.width, image.height, 4, image.pixels.data(),
+                             4 * image.width) == 0) {
     throw std::runtime_error("image: could not be encoded as PNG; make it smaller");
+  }
+  return bytes;
+}
+
+std::string encode_jpeg(const Image& image, int quality) {
+  check(image);
+  if (quality < 1 || quality > 100) throw InvalidInput("image: the quality of a JPEG is from 1 to 100");
+  std::string bytes;
+  if (stbi_write_jpg_to_func(append_bytes, &bytes, image.width, image.height, 4, image.pixels.data(), quality) == 0) {
+    throw std::runtime_error("image: could not be encoded as JPEG; make it smaller");
   }
   return bytes;
 }

@@ -21,6 +21,10 @@ struct Image {
 // The bytes of a PNG file (8 bits, RGBA). Throws InvalidInput for an empty image.
 std::string encode_png(const Image& image);
 
+// The bytes of a JPEG file: small, but not every byte of the image; alpha is lost. quality: from 1 to 100. Throws
+// InvalidInput for an empty image or a quality outside its range.
+std::string encode_jpeg(const Image& image, int quality = 88);
+
 // The images in a row from left to right, aligned at their middles; what they do not cover is transparent where any
 // image has a transparent corner, else white. Throws InvalidInput for no images.
 Image side_by_side(std::span<const Image> images);

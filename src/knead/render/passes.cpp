@@ -4,25 +4,43 @@
 
 namespace knead::render {
 
+namespace {
+
+// Closes the shapes that are already drawn where the clipping plane has opened them.
+void draw_cuts(const Pass& pass, const std::vector<GpuSurface>& shapes, const Framebuffer& target) {
+  const Texture nearest = make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F);
+  const Framebuffer copy = make_framebuffer({}, &nearest);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
+  glBlitFramebuffer(0, 0, pass.width, pass.height, 0, 0, pass.width, pass.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  const Program& program = pass.programs.cap;
+  use_clipped(program, pass);
+  bind_texture(program, "nearest_map", 0, GL_TEXTURE_2D, nearest);
+  set(program, "cut_srgb", pass.cut);
+  for (const GpuSurface& shape : shapes) {
+    if (!shape.points) draw(shape);
+  }
+}
+
+}  // namespace
+
 GBuffer draw_shapes(const Pass& pass, const std::vector<GpuSurface>& shapes) {
   GBuffer buffer{make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
                  make_texture(pass.width, pass.height, GL_RGBA8), make_texture(pass.width, pass.height, GL_RGBA16F)};
   const Framebuffer target = make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
   reset_state(pass.width, pass.height);
   glEnable(GL_DEPTH_TEST);
-  if (pass.clipped) glEnable(GL_CLIP_DISTANCE0);
   clear(0, 0, 0, 0);
   clear_depth();
   for (const GpuSurface& shape : shapes) {
-    const Programs& programs = pass.programs;
-    const Program& program = shape.points ? programs.disc : (pass.clipped ? programs.cap : programs.clay);
-    use(program, pass);
+    const Program& program = shape.points ? pass.programs.disc : pass.programs.clay;
+    use_clipped(program, pass);
     set(program, "back_srgb", shape.color);
-    set(program, "cut_srgb", pass.cut);
     set(program, "wire_width", pass.options.wireframe ? 1.1 * pass.options.supersampling : 0.0);
     set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
     draw(shape);
   }
+  if (pass.clipped) draw_cuts(pass, shapes, target);
   return buffer;
 }
 

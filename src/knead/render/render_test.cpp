@@ -14,7 +14,6 @@
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wold-style-cast"
 #define STB_IMAGE_IMPLEMENTATION
-#define STBI_ONLY_PNG
 #define STBI_NO_STDIO
 #define STB_IMAGE_STATIC
 #include "stb_image.h"
@@ -266,6 +265,32 @@ TEST_F(RenderTest, CutIsFlatAndInItsColor) {
   EXPECT_LT(at(render(scene, options), 120, 100).red, at(render(scene, options), 120, 100).green + 80);
 }
 
+TEST_F(RenderTest, CutBesideTheShapeChangesNothing) {
+  const Mesh ball = make_ball({}, 1);
+  Scene scene = scene_of(ball, Projection::perspective);
+  const Image whole = render(scene, small_options());
+  for (const Clip& clip : {Clip{{0, 0, 1}, 1.5, {}}, Clip{{0, 0, 1}, 100, {}}, Clip{{0, 0, -1}, 1.5, {}}}) {
+    scene.clip = clip;
+    EXPECT_EQ(render(scene, small_options()), whole);
+  }
+}
+
+TEST_F(RenderTest, CutsLeaveToolsWhole) {
+  const Mesh ball = make_ball({}, 1);
+  Scene scene = scene_of(ball);
+  scene.surfaces.push_back({make_ball({0, 0, 1}, 0.5), {0, 1, 0, 0.5f}});
+  scene.lines.push_back({.points = {{-0.8, 0, 1.6}, {0.8, 0, 1.6}}, .radius = 0.05, .color = {0, 0, 1, 1}});
+  Options options = small_options();
+  options.ambient_occlusion = false;
+  scene.clip = Clip{{0, 0, 1}, 0, {1, 0, 0, 1}};
+  const Image image = render(scene, options);
+  const Pixel rod = at(image, 120, 100);
+  EXPECT_GT(rod.blue, rod.red + 80);
+  const Pixel glass = at(image, 120, 90);  // the cut, seen through two layers of green
+  EXPECT_GT(glass.green, glass.blue + 50);
+  EXPECT_GT(glass.green, glass.red);
+}
+
 TEST_F(RenderTest, PointCloudsAreDiscs) {
   Mesh points;
   points.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
@@ -355,6 +380,32 @@ TEST(Image, PngKeepsEveryByte) {
   EXPECT_TRUE(std::equal(image.pixels.begin(), image.pixels.end(), pixels));
   stbi_image_free(pixels);
   EXPECT_THROW(encode_png({}), InvalidInput);
+}
+
+TEST(Image, JpegKeepsWhatOneSees) {
+  Image image{64, 48, {}};
+  for (int i = 0; i < 64 * 48; ++i) {
+    for (const int value : {4 * (i % 64), 5 * (i / 64), 128, 255}) {
+      image.pixels.push_back(static_cast<std::uint8_t>(value));
+    }
+  }
+  const std::string jpeg = encode_jpeg(image);
+  int width = 0;
+  int height = 0;
+  int channels = 0;
+  stbi_uc* pixels = stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(jpeg.data()), static_cast<int>(jpeg.size()),
+                                          &width, &height, &channels, 4);
+  ASSERT_NE(pixels, nullptr);
+  EXPECT_EQ(width, 64);
+  EXPECT_EQ(height, 48);
+  int worst = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    worst = std::max(worst, std::abs(int{image.pixels[i]} - int{pixels[i]}));
+  }
+  EXPECT_LE(worst, 16);  // of 255; a smooth image at the quality of 88
+  stbi_image_free(pixels);
+  EXPECT_THROW(encode_jpeg({}), InvalidInput);
+  EXPECT_THROW(encode_jpeg(image, 0), InvalidInput);
 }
 
 TEST(Image, SideBySideKeepsThePixels) {

@@ -44,6 +44,7 @@ out vec3 point;
 out vec3 surface_normal;
 out vec3 srgb;
 out vec3 edge_distance;
+invariant gl_Position;
 void main() {
   point = position;
   surface_normal = normal;
@@ -88,25 +89,22 @@ void main() {
 }
 )";
 
-// A back face seen from the side that was cut away means that the ray went in through the cut: show that point instead.
+// Where the nearest surface is a back face seen from the side that was cut away, the ray went in through the cut: show
+// that point instead. `nearest_map` is the depth of the shapes without the cut.
 const char* const kCapFragment = R"(
+uniform sampler2D nearest_map;
 uniform vec4 clip;
 uniform vec3 cut_srgb;
 void main() {
-  gl_FragDepth = gl_FragCoord.z;
-  vec3 color = linear(gl_FrontFacing ? srgb : back_srgb);
-  if (wire_width > 0.0) color = mix(color, color * 0.08, wire());
-  vec3 n = unit_normal();
+  float nearest = texelFetch(nearest_map, ivec2(gl_FragCoord.xy), 0).x;
   vec3 origin = ray_origin(gl_FragCoord.xy);
   vec3 direction = ray_direction(gl_FragCoord.xy);
   float toward = dot(clip.xyz, direction);
-  if (!gl_FrontFacing && toward < 0.0) {
-    float t = (clip.w - dot(clip.xyz, origin)) / toward;
-    color = linear(cut_srgb);
-    n = clip.xyz;
-    gl_FragDepth = clamp(depth_at(t), 0.0, 1.0);
-  }
-  write(color, n);
+  if (gl_FrontFacing || gl_FragCoord.z > nearest + 1e-6 || toward >= 0.0) discard;
+  float t = (clip.w - dot(clip.xyz, origin)) / toward;
+  if (t <= range.x) discard;
+  gl_FragDepth = clamp(depth_at(t), 0.0, 1.0);
+  write(linear(cut_srgb), clip.xyz);
 }
 )";
 

@@ -17,7 +17,7 @@ struct ShaderSource {
 };
 
 ShaderSource clay_source();      // triangles -> reflectance, normal
-ShaderSource cap_source();       // the same with the cut of a clipping plane
+ShaderSource cap_source();       // what a clipping plane has cut open, closed
 ShaderSource disc_source();      // points -> reflectance, normal
 ShaderSource shadow_source();    // depth seen from a light
 ShaderSource lighting_source();  // adds the light of one pass
