@@ -79,13 +79,13 @@ void print_notes(std::span<const std::string> notes) {
   for (const std::string& note : notes) print_message("note: " + note);
 }
 
-void require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
+std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
   std::string supported;
   for (const std::string_view each : extensions) {
-    if (extension == fmt::format(".{}", each)) return;
+    if (extension == fmt::format(".{}", each)) return std::string(each);
     supported += fmt::format("{}.{}", supported.empty() ? "" : " or ", each);
   }
   throw UsageError(

@@ -21,8 +21,8 @@ std::string counted(std::size_t count, std::string_view noun);
 // Remarks, a line each: "knead: note: ...".
 void print_notes(std::span<const std::string> notes);
 
-// Throws UsageError unless the path ends in one of the extensions ("ply"), in upper or lower case.
-void require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
+// Which of the extensions ("ply") the path ends in, in upper or lower case. Throws UsageError where it is none.
+std::string require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
 
 // The same for a shape's file.
 void require_shape_extension(const std::filesystem::path& path);

@@ -16,16 +16,19 @@ namespace {
 using render::Image;
 using render::Scene;
 
-// A scene for each shape; the tools are in the first.
 std::vector<Scene> scenes_of(const PictureRequest& request) {
-  std::vector<Scene> scenes(request.shapes.size());
+  std::vector<Scene> scenes(request.panels.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const Panel& panel = request.panels[i];
     render::Shape& shape = scenes[i].shapes.emplace_back();
-    shape.mesh = &request.shapes[i];
+    shape.mesh = &panel.shape;
     shape.use_mesh_colors = true;
+    const Box box = render::shapes_box(scenes[i]);
+    for (const DrawnTool& tool : panel.tools) {
+      tool.moment ? draw_tool_at(tool.stroke, *tool.moment, box, scenes[i]) : draw_tool(tool.stroke, box, scenes[i]);
+    }
+    if (request.cut) scenes[i].clip = {.normal = request.cut->normal, .offset = request.cut->offset};
   }
-  const Box box = render::shapes_box(scenes.front());
-  for (const Flow& tool : request.tools) draw_tool(tool, box, scenes.front());
   return scenes;
 }
 
@@ -42,6 +45,15 @@ Box common_box(const std::vector<Scene>& scenes) {
   box.extend(size * -0.5);
   box.extend(size * 0.5);
   return box;
+}
+
+// The camera of fit_camera moved sideways and in or out.
+render::Camera close_up_camera(const render::Camera& fitted, const CloseUp& close_up) {
+  render::Camera camera = fitted;
+  camera.target = close_up.target;
+  camera.eye = close_up.target + (fitted.eye - fitted.target) * (close_up.height / fitted.height);
+  camera.height = close_up.height;
+  return camera;
 }
 
 void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene>& scenes) {
@@ -63,7 +75,8 @@ void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene
     all.extend(box.min);
     all.extend(box.max);
   }
-  const render::Camera camera = render::fit_camera(all, request.view, request.up, aspect);
+  render::Camera camera = render::fit_camera(all, request.view, request.up, aspect);
+  if (request.close_up) camera = close_up_camera(camera, *request.close_up);
   for (Scene& scene : scenes) scene.camera = camera;
 }
 
@@ -92,7 +105,8 @@ std::string draw_picture(const PictureRequest& request) {
     options.width = width + (i < request.width % count ? 1 : 0);
     images.push_back(render::render(scenes[static_cast<std::size_t>(i)], options));
   }
-  return render::encode_png(render::side_by_side(images));
+  const Image picture = render::side_by_side(images);
+  return request.format == ImageFormat::jpeg ? render::encode_jpeg(picture) : render::encode_png(picture);
 }
 
 }  // namespace knead::command

@@ -11,10 +11,36 @@
 
 namespace knead::command {
 
+// The tool of a stroke: its whole way, or the place where it is at a moment, given in segments of the stroke.
+struct DrawnTool {
+  Flow stroke;
+  std::optional<double> moment;
+};
+
+struct Panel {
+  Mesh shape;
+  std::vector<DrawnTool> tools;
+};
+
+// Takes away the side dot(normal, x) > offset of every shape.
+struct CutPlane {
+  Vec3d normal;
+  double offset = 0;
+};
+
+// What the camera looks at, and the height of what it shows there.
+struct CloseUp {
+  Vec3d target;
+  double height = 0;
+};
+
+enum class ImageFormat { png, jpeg };
+
 struct PictureRequest {
-  std::vector<Mesh> shapes;  // side by side, at least one
-  std::vector<Flow> tools;   // drawn over the first shape
-  Vec3d view{0, 0, -1};      // into the scene
+  std::vector<Panel> panels;  // side by side, at least one
+  std::optional<CutPlane> cut;
+  std::optional<CloseUp> close_up;  // instead of all that there is
+  Vec3d view{0, 0, -1};             // into the scene
   Vec3d up{0, 1, 0};
   int width = 1600;  // of the whole picture
   int height = 1200;
@@ -23,12 +49,13 @@ struct PictureRequest {
   bool flat = false;         // one normal per face
   bool wireframe = false;
   bool same_scale = false;  // each shape in the middle of its own part, all at one scale
+  ImageFormat format = ImageFormat::png;
 };
 
 // Throws std::runtime_error in a build without a renderer.
 void require_renderer();
 
-// The bytes of a PNG file. Throws as require_renderer, and where the machine has no OpenGL 3.3.
+// The bytes of an image file. Throws as require_renderer, and where the machine has no OpenGL 3.3.
 std::string draw_picture(const PictureRequest& request);
 
 }  // namespace knead::command

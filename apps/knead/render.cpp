@@ -1,6 +1,7 @@
 // knead render SHAPE... -o IMAGE.png: an off-screen picture.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -13,19 +14,20 @@
 
 #include "command.h"
 #include "knead/io/atomic_file.h"
-#include "knead/io/shape_file.h"
-#include "knead/session/session.h"
 #include "output.h"
+#include "panels.h"
 #include "picture.h"
 
 namespace knead::command {
 namespace {
 
 struct RenderOptions {
-  std::vector<std::string> shapes;
+  PanelOptions panels;
+  std::string until;
+  std::string tools = "first";
+  std::string cut;
+  std::string close_up;
   std::string output;
-  std::string session;
-  std::optional<std::size_t> stroke;
   std::string size = "1600x1200";
   std::string view = "iso";
   std::string background = "white";
@@ -35,6 +37,22 @@ struct RenderOptions {
   bool same_scale = false;
   CommonOptions common;
 };
+
+// The numbers of "1,0.5,2"; none where the text is anything else.
+std::vector<double> numbers_of(std::string_view text) {
+  std::vector<double> numbers;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (true) {
+    double number = 0;
+    const auto parsed = std::from_chars(at, end, number);
+    if (parsed.ec != std::errc{} || !std::isfinite(number)) return {};
+    numbers.push_back(number);
+    if (parsed.ptr == end) return numbers;
+    if (*parsed.ptr != ',') return {};
+    at = parsed.ptr + 1;
+  }
+}
 
 // The two numbers of "1600x1200" or "30,-20"; nothing where the text is anything else.
 template <class T>
@@ -53,7 +71,7 @@ void set_size(const RenderOptions& options, PictureRequest& request) {
   constexpr int most = 8192;
   const auto size = two_numbers<int>(options.size, 'x');
   const auto is_fine = [](int n) { return n >= least && n <= most; };
-  const int panels = static_cast<int>(options.shapes.size());
+  const int panels = static_cast<int>(std::max(options.panels.shapes.size(), options.panels.moments.size()));
   if (!size || !is_fine(size->first) || !is_fine(size->second) || size->first / panels < least) {
     throw UsageError(
         fmt::format("--size {}: give WIDTHxHEIGHT in pixels, as 1600x1200, each from {} to {} (and {} for "
@@ -98,15 +116,47 @@ void set_view(const RenderOptions& options, PictureRequest& request) {
   if (std::abs(angles->second) > 89.9) request.up = {0, 0, angles->second > 0 ? -1.0 : 1.0};
 }
 
+void set_cut(const RenderOptions& options, PictureRequest& request) {
+  if (options.cut.empty()) return;
+  const std::vector<double> n = numbers_of(options.cut);
+  if (n.size() != 4 || (n[0] == 0 && n[1] == 0 && n[2] == 0)) {
+    throw UsageError(
+        fmt::format("--cut {}: give NX,NY,NZ,OFFSET, as 1,0,0,0.2: a normal that is not zero, and where the plane lies",
+                    options.cut));
+  }
+  request.cut = CutPlane{{n[0], n[1], n[2]}, n[3]};
+}
+
+void set_close_up(const RenderOptions& options, PictureRequest& request) {
+  if (options.close_up.empty()) return;
+  const std::vector<double> n = numbers_of(options.close_up);
+  if (n.size() != 4 || !(n[3] > 0)) {
+    throw UsageError(
+        fmt::format("--close-up {}: give X,Y,Z,HEIGHT, as 0,1,0,0.5: a point, and a height above 0", options.close_up));
+  }
+  if (options.same_scale) throw UsageError("--close-up: not with --same-scale, which places each shape by itself");
+  request.close_up = CloseUp{{n[0], n[1], n[2]}, n[3]};
+}
+
+void set_format(const RenderOptions& options, PictureRequest& request) {
+  constexpr std::string_view extensions[] = {"png", "jpg", "jpeg"};
+  request.format = require_extension(options.output, extensions) == "png" ? ImageFormat::png : ImageFormat::jpeg;
+  if (request.transparent && request.format == ImageFormat::jpeg) {
+    throw UsageError("--background transparent: a JPEG has no transparent parts; write a .png file");
+  }
+}
+
 PictureRequest picture_request(const RenderOptions& options) {
   PictureRequest request;
   set_size(options, request);
   set_view(options, request);
+  set_cut(options, request);
+  set_close_up(options, request);
   if (options.background != "white" && options.background != "transparent") {
     throw UsageError(fmt::format("--background {}: say white or transparent", options.background));
   }
-  if (options.stroke && options.session.empty()) throw UsageError("--stroke: needs --session to know the strokes");
   request.transparent = options.background == "transparent";
+  set_format(options, request);
   request.ground = !options.no_ground;
   request.flat = options.flat;
   request.wireframe = options.wireframe;
@@ -114,36 +164,31 @@ PictureRequest picture_request(const RenderOptions& options) {
   return request;
 }
 
-std::vector<Flow> read_tools(const RenderOptions& options) {
-  if (options.session.empty()) return {};
-  const Session session = read_session(options.session);
-  if (!options.common.quiet) print_notes(session.warnings);
-  const std::size_t count = session.strokes.size();
-  if (options.stroke && (*options.stroke < 1 || *options.stroke > count)) {
-    throw UsageError(
-        fmt::format("--stroke {}: {} has {}, counted from 1", *options.stroke, session.name, counted(count, "stroke")));
+PanelOptions panel_options(const RenderOptions& options) {
+  PanelOptions panels = options.panels;
+  if (!options.until.empty()) {
+    panels.moments = numbers_of(options.until);
+    if (panels.moments.empty()) {
+      throw UsageError(fmt::format("--until {}: give moments in strokes, as 0,0.5,1", options.until));
+    }
   }
-  std::vector<Flow> tools;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!options.stroke || i + 1 == *options.stroke) tools.push_back(flow_of(session.strokes[i].stroke));
-  }
-  return tools;
+  constexpr std::array<std::pair<std::string_view, ToolPanels>, 3> entries{
+      {{"first", ToolPanels::first}, {"each", ToolPanels::each}, {"none", ToolPanels::none}}};
+  const auto found =
+      std::find_if(entries.begin(), entries.end(), [&](const auto& entry) { return entry.first == options.tools; });
+  if (found == entries.end()) throw UsageError(fmt::format("--tools {}: say first, each or none", options.tools));
+  panels.tools = found->second;
+  panels.quiet = options.common.quiet;
+  check_usage(panels);
+  return panels;
 }
 
-void run_render(const RenderOptions& options) {
+void run_render(RenderOptions options) {
+  options.panels = panel_options(options);
   PictureRequest request = picture_request(options);
-  constexpr std::string_view extensions[] = {"png"};
-  require_extension(options.output, extensions);
   require_renderer();
   require_writable(options.output);
-  request.tools = read_tools(options);
-  for (const std::string& path : options.shapes) {
-    ShapeFile file = read_shape(path);
-    if (!options.common.quiet) {
-      for (const std::string& note : file.notes) print_message(fmt::format("note: {}: {}", path, note));
-    }
-    request.shapes.push_back(std::move(file.mesh));
-  }
+  request.panels = make_panels(options.panels);
   write_file_atomically(options.output, draw_picture(request));
   if (options.common.json) {
     const nlohmann::ordered_json json{{"width", request.width}, {"height", request.height}};
@@ -154,14 +199,24 @@ void run_render(const RenderOptions& options) {
 }
 
 void add_options(CLI::App& app, RenderOptions& options) {
-  app.add_option("SHAPE", options.shapes, "One or more meshes or point clouds, drawn side by side")
+  app.add_option("SHAPE", options.panels.shapes, "One or more meshes or point clouds, drawn side by side")
       ->required()
       ->type_name("");
-  app.add_option("-o,--output", options.output, "The .png file to write")->required()->type_name("FILE");
-  app.add_option("--session", options.session,
+  app.add_option("-o,--output", options.output, "The .png or .jpg file to write")->required()->type_name("FILE");
+  app.add_option("--session", options.panels.session,
                  "Draw this session's tools over the first shape: r = inner red, r = outer green")
       ->type_name("FILE");
-  app.add_option("--stroke", options.stroke, "Only the tool of this stroke, counted from 1")->type_name("N");
+  app.add_option("--stroke", options.panels.stroke, "Only the tool of this stroke, counted from 1")->type_name("N");
+  app.add_option("--until", options.until,
+                 "The one shape as the session has deformed it after S strokes, a panel for each S; 2.5: half of the "
+                 "third")
+      ->type_name("S,S,...");
+  app.add_option("--tools", options.tools,
+                 "first: all tools in the first panel; each: in every panel the tool then at work; none")
+      ->capture_default_str()
+      ->type_name("WHERE");
+  app.add_option("--cut", options.cut, "Take away what lies beyond the plane N.x = OFFSET, and show the cut")
+      ->type_name("NX,NY,NZ,OFFSET");
   app.add_option("--size", options.size, "WIDTHxHEIGHT of the whole picture in pixels")
       ->capture_default_str()
       ->type_name("WxH");
@@ -169,6 +224,8 @@ void add_options(CLI::App& app, RenderOptions& options) {
                  "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees; y is up")
       ->capture_default_str()
       ->type_name("NAME");
+  app.add_option("--close-up", options.close_up, "Look at this point, and show so much about it from bottom to top")
+      ->type_name("X,Y,Z,HEIGHT");
   app.add_option("--background", options.background, "white or transparent")->capture_default_str()->type_name("COLOR");
   app.add_flag("--no-ground", options.no_ground, "No shadow on the ground");
   app.add_flag("--flat", options.flat, "One shade for each face");
@@ -184,10 +241,13 @@ Subcommand add_render(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("render", "Draw shapes, and the tools of a session, into a picture");
   const auto options = std::make_shared<RenderOptions>();
   add_options(*app, *options);
-  add_examples(*app,
-               "  knead render hand.ply -o hand.png\n"
-               "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
-               "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png");
+  add_examples(
+      *app,
+      "  knead render hand.ply -o hand.png\n"
+      "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
+      "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
+      "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
+      "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png");
   return {app, [options] { run_render(*options); }};
 }
 

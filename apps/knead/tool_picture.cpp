@@ -142,15 +142,37 @@ void draw_path(const Flow& stroke, const Box& around, render::Scene& scene) {
   }
 }
 
+// The segment's fields as they stand at its time t.
+Segment at_time(const Segment& segment, double t) {
+  Segment now = segment;
+  for (Field& field : now.fields) {
+    field.center += segment.displacement * t;
+    if (auto* plane = std::get_if<HalfSpace<double>>(&field.region)) plane->normal = normal_at(*plane, t);
+  }
+  return now;
+}
+
+bool moves(const Flow& stroke) {
+  return stroke.segments.size() > 1 || stroke.segments.back().displacement != Vec3d{0, 0, 0};
+}
+
 }  // namespace
 
 void draw_tool(const Flow& stroke, const Box& around, render::Scene& scene) {
   if (stroke.segments.empty()) return;
   draw_start(stroke.segments.front(), around, scene);
+  if (!moves(stroke)) return;
   const Segment& last = stroke.segments.back();
-  if (stroke.segments.size() == 1 && last.displacement == Vec3d{0, 0, 0}) return;
   draw_regions(last, last.displacement, kFaint, around, scene);
   draw_path(stroke, around, scene);
+}
+
+void draw_tool_at(const Flow& stroke, double moment, const Box& around, render::Scene& scene) {
+  if (stroke.segments.empty()) return;
+  const auto index = std::min(static_cast<std::size_t>(moment), stroke.segments.size() - 1);
+  const Segment now = at_time(stroke.segments[index], std::min(moment - static_cast<double>(index), 1.0));
+  draw_start(now, around, scene);
+  if (moves(stroke)) draw_path(stroke, around, scene);
 }
 
 }  // namespace knead::command

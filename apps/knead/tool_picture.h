@@ -11,4 +11,8 @@ namespace knead::command {
 // motion; where it travels also, fainter, at its end, and the path in between. `around` is the box of the shape.
 void draw_tool(const Flow& stroke, const Box& around, render::Scene& scene);
 
+// The same tool where it is at a moment of its stroke, given in segments from the beginning, and the path of the
+// stroke.
+void draw_tool_at(const Flow& stroke, double moment, const Box& around, render::Scene& scene);
+
 }  // namespace knead::command

@@ -66,7 +66,7 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"make", "sphere", "-o", "b.ply", "-n", "-5"},
       {"make", "sphere", "-o", "b.png"},
       {"render", "-o", "b.png"},
-      {"render", "a.ply", "-o", "b.jpg"},
+      {"render", "a.ply", "-o", "b.gif"},
       {"render", "a.ply", "-o", "b.png", "--size", "800"},
       {"render", "a.ply", "-o", "b.png", "--size", "800x600x3"},
       {"render", "a.ply", "-o", "b.png", "--size", "0x600"},
@@ -74,6 +74,16 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"render", "a.ply", "-o", "b.png", "--view", "10,95"},
       {"render", "a.ply", "-o", "b.png", "--background", "pink"},
       {"render", "a.ply", "-o", "b.png", "--stroke", "1"},
+      {"render", "a.ply", "-o", "b.png", "--until", "0"},
+      {"render", "a.ply", "-o", "b.png", "--session", "s.knead", "--until", "half"},
+      {"render", "a.ply", "a.ply", "-o", "b.png", "--session", "s.knead", "--until", "0,1"},
+      {"render", "a.ply", "-o", "b.png", "--session", "s.knead", "--tools", "each"},
+      {"render", "a.ply", "-o", "b.png", "--session", "s.knead", "--tools", "last"},
+      {"render", "a.ply", "-o", "b.png", "--cut", "1,0,0"},
+      {"render", "a.ply", "-o", "b.png", "--cut", "0,0,0,1"},
+      {"render", "a.ply", "-o", "b.png", "--close-up", "0,0,0,0"},
+      {"render", "a.ply", "-o", "b.png", "--close-up", "0,0,0,1", "--same-scale"},
+      {"render", "a.ply", "-o", "b.jpg", "--background", "transparent"},
   };
   for (const Words& words : wrong) {
     SCOPED_TRACE(::testing::PrintToString(words));

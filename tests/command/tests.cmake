@@ -6,3 +6,7 @@ knead_test(knead_command_test
            LIBRARIES fmt::fmt nlohmann_json::nlohmann_json)
 target_compile_definitions(knead_command_test PRIVATE KNEAD_COMMAND="$<TARGET_FILE:knead>")
 add_dependencies(knead_command_test knead)
+if(TARGET knead::render)
+  target_sources(knead_command_test PRIVATE ${here}/render_test.cpp)
+  target_include_directories(knead_command_test SYSTEM PRIVATE ${KNEAD_STB_INCLUDE_DIR})
+endif()

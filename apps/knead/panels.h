@@ -1,0 +1,34 @@
+// The panels of `knead render`: shapes as they are, or one shape at moments of a session, with tools.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "picture.h"
+
+namespace knead::command {
+
+// In which panels tools are drawn.
+//   first: the first one, the whole way of every stroke's tool;
+//   each:  all, the tool of the stroke under way at the panel's moment, where it then is.
+enum class ToolPanels { first, each, none };
+
+struct PanelOptions {
+  std::vector<std::string> shapes;    // files, at least one
+  std::string session;                // file; empty: no tools
+  std::optional<std::size_t> stroke;  // only this one's tool, counted from 1
+  std::vector<double> moments;        // of the session, in strokes; empty: the shapes as they are
+  ToolPanels tools = ToolPanels::first;
+  bool quiet = false;
+};
+
+// Throws UsageError where options do not go together: moments need a session and one shape, ToolPanels::each needs
+// moments, a stroke needs a session.
+void check_usage(const PanelOptions& options);
+
+// A panel for each moment, or for each shape where there are none. Throws UsageError for a stroke or a moment that the
+// session does not have, and what reading and replaying throw.
+std::vector<Panel> make_panels(const PanelOptions& options);
+
+}  // namespace knead::command

@@ -1,0 +1,208 @@
+// knead render, where there is a renderer.
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "process.h"
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_NO_STDIO
+#define STB_IMAGE_STATIC
+#include "stb_image.h"
+#pragma GCC diagnostic pop
+
+namespace knead::command_test {
+namespace {
+
+using Words = std::vector<std::string>;
+
+struct Picture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> pixels;  // red, green, blue
+
+  // How many pixels of columns [left, right) are as the predicate says.
+  template <class Predicate>
+  int count(int left, int right, Predicate predicate) const {
+    int found = 0;
+    for (int y = 0; y < height; ++y) {
+      for (int x = left; x < right; ++x) {
+        const std::uint8_t* p = &pixels[3 * static_cast<std::size_t>(y * width + x)];
+        if (predicate(p[0], p[1], p[2])) ++found;
+      }
+    }
+    return found;
+  }
+};
+
+// The cut's colour is the only one that is red without being dark; clay is grey-brown.
+bool is_cut(int red, int green, int blue) { return red > green + 50 && green > blue; }
+bool is_covered(int red, int green, int blue) { return std::min({red, green, blue}) < 250; }
+bool is_green(int red, int green, int blue) { return green > red + 8 && green > blue + 8; }
+
+class RenderTest : public CommandTest {
+ protected:
+  void SetUp() override {
+    knead_ok({"make", "sphere", "-n", "642", "-o", "a.ply", "-q"});
+    write("s.knead", kTwoStrokes);
+    const Outcome outcome = knead({"render", "a.ply", "-o", "probe.png", "--size", "16x16", "-q"});
+    if (outcome.exit_code == 1) GTEST_SKIP() << "no renderer here: " << outcome.err;
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+
+  Picture picture_of(const Words& words, const std::string& name = "p.png") const {
+    Words all{"render"};
+    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), {"-o", name, "-q", "--no-ground"});
+    knead_ok(all);
+    const std::string bytes = read(name);
+    Picture picture;
+    int channels = 0;
+    const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+        stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()),
+                              &picture.width, &picture.height, &channels, 3),
+        stbi_image_free);
+    EXPECT_NE(pixels, nullptr) << name;
+    if (pixels) picture.pixels.assign(pixels.get(), pixels.get() + 3 * picture.width * picture.height);
+    return picture;
+  }
+
+  // Width and height in the PNG's header.
+  std::pair<unsigned, unsigned> size_of(const std::string& name) const {
+    const std::string bytes = read(name);
+    EXPECT_TRUE(bytes.starts_with("\x89PNG\r\n\x1a\n")) << name;
+    if (bytes.size() < 24) return {};
+    const auto number = [&](std::size_t at) {
+      unsigned value = 0;
+      for (std::size_t i = at; i < at + 4; ++i) value = value * 256 + static_cast<unsigned char>(bytes[i]);
+      return value;
+    };
+    return {number(16), number(20)};
+  }
+};
+
+TEST_F(RenderTest, PicturesHaveTheSizeAskedFor) {
+  EXPECT_EQ(knead_ok({"render", "a.ply", "-o", "one.png", "--size", "200x120"}), "one.png: 200 x 120 pixels\n");
+  EXPECT_EQ(size_of("one.png"), std::make_pair(200u, 120u));
+  knead_ok({"render", "a.ply", "a.ply", "a.ply", "-o", "three.PNG", "--size", "200x100", "-q", "--same-scale"});
+  EXPECT_EQ(size_of("three.PNG"), std::make_pair(200u, 100u));
+}
+
+TEST_F(RenderTest, OptionsChangeThePicture) {
+  const auto picture = [&](const Words& words) {
+    Words all{"render", "a.ply", "-o", "p.png", "--size", "96x72", "-q"};
+    all.insert(all.end(), words.begin(), words.end());
+    knead_ok(all);
+    return read("p.png");
+  };
+  const std::string plain = picture({});
+  EXPECT_EQ(picture({"--view", "iso"}), plain);
+  EXPECT_EQ(picture({"--view", "35,25"}), plain);
+  for (const Words& words : {Words{"--flat"}, Words{"--wireframe"}, Words{"--background", "transparent"},
+                             Words{"--no-ground"}, Words{"--view", "top"}, Words{"--view", "-30,-20"},
+                             Words{"--session", "s.knead"}, Words{"--session", "s.knead", "--stroke", "2"}}) {
+    EXPECT_NE(picture(words), plain) << ::testing::PrintToString(words);
+  }
+}
+
+TEST_F(RenderTest, TheCutIsADiscInItsOwnColor) {
+  const Words words{"a.ply", "--view", "front", "--size", "120x120"};
+  const Picture whole = picture_of(words);
+  EXPECT_EQ(whole.count(0, 120, is_cut), 0);
+  const auto cut = [&](const std::string& plane) {
+    Words all = words;
+    all.insert(all.end(), {"--cut", plane});
+    return picture_of(all);
+  };
+  // Half the ball, seen on its cut: as large as the ball, but for the outline and perspective.
+  const int covered = whole.count(0, 120, is_covered);
+  EXPECT_NEAR(cut("0,0,2,0").count(0, 120, is_cut), covered, 0.1 * covered);
+  // At z = 0.6 the disc has the radius 0.8; in perspective, at a distance of five radii, it is a seventh larger.
+  EXPECT_NEAR(cut("0,0,1,0.6").count(0, 120, is_cut), 0.64 * 1.25 * covered, 0.1 * covered);
+  // From behind the cut is hidden; beyond the shape there is nothing to cut.
+  EXPECT_EQ(cut("0,0,-1,0").count(0, 120, is_cut), 0);
+  EXPECT_EQ(cut("0,0,1,2").pixels, whole.pixels);
+}
+
+TEST_F(RenderTest, ToolsAreNotCut) {
+  write("pull.knead", kOneStroke);
+  const Words words{"a.ply", "--view", "front", "--size", "160x120", "--session", "pull.knead"};
+  Words cut = words;
+  cut.insert(cut.end(), {"--cut", "1,0,0,0.5"});
+  const int before = picture_of(words).count(80, 160, is_green);
+  EXPECT_GT(before, 500);
+  EXPECT_GE(picture_of(cut).count(80, 160, is_green), before / 2);
+}
+
+TEST_F(RenderTest, MomentsArePanelsOfTheDeformedShape) {
+  write("pull.knead", kOneStroke);
+  const Words size{"--view", "front", "--size", "240x80"};
+  for (const std::string until : {"0", "0.5", "1"}) {
+    knead_ok({"deform", "a.ply", "pull.knead", "--until", until, "-o", "at" + until + ".ply", "-q"});
+  }
+  Words files{"at0.ply", "at0.5.ply", "at1.ply"};
+  files.insert(files.end(), size.begin(), size.end());
+  Words moments{"a.ply", "--session", "pull.knead", "--until", "0,0.5,1", "--tools", "none"};
+  moments.insert(moments.end(), size.begin(), size.end());
+  // The files hold floats, the panels are drawn from doubles: a rounded pixel may differ.
+  const Picture a = picture_of(files);
+  const Picture b = picture_of(moments);
+  ASSERT_EQ(a.pixels.size(), b.pixels.size());
+  int different = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) {
+    if (std::abs(a.pixels[i] - b.pixels[i]) > 8) ++different;
+  }
+  EXPECT_LT(different, 30);
+}
+
+TEST_F(RenderTest, ToolsAreInTheFirstPanelOrWhereTheyAreAtWork) {
+  write("pull.knead", kOneStroke);
+  const auto greens = [&](const std::string& tools) {
+    const Picture picture = picture_of({"a.ply", "--session", "pull.knead", "--until", "0,0.5,1", "--view", "front",
+                                        "--size", "300x100", "--tools", tools});
+    return std::array{picture.count(0, 100, is_green), picture.count(100, 200, is_green),
+                      picture.count(200, 300, is_green)};
+  };
+  const auto first = greens("first");
+  EXPECT_GT(first[0], 300);
+  EXPECT_EQ(first[1] + first[2], 0);
+  const auto each = greens("each");
+  EXPECT_GT(each[0], 300);
+  EXPECT_GT(each[1], 300);
+  EXPECT_EQ(each[2], 0);  // the session is over
+  EXPECT_EQ(greens("none"), (std::array{0, 0, 0}));
+}
+
+TEST_F(RenderTest, CloseUpsShowSoMuchAndNoMore) {
+  const Picture picture = picture_of({"a.ply", "--view", "front", "--size", "100x100", "--close-up", "0,0,0,0.5"});
+  EXPECT_EQ(picture.count(0, 100, is_covered), 100 * 100);
+  const Picture far = picture_of({"a.ply", "--view", "front", "--size", "100x100", "--close-up", "0,0,0,8"});
+  // A disc of a quarter of the picture's height; the outline is some 80 of its 490 pixels.
+  EXPECT_NEAR(far.count(0, 100, is_covered), 3.14159 * 12.5 * 12.5, 80);
+}
+
+TEST_F(RenderTest, JpegShowsTheSame) {
+  const Words words{"a.ply", "--size", "96x72"};
+  const Picture png = picture_of(words);
+  const Picture jpeg = picture_of(words, "p.jpg");
+  EXPECT_TRUE(read("p.jpg").starts_with("\xff\xd8\xff"));
+  ASSERT_EQ(png.pixels.size(), jpeg.pixels.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < png.pixels.size(); ++i) sum += std::abs(png.pixels[i] - jpeg.pixels[i]);
+  EXPECT_LT(sum / static_cast<double>(png.pixels.size()), 3);  // of 255, what the quality leaves
+}
+
+TEST_F(RenderTest, ErrorsAreThoseOfTheOthers) {
+  expect_error(knead({"render", "none.ply", "-o", "p.png"}), 3, "knead: none.ply: ");
+  expect_error(knead({"render", "a.ply", "-o", "no/p.png"}), 5, "knead: no/p.png: ");
+  expect_error(knead({"render", "a.ply", "-o", "p.png", "--session", "s.knead", "--stroke", "3"}), 2, "2 strokes");
+  expect_error(knead({"render", "a.ply", "-o", "p.png", "--session", "s.knead", "--until", "2.5"}), 2, "2 strokes");
+  expect_error(knead({"render", "a.ply", "-o", "p.png", "--session", "none.knead"}), 3, "knead: none.knead: ");
+}
+
+}  // namespace
+}  // namespace knead::command_test
