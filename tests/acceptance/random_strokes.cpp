@@ -1,0 +1,184 @@
+#include "random_strokes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <utility>
+
+#include "knead/math/box.h"
+
+namespace knead::acceptance {
+
+namespace {
+
+// What a generator draws from: the shape and the dice.
+struct Draw {
+  const Mesh& mesh;
+  const std::vector<Vec3d>& normals;
+  const std::string& stamp_mesh;
+  std::mt19937_64& random;
+  double size;  // the box's diagonal
+
+  double uniform(double low, double high) const { return std::uniform_real_distribution<double>(low, high)(random); }
+  double sign() const { return uniform(-1, 1) < 0 ? -1 : 1; }
+  Vec3d direction() const {
+    for (;;) {
+      const Vec3d v{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
+      if (norm(v) > 0.1 && norm(v) < 1) return normalized(v);
+    }
+  }
+  std::size_t vertex() const {
+    return std::uniform_int_distribution<std::size_t>(0, mesh.positions.size() - 1)(random);
+  }
+  Vec3d near(std::size_t v) const { return mesh.positions[v] + normals[v] * (uniform(-0.02, 0.02) * size); }
+
+  // Vertices whose distance from p lies in a range, at most `count`, evenly thinned.
+  std::vector<std::size_t> vertices_between(const Vec3d& p, double low, double high, std::size_t count) const {
+    std::vector<std::size_t> all;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+      const double distance = norm(mesh.positions[i] - p);
+      if (low <= distance && distance < high) all.push_back(i);
+    }
+    std::vector<std::size_t> result;
+    const std::size_t stride = std::max<std::size_t>(1, all.size() / count);
+    for (std::size_t i = 0; i < all.size(); i += stride) result.push_back(all[i]);
+    return result;
+  }
+};
+
+Stroke implicit(const Draw& draw) {
+  ImplicitStroke stroke;
+  const std::size_t v = draw.vertex();
+  stroke.outer = draw.uniform(0.05, 0.25) * draw.size;
+  stroke.inner = draw.uniform(0.1, 0.7) * stroke.outer;
+  stroke.path = {draw.near(v)};
+  const int pieces = 1 + static_cast<int>(draw.uniform(0, 3));
+  const double length = draw.uniform(0.02, 0.2) * draw.size / pieces;
+  Vec3d way = draw.direction();
+  for (int i = 0; i < pieces; ++i) {
+    stroke.path.push_back(stroke.path.back() + way * length);
+    way = normalized(way + draw.direction() * 0.5);
+  }
+  if (draw.uniform(0, 1) < 0.4) {
+    stroke.region = ImplicitRegion::capsule;
+    stroke.half_axis = draw.direction() * (draw.uniform(0.02, 0.15) * draw.size);
+  }
+  return stroke;
+}
+
+Stroke paint(const Draw& draw) {
+  PaintStroke stroke;
+  stroke.outer = draw.uniform(0.03, 0.12) * draw.size;
+  stroke.depth = draw.sign() * draw.uniform(0.1, 0.5) * stroke.outer;
+  Vec3d p = draw.mesh.positions[draw.vertex()];
+  Vec3d way = draw.direction();
+  const int points = 1 + static_cast<int>(draw.uniform(0, 6));
+  for (int i = 0; i < points; ++i) {
+    stroke.path.push_back(p);
+    p += way * stroke.outer;
+    way = normalized(way + draw.direction() * 0.4);
+  }
+  return stroke;
+}
+
+Stroke points(const Draw& draw) {
+  PointsStroke stroke;
+  const Vec3d p = draw.mesh.positions[draw.vertex()];
+  stroke.outer = draw.uniform(0.05, 0.2) * draw.size;
+  const std::vector<std::size_t> around = draw.vertices_between(p, 0, 0.7 * stroke.outer, 6);
+  for (const std::size_t v : around) stroke.points.push_back(draw.mesh.positions[v]);
+  if (draw.uniform(0, 1) < 0.5) stroke.curves.push_back({p, p + draw.direction() * stroke.outer});
+  const int moves = 1 + static_cast<int>(draw.uniform(0, 3));
+  for (int i = 0; i < moves; ++i) {
+    stroke.displacements.push_back(draw.direction() * (draw.uniform(0.1, 0.5) * stroke.outer));
+  }
+  return stroke;
+}
+
+Stroke handles(const Draw& draw) {
+  HandlesStroke stroke;
+  const Vec3d p = draw.mesh.positions[draw.vertex()];
+  const double inner = draw.uniform(0.03, 0.1) * draw.size;
+  const double outer = inner + draw.uniform(0.1, 0.25) * draw.size;
+  for (const std::size_t v : draw.vertices_between(p, 0, inner, 40)) stroke.full.push_back(draw.mesh.positions[v]);
+  for (const std::size_t v : draw.vertices_between(p, outer, 10 * draw.size, 150)) {
+    stroke.zero.push_back(draw.mesh.positions[v]);
+  }
+  stroke.motion = HandlesTranslation{draw.direction() * (draw.uniform(0.1, 0.5) * (outer - inner))};
+  if (draw.uniform(0, 1) < 0.5) stroke.motion = HandlesRotation{draw.direction(), p, draw.uniform(-45, 45)};
+  return stroke;
+}
+
+Stroke stamp(const Draw& draw) {
+  StampStroke stroke;
+  stroke.mesh = draw.stamp_mesh;
+  const std::size_t v = draw.vertex();
+  const Vec3d p = draw.mesh.positions[v];
+  const double scale = draw.uniform(0.05, 0.12) * draw.size;
+  const Vec3d z = draw.normals[v];
+  const Vec3d x = any_orthogonal(z);
+  const Vec3d y = cross(z, x);
+  stroke.pose = {Vec3d{x.x, y.x, z.x} * scale, Vec3d{x.y, y.y, z.y} * scale, Vec3d{x.z, y.z, z.z} * scale};
+  const double depth = draw.uniform(0.1, 0.5) * scale;
+  stroke.path = {p + z * (1.1 * scale), p + z * (scale - depth)};
+  return stroke;
+}
+
+Stroke turn(const Draw& draw) {
+  const std::size_t v = draw.vertex();
+  const double outer = draw.uniform(0.05, 0.3) * draw.size;
+  return RotateStroke{draw.near(v), draw.direction(), draw.sign() * draw.uniform(10, 120), draw.uniform(0, 0.6) * outer,
+                      outer};
+}
+
+Stroke stretch(const Draw& draw) {
+  const std::size_t v = draw.vertex();
+  const double outer = draw.uniform(0.05, 0.3) * draw.size;
+  return StretchStroke{draw.near(v), draw.direction(), std::exp(draw.uniform(-0.7, 0.7)), draw.uniform(0, 0.6) * outer,
+                       outer};
+}
+
+Stroke twist(const Draw& draw) {
+  const Box box = bounding_box(draw.mesh.positions);
+  const double width = draw.uniform(0.2, 0.8) * draw.size;
+  TwistStroke stroke{box.center() + draw.direction() * (0.1 * draw.size), draw.direction(),
+                     draw.sign() * draw.uniform(10, 90) / width, -draw.uniform(0, 0.5) * width, 0};
+  stroke.outer = stroke.inner + width;
+  return stroke;
+}
+
+Stroke bend(const Draw& draw) {
+  const Box box = bounding_box(draw.mesh.positions);
+  const Vec3d axis = draw.direction();
+  BendStroke stroke{box.center() + draw.direction() * (0.1 * draw.size), axis,
+                    normalized(cross(axis, draw.direction())), draw.sign() * draw.uniform(10, 70),
+                    BendWidth{draw.uniform(0.3, 0.8) * draw.size}};
+  return stroke;
+}
+
+const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
+    {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
+    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend}};
+
+}  // namespace
+
+const std::vector<std::string>& tool_names() {
+  static const std::vector<std::string> kNames = [] {
+    std::vector<std::string> names;
+    for (const auto& tool : kTools) names.push_back(tool.first);
+    return names;
+  }();
+  return kNames;
+}
+
+Stroke random_stroke(const std::string& tool, const Mesh& mesh, const std::vector<Vec3d>& normals,
+                     const std::string& stamp_mesh, std::mt19937_64& random) {
+  const Draw draw{mesh, normals, stamp_mesh, random, bounding_box(mesh.positions).diagonal()};
+  for (const auto& [name, make] : kTools) {
+    if (name == tool) return make(draw);
+  }
+  throw std::invalid_argument("no tool " + tool);
+}
+
+}  // namespace knead::acceptance
