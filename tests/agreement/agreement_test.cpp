@@ -87,6 +87,14 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
       fmt::format(R"({{"tool":"points","outer":{},"points":[{}],"curves":[[{},{},{}]],"displacements":[{}]}})",
                   0.12 * d, text(p[1] + Vec3d{0.02, 0.03, 0} * d), text(p[1]), text(p[1] + Vec3d{0.06, 0.01, 0} * d),
                   text(p[1] + Vec3d{0.1, 0.08, 0.02} * d), text(n[1] * (0.06 * d)))};
+  const std::string full =
+      fmt::format("[{},{},{}]", text(p[0]), text(p[0] + Vec3d{0.04, 0, 0.01} * d), text(p[0] + Vec3d{0, 0.05, 0} * d));
+  const std::string zero = fmt::format("[{},{},{},{}]", text(p[1]), text(p[2]), text(p[3]), text(c));
+  result["handles"] = {fmt::format(R"({{"tool":"handles","full":{},"zero":{},"motion":{{"translate":{}}}}})", full,
+                                   zero, text(n[0] * (0.15 * d) + Vec3d{0, 0.02, 0.05} * d))};
+  result["turned handles"] = {fmt::format(
+      R"({{"tool":"handles","full":{},"zero":{},"exponent":6,"motion":{{"rotate":[1,-0.5,2],"center":{},"angle_deg":70}}}})",
+      full, zero, text(p[0] + Vec3d{0.05, 0.02, 0.03} * d))};
   result["rotate"] = {fmt::format(
       R"({{"tool":"rotate","center":{},"axis":[1,2,-1],"angle_deg":110,"inner":{},"outer":{},"gauge":0.5}})",
       text(p[2]), 0.1 * d, 0.25 * d)};

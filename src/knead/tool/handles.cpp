@@ -162,6 +162,7 @@ Flow flow_of(const HandlesStroke& stroke) {
 }
 
 void warn(const HandlesStroke& stroke, Warnings& warnings) {
+  if (stroke.full.empty() || stroke.zero.empty()) return;  // vertices that are yet to be looked up
   const std::vector<Vec3d> full = thinned(stroke.full);
   const std::vector<Vec3d> zero = thinned(stroke.zero);
   const double between = gap(stroke.full, stroke.zero);

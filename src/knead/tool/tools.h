@@ -35,7 +35,7 @@ Flow flow_of(const BendStroke& stroke);
 void warn(const ImplicitStroke& stroke, Warnings& warnings);
 void warn(const PaintStroke& stroke, Warnings& warnings);
 void warn(const PointsStroke& stroke, Warnings& warnings);
-void warn(const HandlesStroke& stroke, Warnings& warnings);  // as flow_of
+void warn(const HandlesStroke& stroke, Warnings& warnings);
 void warn(const StampStroke& stroke, Warnings& warnings);
 void warn(const RotateStroke& stroke, Warnings& warnings);
 void warn(const StretchStroke& stroke, Warnings& warnings);
