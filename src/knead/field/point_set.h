@@ -9,14 +9,15 @@
 
 namespace knead {
 
-// S^(-1/m) for S >= 1: repeated square roots where m is a power of two, else Newton's method, which rises monotonically
-// from S^(-1/q) with q the largest power of two below m.
+// S^(-1/m) for S > 0: repeated square roots where m is a power of two, else Newton's method, which rises monotonically
+// from S^(-1/q) with q the largest power of two below m, or the smallest above where S < 1.
 template <std::floating_point T>
 T inverse_root(T sum, int m) {
   T y = T(1) / sum;
   int q = 1;
   for (; 2 * q <= m; q *= 2) y = std::sqrt(y);
   if (q == m) return y;
+  if (sum < T(1)) y = std::sqrt(y);
   const T inverse = T(1) / static_cast<T>(m);
   for (int i = 0; i < 64; ++i) {
     const T next = y + y * (T(1) - sum * integer_power(y, m)) * inverse;

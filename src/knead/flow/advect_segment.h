@@ -2,6 +2,7 @@
 // advect_double.cpp.
 #pragma once
 
+#include "knead/field/packed_set.h"
 #include "knead/flow/advect.h"
 #include "knead/flow/closed_form.h"
 #include "knead/flow/path_line.h"
@@ -78,6 +79,10 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
 template <class S, template <class> class Part>
 Part<S> in_scalar(const Part<double>& part) {
   return static_cast<Part<S>>(part);
+}
+template <class S>
+PackedSet<S> in_scalar(const PointSet<double>& set) {
+  return packed<S>(set);
 }
 template <class S>
 CustomMotion in_scalar(const CustomMotion& motion) {

@@ -38,11 +38,17 @@ double greatest_over_turn(const Vec3d& n, const Vec3d& axis, const Vec3d& d, dou
   return level + std::max(cosine * low.cos + sine * low.sin, cosine * high.cos + sine * high.sin);
 }
 
+// Whether r is never negative, so that nothing is within a threshold of 0.
+bool is_distance(const HalfSpace<double>& /*region*/) { return false; }
+bool is_distance(const CustomRegion& /*region*/) { return false; }
+bool is_distance(const auto& /*region*/) { return true; }
+
 // A translation with its tool: a point of the inner region rests in the tool's frame.
 std::optional<Vec3d> solve(const Translation<double>& motion, const auto& region, const Segment& segment,
                            const Vec3d& x) {
   const Field& field = segment.fields.front();
   if (segment.time_law != TimeLaw::swept || motion.velocity != segment.displacement) return std::nullopt;
+  if (field.thresholds.inner <= 0 && is_distance(region)) return std::nullopt;
   const Vec3d d = x - field.center - segment.displacement * segment.begin;
   if (evaluate(region, d, segment.begin).value >= field.thresholds.inner) return std::nullopt;
   return segment.displacement * (segment.end - segment.begin);

@@ -1,0 +1,83 @@
+// The sums over the points of a set of which its region field is made, several points at a time.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "knead/math/vec3.h"
+
+namespace knead {
+
+// Weighted points as one array for each coordinate, filled up to whole packs of kPointPack with points of weight 0 that
+// repeat the last one.
+inline constexpr std::size_t kPointPack = 8;
+
+template <class S>
+struct PointArrays {
+  std::vector<S> x;
+  std::vector<S> y;
+  std::vector<S> z;
+  std::vector<S> weight;
+
+  std::size_t size() const { return x.size(); }
+
+  void push_back(const Vec3<S>& p, S w) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+    z.push_back(p.z);
+    weight.push_back(w);
+  }
+
+  void fill_up() {
+    if (x.empty()) return;
+    const Vec3<S> last{x.back(), y.back(), z.back()};
+    while (x.size() % kPointPack != 0) push_back(last, S(0));
+  }
+};
+
+// With ratios q_i = scale2 / |d - p_i|^2: value = sum w_i q_i^half, gradient = sum w_i q_i^(half + 1) (d - p_i).
+template <class T>
+struct PowerSums {
+  T value{};
+  Vec3<T> gradient;
+};
+
+// result = base^exponent by multiplications alone, exponent >= 1; also for types that no number converts to. Nothing is
+// passed by value here and below: how packs are passed depends on the instruction set.
+template <class P>
+[[gnu::always_inline]] inline void positive_power(P& result, const P& base, int exponent) {
+  P square = base;
+  for (; (exponent & 1) == 0; exponent >>= 1) square = square * square;
+  result = square;
+  while ((exponent >>= 1) != 0) {
+    square = square * square;
+    if ((exponent & 1) != 0) result = result * square;
+  }
+}
+
+// One point's share.
+template <class P>
+[[gnu::always_inline]] inline void add_power(PowerSums<P>& sums, const Vec3<P>& offset, const P& weight,
+                                             const P& scale2, int half) {
+  const P ratio = scale2 / (offset.x * offset.x + offset.y * offset.y + offset.z * offset.z);
+  P term;
+  positive_power(term, ratio, half);
+  term = term * weight;
+  const P pull = term * ratio;
+  sums.value = sums.value + term;
+  sums.gradient.x = sums.gradient.x + offset.x * pull;
+  sums.gradient.y = sums.gradient.y + offset.y * pull;
+  sums.gradient.z = sums.gradient.z + offset.z * pull;
+}
+
+// The sums over all points, none of which may be d. Points are added in kPointPack lanes, and the lanes in a fixed
+// order: the bits depend neither on the compiler nor on the machine's instruction set. Time: about 0.2 to 0.3 ns a
+// point in float with AVX2, three times of that with SSE2 alone. Defined for float and double.
+template <class S>
+PowerSums<S> power_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half);
+
+// The least |d - p_i|^2; at least one point.
+template <class S>
+S least_squared_distance(const PointArrays<S>& points, const Vec3<S>& d);
+
+}  // namespace knead
