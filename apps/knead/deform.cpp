@@ -1,8 +1,10 @@
 // knead deform SHAPE SESSION -o OUT: a mesh or point cloud deformed by a session.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -168,6 +170,23 @@ bool is_reported(const DeformOptions& options) {
   return !options.common.quiet || options.common.json || !options.report.empty();
 }
 
+// Backwards, strokes that read the surface are resolved with the shape that they were made on.
+void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
+  const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
+                                 [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
+  if (!reads || !session.mesh) return;
+  const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / *session.mesh;
+  const Inputs inputs{read_shape(path), session};
+  options.inverse = false;
+  options.until = std::nullopt;
+  options.frames = 0;
+  const std::vector<Vec3d> normals =
+      inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
+  options.normals = normals;
+  session.strokes = replay_watched(inputs, options, quiet).resolved;
+  if (!quiet) print_message(fmt::format("note: {}: resolved with {}", session.name, path.string()));
+}
+
 void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& target) {
   for (const std::filesystem::path& path : copy_material_files(shape, options.shape, target)) {
     if (!options.common.quiet) print_message(fmt::format("note: {}: the materials are copied too", path.string()));
@@ -180,8 +199,9 @@ void run_deform(const DeformOptions& options) {
   const Target target(options);
   check_outputs(options, target);
   ReportSeconds seconds;
-  const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
+  Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
   check_until(options, inputs.session);
+  if (options.inverse) resolve_on_own_shape(inputs.session, replay, options.common.quiet);
   const std::vector<std::string> losses = conversion_losses(target.path(0), inputs.shape);
   if (!options.common.quiet) print_notes(losses);
   seconds.read = total.seconds();
