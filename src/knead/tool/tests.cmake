@@ -3,5 +3,6 @@ knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/paint_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/handles_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parts_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/points_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_test.cpp)

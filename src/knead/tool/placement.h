@@ -1,0 +1,38 @@
+// Where twist and bend can be placed on a shape, so that they move one part of it and touch nothing else.
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/mesh/triangulate.h"
+#include "knead/tool/barrel.h"
+
+namespace knead {
+
+// The part: what hangs together where r < outer as the stroke begins, and has the vertex nearest to the barrel's
+// centre.
+struct BarrelProposal {
+  std::optional<double> radius;  // nothing moves but the part; a short number about the middle of the gap
+  double part = 0;               // the part's greatest distance from the axis
+  double others = std::numeric_limits<double>::infinity();  // the least distance beyond it of anything else
+  std::size_t within = 0;  // triangles of other pieces that lie wholly nearer than `part`: they move along
+  std::string problem;     // a sentence where there is no radius: what is in the way, and what to do
+};
+
+// A radius for the barrel, whose own is not looked at: the geometric mean of `part` and `others`, or 1.25 times `part`
+// where nothing else is there. check_barrel finds nothing crossing it, nor later, if the gap has a place for that.
+// There is none where the shape has nothing below outer, or another piece is partly nearer to the axis than the part's
+// farthest point. Time: linear; where there is no radius some 25 times that, to say where there would be one.
+BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> positions,
+                              std::span<const Triangle> triangles);
+
+// A twist or bend with its radius "auto" replaced by the one that propose_barrel finds; any other stroke as it is. What
+// else there is to say goes to `remarks`. Throws InvalidInput where there is no radius; the message begins with the key
+// in quotes.
+Stroke with_found_radius(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                         std::vector<std::string>& remarks);
+
+}  // namespace knead
