@@ -1,15 +1,219 @@
+#include "knead/tool/stamp.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "knead/field/point_set.h"
+#include "knead/math/error.h"
 #include "knead/tool/check.h"
+#include "knead/tool/contacts.h"
 #include "knead/tool/tools.h"
 
-namespace knead::tool_detail {
+namespace knead {
+
+namespace {
+
+using tool_detail::Contact;
+using tool_detail::StampStep;
+using tool_detail::StampTool;
+
+constexpr double kDefaultOuter = 1.5;    // of the tool's half width
+constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the side walls into the tool
+constexpr double kStepsPerOuter = 25;    // by default
+constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer threshold
+constexpr double kFinestSpacing = 200;   // however narrow the tool
+constexpr int kQuarters = 4;
+constexpr int kMostSteps = 1'000'000;
+
+// The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
+// `outer` from the plane. (The sum of |x - p_i|^-m over the plane is 2 pi / (m - 2) outer^(2 - m) / spacing^2.)
+double reading_at(double outer, double spacing, int exponent) {
+  const double density = outer / spacing;
+  const double sum = 2 * std::numbers::pi / (exponent - 2) * density * density;
+  return sum > 1 ? outer * inverse_root(sum, exponent) : outer;
+}
+
+// What a stroke's lengths stand for with its tool.
+struct Lengths {
+  double half_width = 0;  // the tool's greatest over all directions of the path
+  double outer = 0;
+  double step = 0;
+  double spacing = 0;  // of the contacts
+};
+
+// The directions of a path's pieces, each once where several follow each other; any where there are none.
+std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
+  std::vector<Vec3d> directions;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Vec3d way = path[i + 1] - path[i];
+    if (way == Vec3d{0, 0, 0}) continue;
+    const Vec3d direction = tool_detail::unit(way);
+    if (directions.empty() || directions.back() != direction) directions.push_back(direction);
+  }
+  if (directions.empty()) directions.push_back({0, 0, 1});
+  return directions;
+}
+
+Lengths choose_lengths(const StampStroke& stroke, const StampTool& tool) {
+  Lengths lengths;
+  double narrowest = Box::kInfinity;
+  for (const Vec3d& direction : directions_of(stroke.path)) {
+    lengths.half_width = std::max(lengths.half_width, tool.half_width(direction));
+    narrowest = std::min(narrowest, tool.narrowest_width(direction));
+  }
+  lengths.outer = stroke.outer.value_or(kDefaultOuter * lengths.half_width);
+  lengths.step = stroke.step.value_or(lengths.outer / kStepsPerOuter);
+  lengths.spacing = std::clamp(narrowest / 2, lengths.outer / kFinestSpacing, lengths.outer / kCoarsestSpacing);
+  return lengths;
+}
+
+std::size_t steps_between(const Vec3d& from, const Vec3d& to, double step) {
+  return static_cast<std::size_t>(std::ceil(norm(to - from) / step * (1 - 1e-12)));
+}
+
+std::size_t count_steps(const StampStroke& stroke, double step) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) length += norm(stroke.path[i + 1] - stroke.path[i]);
+  if (!(length / step <= kMostSteps)) {
+    throw InvalidInput(
+        fmt::format("\"step\" must be larger: the path is {:.3g} long, which with steps of {:.3g} takes "
+                    "more than {} collision tests",
+                    length, step, kMostSteps));
+  }
+  std::size_t steps = 0;
+  for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {
+    steps += steps_between(stroke.path[i], stroke.path[i + 1], step);
+  }
+  return steps;
+}
+
+class Stamper {
+ public:
+  Stamper(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads)
+      : stroke_(stroke),
+        tool_(tool, stroke.pose),
+        surface_(surface),
+        threads_(threads),
+        lengths_(choose_lengths(stroke, tool_)) {
+    result_.outer = lengths_.outer;
+    result_.step = lengths_.step;
+    result_.steps = count_steps(stroke, lengths_.step);
+  }
+
+  StampResult run() {
+    warn_of_start();
+    for (std::size_t i = 0; i + 1 < stroke_.path.size() && !result_.stopped; ++i) {
+      move(stroke_.path[i], stroke_.path[i + 1]);
+    }
+    if (!result_.stopped) measure_end();
+    return std::move(result_);
+  }
+
+ private:
+  void warn(std::string what) { result_.warnings.push_back(std::move(what)); }
+
+  double penetration(const Vec3d& at) const {
+    return deepest_penetration(tool_, surface_, {at, {0, 0, 0}, lengths_.spacing, threads_});
+  }
+
+  void warn_of_start() {
+    const double least = kNarrowOuter * lengths_.half_width;
+    if (lengths_.outer < least) {
+      warn(fmt::format(
+          "\"outer\" is {:.3g} and the tool {:.3g} wide: below {:.3g} the flow back around it bends the side "
+          "walls into it; make \"outer\" larger",
+          lengths_.outer, 2 * lengths_.half_width, least));
+    }
+    const double depth = penetration(stroke_.path.front());
+    if (depth > lengths_.spacing / 4) {
+      warn(
+          fmt::format("the surface is {:.3g} inside the tool where the path begins: that is carried along, but not "
+                      "pushed out; begin the path outside",
+                      depth));
+    }
+  }
+
+  void measure_end() {
+    result_.penetration = penetration(stroke_.path.back());
+    if (result_.penetration > lengths_.spacing) {
+      warn(
+          fmt::format("at the path's end the surface is {:.3g} inside the tool; make \"step\" smaller or \"outer\" "
+                      "larger, or refine the shape",
+                      result_.penetration));
+    }
+  }
+
+  void move(const Vec3d& from, const Vec3d& to) {
+    const std::size_t steps = steps_between(from, to, lengths_.step);
+    for (std::size_t k = 1; k <= steps && !result_.stopped; ++k) {
+      const auto done = static_cast<double>(k) / static_cast<double>(steps);
+      push({from + (to - from) * done, (to - from) / static_cast<double>(steps), lengths_.spacing, threads_});
+    }
+  }
+
+  // A place joins in the quarter before whose last fourth the tool hits it, from where the surface then has it.
+  void push(const StampStep& step) {
+    const std::vector<Contact> contacts = find_contacts(tool_, surface_, step);
+    const Vec3d quarter = step.motion / kQuarters;
+    PointsStroke stroke;
+    stroke.outer = reading_at(lengths_.outer, lengths_.spacing, stroke_.exponent);
+    stroke.exponent = stroke_.exponent;
+    auto next = contacts.begin();
+    for (int j = 1; j <= kQuarters && !result_.stopped; ++j) {
+      for (; next != contacts.end() && next->tau < (j - 0.25) / kQuarters; ++next) {
+        stroke.points.push_back(next->place.at(surface_.positions));
+      }
+      if (stroke.points.empty()) continue;
+      stroke.displacements = {quarter};
+      result_.stopped = !surface_.apply(stroke);
+      for (Vec3d& p : stroke.points) p += quarter;
+    }
+  }
+
+  const StampStroke& stroke_;
+  StampTool tool_;
+  const LiveSurface& surface_;
+  int threads_;
+  Lengths lengths_;
+  StampResult result_;
+};
+
+}  // namespace
+
+StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads) {
+  tool_detail::validate(stroke);
+  return Stamper(stroke, tool, surface, threads).run();
+}
+
+std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool) {
+  tool_detail::validate(stroke);
+  const StampTool posed(tool, stroke.pose);
+  return kQuarters * count_steps(stroke, choose_lengths(stroke, posed).step);
+}
+
+namespace tool_detail {
 
 void validate(const StampStroke& stroke) {
-  require_count("path", stroke.path.size(), 2, "points");
+  require_count("path", stroke.path.size(), 2, "positions");
   require_finite("path", stroke.path);
+  for (const Vec3d& row : {stroke.pose.row0, stroke.pose.row1, stroke.pose.row2}) require_finite("pose", row);
+  const double volume = determinant(stroke.pose);
+  const double size = norm(stroke.pose.row0) * norm(stroke.pose.row1) * norm(stroke.pose.row2);
+  if (!(volume > 1e-9 * size)) {
+    throw InvalidInput(fmt::format("\"pose\" must turn and scale the tool, and this {} it (determinant {:.3g})",
+                                   volume < -1e-9 * size ? "mirrors" : "flattens", volume));
+  }
   if (stroke.outer) require_positive("outer", *stroke.outer);
   if (stroke.step) require_positive("step", *stroke.step);
+  if (stroke.exponent < 4 || stroke.exponent % 2 != 0) {
+    throw InvalidInput(fmt::format("\"exponent\" must be an even number, 4 or more, got {}", stroke.exponent));
+  }
 }
 
 void warn(const StampStroke& /*stroke*/, Warnings& /*warnings*/) {}
 
-}  // namespace knead::tool_detail
+}  // namespace tool_detail
+}  // namespace knead

@@ -5,4 +5,6 @@ knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/parts_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/points_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stamp_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stamp_tool_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_test.cpp)

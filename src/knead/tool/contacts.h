@@ -1,0 +1,44 @@
+// Where a stamp's tool meets the surface within a step. Internal to the tool room.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "knead/tool/live_surface.h"
+#include "knead/tool/stamp_tool.h"
+
+namespace knead::tool_detail {
+
+// A place of the surface, which follows it as it moves: a vertex (three times the same), or a point of a triangle.
+struct Place {
+  Triangle vertices{};
+  std::array<double, 3> barycentric{1, 0, 0};
+
+  Vec3d at(std::span<const Vec3d> positions) const {
+    return positions[vertices[0]] * barycentric[0] + positions[vertices[1]] * barycentric[1] +
+           positions[vertices[2]] * barycentric[2];
+  }
+};
+
+struct Contact {
+  Place place;
+  Vec3d point;     // where it was found
+  double tau = 0;  // when in the step the tool hits it, from 0 to 1
+};
+
+// A step: the tool's origin moves from `to - motion` to `to`. `spacing` is that of the samples on triangles.
+struct StampStep {
+  Vec3d to;
+  Vec3d motion;
+  double spacing = 0;
+  int threads = 0;  // 0: all
+};
+
+// The places of the surface that the tool pushes in the step, the earliest first; any two are `spacing` or more apart,
+// and every one that was found is within `spacing` of one of these. The same for every number of threads.
+std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+// How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
+double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+}  // namespace knead::tool_detail

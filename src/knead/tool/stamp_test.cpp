@@ -1,0 +1,303 @@
+#include "knead/tool/stamp.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/shapes.h"
+#include "knead/tool/contacts.h"
+
+namespace knead {
+namespace {
+
+using tool_detail::Contact;
+using tool_detail::find_contacts;
+using tool_detail::StampTool;
+
+// A shape under a stamp, and the strokes that it was given.
+class Bench {
+ public:
+  explicit Bench(const Mesh& shape)
+      : shape_(shape), positions_(shape.positions), triangles_(triangulate(shape)), start_(positions_) {}
+
+  StampResult stamp(const StampStroke& stroke, const Mesh& tool, int threads = 0) {
+    return knead::stamp(stroke, tool, surface(), threads);
+  }
+
+  LiveSurface surface() {
+    LiveSurface surface;
+    surface.positions = positions_;
+    surface.triangles = triangles_;
+    surface.apply = [this](const Stroke& stroke) {
+      apply(stroke);
+      return strokes_.size() < limit_;
+    };
+    return surface;
+  }
+
+  void apply(const Stroke& stroke) {
+    strokes_.push_back(stroke);
+    AdvectOptions options;
+    options.tolerance = 1e-5;
+    advect(flow_of(stroke), positions_, options);
+  }
+
+  void stop_after(std::size_t strokes) { limit_ = strokes; }
+
+  const std::vector<Vec3d>& positions() const { return positions_; }
+  const std::vector<Stroke>& strokes() const { return strokes_; }
+  const std::vector<Triangle>& triangles() const { return triangles_; }
+  bool moved(std::size_t vertex) const { return positions_[vertex] != start_[vertex]; }
+  bool moved() const { return positions_ != start_; }
+  double volume_error() const {
+    return measure_volume_and_area(shape_, positions_).volume / measure_volume_and_area(shape_, start_).volume - 1;
+  }
+
+ private:
+  Mesh shape_;
+  std::vector<Vec3d> positions_;
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3d> start_;
+  std::vector<Stroke> strokes_;
+  std::size_t limit_ = 1'000'000;
+};
+
+Mesh sphere(std::size_t vertices) { return make_shape(ShapeKind::sphere, vertices); }
+
+Mat3d scaling(double s) { return {{s, 0, 0}, {0, s, 0}, {0, 0, s}}; }
+
+// A ball of radius 0.4, pressed 0.1 deep into the unit sphere from above.
+StampStroke ball_from_above() {
+  StampStroke stroke;
+  stroke.mesh = "ball.ply";
+  stroke.path = {{0, 0, 1.45}, {0, 0, 1.3}};
+  stroke.pose = scaling(0.4);
+  stroke.outer = 0.6;
+  return stroke;
+}
+
+// The bar for a step of outer / 25 = 0.024 is a quarter of it: a place may join a quarter late (method, section 4).
+TEST(Stamp, PushesTheSurfaceOutOfTheTool) {
+  Bench bench(sphere(4002));
+  const StampResult result = bench.stamp(ball_from_above(), sphere(642));
+  EXPECT_EQ(result.outer, 0.6);
+  EXPECT_EQ(result.step, 0.6 / 25);
+  EXPECT_EQ(result.steps, 7U);
+  EXPECT_TRUE(result.warnings.empty());
+  EXPECT_LT(result.penetration, 0.006);
+  EXPECT_GT(std::count_if(bench.positions().begin(), bench.positions().end(),
+                          [](const Vec3d& p) {
+                            return norm(p - Vec3d{0, 0, 1.3}) < 0.42;
+                          }),
+            20);
+  EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
+  // By sampling: a dent some 20 edges wide (method, section 3, has 1e-3 at 10,000 vertices for a stronger pull).
+  EXPECT_LT(std::abs(bench.volume_error()), 3e-4);
+}
+
+TEST(Stamp, BecomesPointsStrokesThatRepeatIt) {
+  Bench stamped(sphere(4002));
+  const StampStroke stroke = ball_from_above();
+  stamped.stamp(stroke, sphere(642));
+  EXPECT_LE(stamped.strokes().size(), stamp_segments(stroke, sphere(642)));
+  Bench replayed(sphere(4002));
+  for (const Stroke& points : stamped.strokes()) {
+    ASSERT_TRUE(std::holds_alternative<PointsStroke>(points));
+    EXPECT_EQ(std::get<PointsStroke>(points).exponent, 16);
+    EXPECT_EQ(std::get<PointsStroke>(points).center, PointsCenter::parts);
+    replayed.apply(points);
+  }
+  EXPECT_EQ(stamped.positions(), replayed.positions());
+}
+
+TEST(Stamp, IsTheSameForEveryNumberOfThreads) {
+  Bench one(sphere(4002));
+  Bench two(sphere(4002));
+  one.stamp(ball_from_above(), sphere(642), 1);
+  two.stamp(ball_from_above(), sphere(642), 2);
+  EXPECT_EQ(one.positions(), two.positions());
+}
+
+TEST(Stamp, LeavesAloneWhatItDoesNotTouch) {
+  Bench bench(sphere(642));
+  StampStroke stroke = ball_from_above();
+  stroke.path = {{0, 0, 2}, {0, 0, 1.41}, {2, 0, 1.41}};
+  const StampResult result = bench.stamp(stroke, sphere(642));
+  EXPECT_TRUE(bench.strokes().empty());
+  EXPECT_FALSE(bench.moved());
+  EXPECT_EQ(result.penetration, 0);
+}
+
+// What lies farther than `outer` from every contact stays; the underside does.
+TEST(Stamp, ReachesNoFartherThanOuter) {
+  Bench bench(sphere(4002));
+  bench.stamp(ball_from_above(), sphere(642));
+  for (std::size_t i = 0; i < bench.positions().size(); ++i) {
+    EXPECT_FALSE(bench.positions()[i].z < 0 && bench.moved(i));
+  }
+}
+
+TEST(Stamp, SkipsPiecesWithoutLength) {
+  StampStroke stroke = ball_from_above();
+  Bench straight(sphere(642));
+  straight.stamp(stroke, sphere(642));
+  stroke.path = {stroke.path[0], stroke.path[0], stroke.path[1], stroke.path[1]};
+  Bench with_rests(sphere(642));
+  with_rests.stamp(stroke, sphere(642));
+  EXPECT_TRUE(straight.moved());
+  EXPECT_EQ(straight.positions(), with_rests.positions());
+  stroke.path = {stroke.path[0], stroke.path[0]};
+  stroke.outer = std::nullopt;
+  Bench at_rest(sphere(642));
+  EXPECT_EQ(at_rest.stamp(stroke, sphere(642)).steps, 0U);
+}
+
+// Back the way that it came the tool meets nothing.
+TEST(Stamp, LeavesTheDentWhenItRetreats) {
+  StampStroke stroke = ball_from_above();
+  Bench there(sphere(4002));
+  there.stamp(stroke, sphere(642));
+  stroke.path.push_back(stroke.path.front());
+  Bench and_back(sphere(4002));
+  and_back.stamp(stroke, sphere(642));
+  EXPECT_EQ(there.positions(), and_back.positions());
+}
+
+TEST(Stamp, EndsWhenTold) {
+  Bench bench(sphere(642));
+  bench.stop_after(3);
+  const StampResult result = bench.stamp(ball_from_above(), sphere(642));
+  EXPECT_TRUE(result.stopped);
+  EXPECT_EQ(bench.strokes().size(), 3U);
+}
+
+TEST(Stamp, TakesPointClouds) {
+  Mesh cloud;
+  cloud.positions = sphere(4002).positions;
+  Bench bench(cloud);
+  const StampResult result = bench.stamp(ball_from_above(), sphere(642));
+  EXPECT_TRUE(bench.moved());
+  EXPECT_LT(result.penetration, 0.006);
+}
+
+// One with few triangles is met by samples on them.
+TEST(Stamp, PushesLargeTriangles) {
+  Bench bench(sphere(162));
+  StampStroke stroke = ball_from_above();
+  stroke.pose = scaling(0.1);
+  stroke.path = {{0.1, 0.05, 1.2}, {0.1, 0.05, 1.0}};
+  bench.stamp(stroke, sphere(642));
+  EXPECT_TRUE(bench.moved());
+}
+
+TEST(Stamp, WarnsOfWhatIsInsideFromTheStart) {
+  Bench bench(sphere(642));
+  StampStroke stroke = ball_from_above();
+  stroke.path = {{0, 0, 1.2}, {0, 0, 1.19}};
+  const StampResult result = bench.stamp(stroke, sphere(642));
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_NE(result.warnings[0].find("begin the path outside"), std::string::npos);
+}
+
+TEST(Stamp, WarnsOfAnOuterThatBendsTheWalls) {
+  Bench bench(sphere(642));
+  StampStroke stroke = ball_from_above();
+  stroke.outer = 0.43;
+  const StampResult narrow = bench.stamp(stroke, sphere(642));
+  ASSERT_EQ(narrow.warnings.size(), 1U);
+  EXPECT_NE(narrow.warnings[0].find("\"outer\" is 0.43"), std::string::npos);
+}
+
+// 1.5 times half the tool's width across the motion, and a 25th of it.
+TEST(Stamp, ChoosesItsLengths) {
+  Bench bench(sphere(642));
+  StampStroke stroke = ball_from_above();
+  stroke.outer = std::nullopt;
+  const StampResult result = bench.stamp(stroke, sphere(642));
+  EXPECT_NEAR(result.outer, 0.6, 2e-3);
+  EXPECT_DOUBLE_EQ(result.step, result.outer / 25);
+}
+
+std::string refusal(StampStroke stroke) {
+  try {
+    validate(Stroke{std::move(stroke)});
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(Stamp, RefusesNumbersThatMeanNothing) {
+  const StampStroke good = ball_from_above();
+  EXPECT_EQ(refusal(good), "none");
+  StampStroke stroke = good;
+  stroke.path.resize(1);
+  EXPECT_EQ(refusal(stroke).substr(0, 6), "\"path\"");
+  stroke = good;
+  stroke.pose = scaling(-1);
+  EXPECT_EQ(refusal(stroke), "\"pose\" must turn and scale the tool, and this mirrors it (determinant -1)");
+  stroke.pose.row0 = stroke.pose.row1;
+  EXPECT_EQ(refusal(stroke), "\"pose\" must turn and scale the tool, and this flattens it (determinant 0)");
+  stroke = good;
+  stroke.outer = 0;
+  EXPECT_EQ(refusal(stroke).substr(0, 7), "\"outer\"");
+  stroke = good;
+  stroke.step = -1;
+  EXPECT_EQ(refusal(stroke).substr(0, 6), "\"step\"");
+  for (const int exponent : {2, 5, 0, -4}) {
+    stroke = good;
+    stroke.exponent = exponent;
+    EXPECT_EQ(refusal(stroke).substr(0, 10), "\"exponent\"");
+  }
+  stroke = good;
+  stroke.step = 1e-9;
+  Bench bench(sphere(42));
+  EXPECT_THROW(bench.stamp(stroke, sphere(42)), InvalidInput);
+  EXPECT_FALSE(bench.moved());
+}
+
+// Contacts are apart by the spacing, cover what is inside, and are sorted by when they are hit.
+TEST(Contacts, AreSpreadEvenly) {
+  Bench bench(sphere(16002));
+  const StampTool tool(sphere(642), scaling(0.4));
+  const tool_detail::StampStep step{{0, 0, 1.35}, {0, 0, -0.03}, 0.03};
+  const std::vector<Contact> contacts = find_contacts(tool, bench.surface(), step);
+  ASSERT_GT(contacts.size(), 20U);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    EXPECT_LE(contacts[i == 0 ? 0 : i - 1].tau, contacts[i].tau);
+    EXPECT_EQ(contacts[i].point, contacts[i].place.at(bench.positions()));
+    for (std::size_t j = 0; j < i; ++j) EXPECT_GE(norm(contacts[i].point - contacts[j].point), step.spacing);
+  }
+  for (const Vec3d& p : bench.positions()) {
+    if (norm(p - step.to) > 0.39) continue;
+    EXPECT_TRUE(std::any_of(contacts.begin(), contacts.end(),
+                            [&](const Contact& contact) { return norm(contact.point - p) < step.spacing; }));
+  }
+}
+
+// On the axis the sphere is hit where the tool's lowest point passes it: at 1 - 0.95 of a step that is 0.05 long.
+TEST(Contacts, KnowWhenTheyAreHit) {
+  Bench bench(sphere(4002));
+  const StampTool tool(sphere(4002), scaling(0.4));
+  const auto first = [&](double to) {
+    return find_contacts(tool, bench.surface(), {{0, 0, to}, {0, 0, -0.05}, 0.01}).at(0).tau;
+  };
+  EXPECT_NEAR(first(1.39), 0.8, 0.02);
+  EXPECT_NEAR(first(1.36), 0.2, 0.02);
+  EXPECT_EQ(first(1.3), 0);
+}
+
+// A face that looks sideways does not push: the tool slides past.
+TEST(Contacts, AreNotMadeByTheSides) {
+  Bench bench(sphere(4002));
+  const StampTool bar(make_shape(ShapeKind::box), scaling(0.2));
+  const auto contacts = find_contacts(bar, bench.surface(), {{0, 0, 1.08}, {0.01, 0, 0}, 0.02});
+  EXPECT_TRUE(contacts.empty());
+}
+
+}  // namespace
+}  // namespace knead
