@@ -190,7 +190,7 @@ class Replayer {
     };
     std::vector<std::string> remarks;
     try {
-      apply_on(stroke.source->stroke, stroke.tool.get(), surface, remarks);
+      apply_on(stroke.source->stroke, stroke.tool.get(), options_.threads, surface, remarks);
     } catch (const InvalidInput& error) {
       throw InvalidInput(place_of(session_, *stroke.source), error.what());
     }

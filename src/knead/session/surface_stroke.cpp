@@ -2,8 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <exception>
+#include <filesystem>
+
+#include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/tool/paint.h"
+#include "knead/tool/placement.h"
+#include "knead/tool/stamp.h"
 
 namespace knead::session_detail {
 
@@ -33,17 +39,34 @@ void apply(HandlesStroke stroke, const LiveSurface& surface, std::vector<std::st
 
 }  // namespace
 
-std::shared_ptr<const Mesh> tool_mesh_of(const Session& /*session*/, const Stroke& /*stroke*/) { return nullptr; }
+std::shared_ptr<const Mesh> tool_mesh_of(const Session& session, const Stroke& stroke) {
+  const auto* stamp = std::get_if<StampStroke>(&stroke);
+  if (stamp == nullptr) return nullptr;
+  const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / stamp->mesh;
+  try {
+    return std::make_shared<const Mesh>(read_shape(path).mesh);
+  } catch (const std::exception& error) {
+    throw InvalidInput(fmt::format("\"mesh\": {}", error.what()));
+  }
+}
 
-std::size_t expected_segments(const Stroke& stroke, const Mesh* /*tool*/) {
+std::size_t expected_segments(const Stroke& stroke, const Mesh* tool) {
   if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return paint_dabs(*paint).aims.size();
+  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return stamp_segments(*stamp, *tool);
   return 1;
 }
 
-void apply_on(const Stroke& stroke, const Mesh* /*tool*/, const LiveSurface& surface,
+void apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
               std::vector<std::string>& remarks) {
-  if (const auto* paint = std::get_if<PaintStroke>(&stroke)) paint_on(*paint, surface);
-  if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) apply(*handles, surface, remarks);
+  if (const auto* paint = std::get_if<PaintStroke>(&stroke)) {
+    paint_on(*paint, surface);
+  } else if (const auto* pressed = std::get_if<StampStroke>(&stroke)) {
+    remarks = stamp(*pressed, *tool, surface, threads).warnings;
+  } else if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) {
+    apply(*handles, surface, remarks);
+  } else {
+    surface.apply(with_found_radius(stroke, surface.positions, surface.triangles, remarks));
+  }
 }
 
 }  // namespace knead::session_detail

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "knead/session/session.h"
 #include "knead/tool/live_surface.h"
@@ -19,6 +21,7 @@ std::size_t expected_segments(const Stroke& stroke, const Mesh* tool);
 // Carries out a stroke that reads the surface: hands the strokes that it becomes to surface.apply, in order, until that
 // says to stop. What there is to say about it goes to `remarks`. Throws InvalidInput for a stroke that this
 // surface cannot take.
-void apply_on(const Stroke& stroke, const Mesh* tool, const LiveSurface& surface, std::vector<std::string>& remarks);
+void apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
+              std::vector<std::string>& remarks);
 
 }  // namespace knead::session_detail
