@@ -128,7 +128,7 @@ std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& sur
     const std::optional<StampTool::Front> front = tool.front(point - step.to, direction);
     if (!front || dot(front->normal, direction) <= kSideways) return;
     if (front->need > kFarFront * length && dot(tool.nearest_normal(point - step.to), direction) <= kSideways) return;
-    out.push_back({places[i], point, std::clamp(1 - front->need / length, 0.0, 1.0)});
+    out.push_back({places[i], point, 1 - front->need / length});
   });
   std::stable_sort(contacts.begin(), contacts.end(), [](const Contact& a, const Contact& b) { return a.tau < b.tau; });
   Thinned thinned(step.spacing);

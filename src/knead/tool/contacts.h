@@ -23,7 +23,7 @@ struct Place {
 struct Contact {
   Place place;
   Vec3d point;     // where it was found
-  double tau = 0;  // when in the step the tool hits it, from 0 to 1
+  double tau = 0;  // when the tool hits it: 0 at the step's beginning, 1 at its end, below 0 before
 };
 
 // A step: the tool's origin moves from `to - motion` to `to`. `spacing` is that of the samples on triangles.

@@ -25,7 +25,8 @@ constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the
 constexpr double kStepsPerOuter = 25;    // by default
 constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer threshold
 constexpr double kFinestSpacing = 200;   // however narrow the tool
-constexpr int kQuarters = 4;
+constexpr int kQuarters = 4;             // of a step
+constexpr double kLatest = 0.25;         // of a quarter: what is hit later waits for the next
 constexpr int kMostSteps = 1'000'000;
 
 // The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
@@ -154,22 +155,28 @@ class Stamper {
     }
   }
 
-  // A place joins in the quarter before whose last fourth the tool hits it, from where the surface then has it.
+  // The quarters begin when the first place is hit. A place joins in the quarter in whose beginning the tool hits it,
+  // which is later than was found where the field has carried it ahead meanwhile.
   void push(const StampStep& step) {
-    const std::vector<Contact> contacts = find_contacts(tool_, surface_, step);
-    const Vec3d quarter = step.motion / kQuarters;
+    std::vector<Contact> waiting = find_contacts(tool_, surface_, step);
+    if (waiting.empty()) return;
+    const double first = std::max(waiting.front().tau, 0.0);
+    const double quarter = (1 - first) / kQuarters;
+    const Vec3d displacement = step.motion * quarter;
     PointsStroke stroke;
     stroke.outer = reading_at(lengths_.outer, lengths_.spacing, stroke_.exponent);
     stroke.exponent = stroke_.exponent;
-    auto next = contacts.begin();
-    for (int j = 1; j <= kQuarters && !result_.stopped; ++j) {
-      for (; next != contacts.end() && next->tau < (j - 0.25) / kQuarters; ++next) {
-        stroke.points.push_back(next->place.at(surface_.positions));
-      }
-      if (stroke.points.empty()) continue;
-      stroke.displacements = {quarter};
+    stroke.displacements = {displacement};
+    for (int j = 0; j < kQuarters && !result_.stopped; ++j) {
+      std::erase_if(waiting, [&](const Contact& contact) {
+        const Vec3d now = contact.place.at(surface_.positions);
+        const double carried = dot(now - contact.point, step.motion) / norm2(step.motion);
+        if (contact.tau + carried > first + quarter * (j + kLatest)) return false;
+        stroke.points.push_back(now);
+        return true;
+      });
       result_.stopped = !surface_.apply(stroke);
-      for (Vec3d& p : stroke.points) p += quarter;
+      for (Vec3d& p : stroke.points) p += displacement;
     }
   }
 
