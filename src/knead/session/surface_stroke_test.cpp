@@ -192,6 +192,47 @@ TEST_F(SurfaceStroke, OfWhatTheSurfaceCannotTakeNameTheLine) {
   EXPECT_NE(error_of(missing, shape()).find("s.knead:2: \"mesh\""), std::string::npos);
 }
 
+// The vertices alone, without faces, go where those of the shape go.
+TEST_F(SurfaceStroke, PointCloudsGoThroughEveryToolThatNeedsNoFaces) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 8000);
+  Mesh cloud;
+  cloud.positions = mesh.positions;
+  for (
+      const char* line : {
+          R"({"tool": "implicit", "inner": 0.2, "outer": 0.7, "path": [[0, 0, 1], [0, 0.2, 1.1]]})",
+          R"({"tool": "paint", "outer": 0.4, "depth": 0.1, "samples": [{"point": [0, 0, 1], "normal": [0, 0, 1]}]})",
+          R"({"tool": "points", "points": [[0, 0, 1]], "outer": 0.5, "displacements": [[0, 0.1, 0.1]]})",
+          R"({"tool": "handles", "full_vertices": [7], "zero_vertices": [8, 90], "motion": {"translate": [0.1, 0, 0]}})",
+          R"({"tool": "rotate", "center": [0, 0, 1], "axis": [0, 1, 0], "angle_deg": 40, "inner": 0.1, "outer": 0.6})",
+          R"({"tool": "stretch", "center": [0, 0, 1], "axis": [0, 1, 0], "factor": 1.5, "inner": 0.1, "outer": 0.6})",
+          R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 1, 0], "rate_deg": 40, "inner": -1, "outer": 1})",
+          R"({"tool": "bend", "center": [0, 0, 0], "axis": [0, 1, 0], "normal": [1, 0, 0], "angle_deg": 40, "width": 1})",
+      }) {
+    const std::vector<Vec3d> moved = replay(cloud, session_of(std::string(line) + "\n")).positions;
+    EXPECT_TRUE(moved != cloud.positions) << line;
+    EXPECT_TRUE(moved == replay(mesh, session_of(std::string(line) + "\n")).positions) << line;
+  }
+}
+
+// Of a cloud only the points themselves can be contacts; here they are denser than contacts need be.
+TEST_F(SurfaceStroke, PointCloudsAreStamped) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 16000);
+  Mesh cloud;
+  cloud.positions = mesh.positions;
+  const std::string line =
+      R"({"tool": "stamp", "mesh": "ball.ply", "outer": 0.5, "step": 0.05, "path": [[1.4, 0, 0], [1.1, 0, 0]]})";
+  const std::vector<Vec3d> moved = replay(cloud, session_of(line + "\n")).positions;
+  const std::vector<Vec3d> expected = replay(mesh, session_of(line + "\n")).positions;
+  double worst = 0;
+  double farthest = 0;
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    worst = std::max(worst, norm(moved[i] - expected[i]));
+    farthest = std::max(farthest, norm(expected[i] - mesh.positions[i]));
+  }
+  EXPECT_GT(farthest, 0.15);
+  EXPECT_LT(worst, 0.1 * farthest);
+}
+
 // A cloud of the same vertices, with normals, is painted as its mesh is: nearly, as the plane of eight neighbours is
 // not the facets.
 TEST_F(SurfaceStroke, PointCloudsWithNormalsArePainted) {
