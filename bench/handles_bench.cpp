@@ -167,7 +167,7 @@ void volumes(const Mesh& mesh, const std::string& name) {
 }  // namespace
 
 int main(int count, char** arguments) {
-  const Mesh hand = make_shape(ShapeKind::hand, 10'000);
+  const Mesh hand = make_shape(ShapeKind::hand, 5000);
   neighbours(hand);
   large_motions(hand);
   fmt::print("\nVolume: a tenth at one end moves, a tenth at the other rests\n");
