@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "knead/io/shape_file.h"
 #include "knead/math/box.h"
@@ -11,6 +12,7 @@
 #include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
+#include "support/dual.h"
 
 namespace knead {
 namespace {
@@ -190,6 +192,33 @@ TEST_F(SurfaceStroke, OfWhatTheSurfaceCannotTakeNameTheLine) {
   EXPECT_NE(error_of(vertices, shape()).find("s.knead:2: \"zero_vertices\" names vertex 99999"), std::string::npos);
   const std::string missing = R"({"tool": "stamp", "mesh": "nothing.ply", "path": [[0, 0, 0], [1, 0, 0]]})";
   EXPECT_NE(error_of(missing, shape()).find("s.knead:2: \"mesh\""), std::string::npos);
+}
+
+// The fields of what strokes on a surface become, regions of contacts among them. What rounding leaves of a divergence
+// is relative to the Jacobian.
+TEST_F(SurfaceStroke, FieldsAreDivergenceFree) {
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> offset(-0.3, 0.3);
+  for (const std::string& kind : kKinds) {
+    int tried = 0;
+    for (const SessionStroke& stroke : resolved_of(shape(), session(kind)).strokes) {
+      for (const Segment& segment : flow_of(stroke.stroke).segments) {
+        const Field& field = segment.fields.front();
+        const Vec3d d{offset(random), offset(random), offset(random)};
+        std::visit(
+            [&](const auto& motion, const auto& region) {
+              if constexpr (!std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> &&
+                            !std::is_same_v<std::decay_t<decltype(region)>, CustomRegion>) {
+                const auto v = velocity(motion, region, field.thresholds, test::variables(d), test::Dual(0.3));
+                EXPECT_LT(std::abs(test::divergence(v)), 1e-11 * std::fmax(1, test::jacobian_size(v))) << kind;
+                ++tried;
+              }
+            },
+            field.motion, field.region);
+      }
+    }
+    EXPECT_GT(tried, 1) << kind;
+  }
 }
 
 // The vertices alone, without faces, go where those of the shape go.
