@@ -138,6 +138,8 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
   text += report.volume_error ? fmt::format("volume   changed by {:.2g} of itself\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
   if (report.flipped_triangles > 0) text += fmt::format("flipped  {} triangles\n", report.flipped_triangles);
+  if (report.penetration)
+    text += fmt::format("inside   {:.2g} deep at most is left in a stamp's tool\n", *report.penetration);
   if (report.self_intersections_before && report.self_intersections_after) {
     text += fmt::format("crossing {} of triangles before, {} after\n",
                         counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);

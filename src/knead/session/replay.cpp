@@ -190,7 +190,9 @@ class Replayer {
     };
     std::vector<std::string> remarks;
     try {
-      apply_on(stroke.source->stroke, stroke.tool.get(), options_.threads, surface, remarks);
+      const std::optional<double> penetration =
+          apply_on(stroke.source->stroke, stroke.tool.get(), options_.threads, surface, remarks);
+      if (penetration) result_.penetration = std::max(*penetration, result_.penetration.value_or(0));
     } catch (const InvalidInput& error) {
       throw InvalidInput(place_of(session_, *stroke.source), error.what());
     }

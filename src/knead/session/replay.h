@@ -42,6 +42,7 @@ struct ReplayResult {
   std::uint64_t evaluations = 0;
   std::size_t strokes = 0;  // applied, a part of one counting as one
   std::size_t segments = 0;
+  std::optional<double> penetration;    // of the surface into a stamp's tool at its end, the deepest of all stamps
   std::vector<SessionStroke> resolved;  // the strokes applied, in the session's order, as ones that read no mesh
   std::vector<std::string> warnings;    // each with its session's file and line
 };

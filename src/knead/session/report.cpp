@@ -62,6 +62,7 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
   report.faces = mesh.face_count();
   report.strokes = result.strokes;
   report.segments = result.segments;
+  report.penetration = result.penetration;
   report.evaluations = result.evaluations;
   report.rejected_steps = result.rejected_steps;
   report.seconds = seconds;
@@ -77,7 +78,7 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
 
 std::string to_json(const Report& report) {
   const ReportSeconds& seconds = report.seconds;
-  const nlohmann::ordered_json json{
+  nlohmann::ordered_json json{
       {"vertices", report.vertices},
       {"faces", report.faces},
       {"moved_vertices", report.moved_vertices},
@@ -105,6 +106,7 @@ std::string to_json(const Report& report) {
       {"self_intersections_before", or_null(report.self_intersections_before)},
       {"self_intersections_after", or_null(report.self_intersections_after)},
   };
+  if (report.penetration) json["penetration"] = *report.penetration;
   return json.dump(2) + "\n";
 }
 

@@ -44,6 +44,7 @@ struct Report {
   double area_after = 0;
   double max_displacement = 0;
   std::size_t flipped_triangles = 0;
+  std::optional<double> penetration;                       // ReplayResult::penetration
   std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing where the caller did not count them
   std::optional<std::uint64_t> self_intersections_after;
 };

@@ -56,17 +56,20 @@ std::size_t expected_segments(const Stroke& stroke, const Mesh* tool) {
   return 1;
 }
 
-void apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
-              std::vector<std::string>& remarks) {
+std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
+                               std::vector<std::string>& remarks) {
   if (const auto* paint = std::get_if<PaintStroke>(&stroke)) {
     paint_on(*paint, surface);
   } else if (const auto* pressed = std::get_if<StampStroke>(&stroke)) {
-    remarks = stamp(*pressed, *tool, surface, threads).warnings;
+    StampResult result = stamp(*pressed, *tool, surface, threads);
+    remarks = std::move(result.warnings);
+    return result.penetration;
   } else if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) {
     apply(*handles, surface, remarks);
   } else {
     surface.apply(with_found_radius(stroke, surface.positions, surface.triangles, remarks));
   }
+  return std::nullopt;
 }
 
 }  // namespace knead::session_detail

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,9 +20,9 @@ std::shared_ptr<const Mesh> tool_mesh_of(const Session& session, const Stroke& s
 std::size_t expected_segments(const Stroke& stroke, const Mesh* tool);
 
 // Carries out a stroke that reads the surface: hands the strokes that it becomes to surface.apply, in order, until that
-// says to stop. What there is to say about it goes to `remarks`. Throws InvalidInput for a stroke that this
-// surface cannot take.
-void apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
-              std::vector<std::string>& remarks);
+// says to stop. What there is to say about it goes to `remarks`. Returns how deep a stamp leaves the surface in its
+// tool. Throws InvalidInput for a stroke that this surface cannot take.
+std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
+                               std::vector<std::string>& remarks);
 
 }  // namespace knead::session_detail
