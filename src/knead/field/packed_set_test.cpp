@@ -15,20 +15,19 @@ using test::Dual;
 using test::Random;
 
 template <class S>
-PointArrays<S> random_points(Random& random, int count) {
-  PointArrays<S> points;
+PointPacks<S> random_points(Random& random, int count) {
+  PointPacks<S> points;
   for (int i = 0; i < count; ++i) points.push_back(Vec3<S>(random.in_box(1)), static_cast<S>(random.integer(1, 5)));
-  points.fill_up();
   return points;
 }
 
 // 32 bytes of lanes, point by point, and then half onto half: what every instruction set must give to the bit.
 template <class S>
-PowerSums<S> sums_by_lanes(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half) {
+PowerSums<S> sums_by_lanes(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   constexpr std::size_t lanes = 32 / sizeof(S);
   std::array<PowerSums<S>, lanes> lane{};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    add_power(lane[i % lanes], d - Vec3<S>{points.x[i], points.y[i], points.z[i]}, points.weight[i], scale2, half);
+  for (std::size_t i = 0; i < points.count; ++i) {
+    add_power(lane[i % lanes], d - points.point(i), points.weight(i), scale2, half);
   }
   for (std::size_t width = lanes / 2; width > 0; width /= 2) {
     for (std::size_t i = 0; i < width; ++i) {
@@ -43,7 +42,7 @@ template <class S>
 void expect_lanes(unsigned seed) {
   Random random(seed);
   for (int i = 0; i < 400; ++i) {
-    const PointArrays<S> points = random_points<S>(random, random.integer(1, 60));
+    const PointPacks<S> points = random_points<S>(random, random.integer(1, 60));
     const Vec3<S> d(random.in_box(1.5));
     const int half = random.integer(1, 9);
     const PowerSums<S> expected = sums_by_lanes(points, d, S(0.25), half);
@@ -95,7 +94,7 @@ TEST(PackedSet, GradientIsThatOfTheValue) {
   Random random(95);
   for (int i = 0; i < 500; ++i) {
     PackedSet<double> set = packed<double>(test::random_point_set(random, i % 2 == 0));
-    for (double& weight : set.points.weight) weight *= random.integer(1, 4);
+    set.points = std::make_shared<const PointPacks<double>>(random_points<double>(random, 20));
     const RegionValue<Dual> value = evaluate(set, test::variables(random.in_box(1.5)), Dual(0));
     EXPECT_LT(norm(value.value.g - test::values(value.gradient)), 1e-10);
   }

@@ -46,7 +46,7 @@ template <class S>
 }
 
 template <class S, int fixed_half>
-[[gnu::always_inline]] inline PowerSums<S> sums_of(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half) {
+[[gnu::always_inline]] inline PowerSums<S> sums_of(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   Vec3<Pack<S>> at;
   Pack<S> scale;
   fill<S>(at.x, d.x);
@@ -54,26 +54,28 @@ template <class S, int fixed_half>
   fill<S>(at.z, d.z);
   fill<S>(scale, scale2);
   PowerSums<Pack<S>> sums;
-  for (std::size_t i = 0; i < points.size(); i += Lanes<S>::count) {
-    Vec3<Pack<S>> p;
-    Pack<S> weight;
-    load<S>(p.x, &points.x[i]);
-    load<S>(p.y, &points.y[i]);
-    load<S>(p.z, &points.z[i]);
-    load<S>(weight, &points.weight[i]);
-    Vec3<Pack<S>> offset;
-    offset.x = at.x - p.x;
-    offset.y = at.y - p.y;
-    offset.z = at.z - p.z;
-    add_power(sums, offset, weight, scale, fixed_half > 0 ? fixed_half : half);
+  for (std::size_t pack = 0; pack < points.pack_count(); ++pack) {
+    const S* const numbers = &points.numbers[4 * kPointPack * pack];
+    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S>::count) {
+      Vec3<Pack<S>> p;
+      Pack<S> weight;
+      load<S>(p.x, numbers + lane);
+      load<S>(p.y, numbers + kPointPack + lane);
+      load<S>(p.z, numbers + 2 * kPointPack + lane);
+      load<S>(weight, numbers + 3 * kPointPack + lane);
+      Vec3<Pack<S>> offset;
+      offset.x = at.x - p.x;
+      offset.y = at.y - p.y;
+      offset.z = at.z - p.z;
+      add_power(sums, offset, weight, scale, fixed_half > 0 ? fixed_half : half);
+    }
   }
   return {added<S>(sums.value), {added<S>(sums.gradient.x), added<S>(sums.gradient.y), added<S>(sums.gradient.z)}};
 }
 
 // The usual exponents without a loop over their bits.
 template <class S>
-[[gnu::always_inline]] inline PowerSums<S> any_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2,
-                                                    int half) {
+[[gnu::always_inline]] inline PowerSums<S> any_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   switch (half) {
     case 3:
       return sums_of<S, 3>(points, d, scale2, half);
@@ -89,24 +91,27 @@ template <class S>
 // The order does not matter here, so that the packs may be those of the instruction set: g++ compares others one by
 // one.
 template <class S, std::size_t bytes>
-[[gnu::always_inline]] inline S any_least(const PointArrays<S>& points, const Vec3<S>& d) {
+[[gnu::always_inline]] inline S any_least(const PointPacks<S>& points, const Vec3<S>& d) {
   using P = Pack<S, bytes>;
   const P at_x = P{} + d.x;
   const P at_y = P{} + d.y;
   const P at_z = P{} + d.z;
   P least = P{} + std::numeric_limits<S>::max();
-  for (std::size_t i = 0; i < points.size(); i += Lanes<S, bytes>::count) {
-    P x;
-    P y;
-    P z;
-    std::memcpy(&x, &points.x[i], bytes);
-    std::memcpy(&y, &points.y[i], bytes);
-    std::memcpy(&z, &points.z[i], bytes);
-    x = at_x - x;
-    y = at_y - y;
-    z = at_z - z;
-    const P square = x * x + y * y + z * z;
-    least = square < least ? square : least;
+  for (std::size_t pack = 0; pack < points.pack_count(); ++pack) {
+    const S* const numbers = &points.numbers[4 * kPointPack * pack];
+    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S, bytes>::count) {
+      P x;
+      P y;
+      P z;
+      std::memcpy(&x, numbers + lane, bytes);
+      std::memcpy(&y, numbers + kPointPack + lane, bytes);
+      std::memcpy(&z, numbers + 2 * kPointPack + lane, bytes);
+      x = at_x - x;
+      y = at_y - y;
+      z = at_z - z;
+      const P square = x * x + y * y + z * z;
+      least = square < least ? square : least;
+    }
   }
   S result = least[0];
   for (std::size_t i = 1; i < Lanes<S, bytes>::count; ++i) result = least[i] < result ? least[i] : result;
@@ -120,12 +125,12 @@ bool has_wide() {
 }
 
 template <class S>
-KNEAD_WIDE PowerSums<S> wide_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half) {
+KNEAD_WIDE PowerSums<S> wide_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   return any_sums(points, d, scale2, half);
 }
 
 template <class S>
-KNEAD_WIDE S wide_least(const PointArrays<S>& points, const Vec3<S>& d) {
+KNEAD_WIDE S wide_least(const PointPacks<S>& points, const Vec3<S>& d) {
   return any_least<S, 32>(points, d);
 }
 #endif
@@ -133,7 +138,7 @@ KNEAD_WIDE S wide_least(const PointArrays<S>& points, const Vec3<S>& d) {
 }  // namespace
 
 template <class S>
-PowerSums<S> power_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half) {
+PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
 #ifdef KNEAD_WIDE
   if (has_wide()) return wide_sums(points, d, scale2, half);
 #endif
@@ -141,16 +146,16 @@ PowerSums<S> power_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2
 }
 
 template <class S>
-S least_squared_distance(const PointArrays<S>& points, const Vec3<S>& d) {
+S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d) {
 #ifdef KNEAD_WIDE
   if (has_wide()) return wide_least(points, d);
 #endif
   return any_least<S, 16>(points, d);
 }
 
-template PowerSums<float> power_sums(const PointArrays<float>&, const Vec3<float>&, float, int);
-template PowerSums<double> power_sums(const PointArrays<double>&, const Vec3<double>&, double, int);
-template float least_squared_distance(const PointArrays<float>&, const Vec3<float>&);
-template double least_squared_distance(const PointArrays<double>&, const Vec3<double>&);
+template PowerSums<float> power_sums(const PointPacks<float>&, const Vec3<float>&, float, int);
+template PowerSums<double> power_sums(const PointPacks<double>&, const Vec3<double>&, double, int);
+template float least_squared_distance(const PointPacks<float>&, const Vec3<float>&);
+template double least_squared_distance(const PointPacks<double>&, const Vec3<double>&);
 
 }  // namespace knead

@@ -8,31 +8,37 @@
 
 namespace knead {
 
-// Weighted points as one array for each coordinate, filled up to whole packs of kPointPack with points of weight 0 that
-// repeat the last one.
+// Weighted points in packs: kPointPack x coordinates, as many y and z coordinates, as many weights, and the next pack.
+// The last pack is filled up with points of weight 0 that repeat the first one of the pack.
 inline constexpr std::size_t kPointPack = 8;
 
 template <class S>
-struct PointArrays {
-  std::vector<S> x;
-  std::vector<S> y;
-  std::vector<S> z;
-  std::vector<S> weight;
+struct PointPacks {
+  std::vector<S> numbers;
+  std::size_t count = 0;
 
-  std::size_t size() const { return x.size(); }
+  std::size_t pack_count() const { return numbers.size() / (4 * kPointPack); }
 
-  void push_back(const Vec3<S>& p, S w) {
-    x.push_back(p.x);
-    y.push_back(p.y);
-    z.push_back(p.z);
-    weight.push_back(w);
+  void push_back(const Vec3<S>& p, S weight) {
+    const std::size_t lane = count++ % kPointPack;
+    if (lane == 0) {
+      for (const S value : {p.x, p.y, p.z, S(0)}) numbers.insert(numbers.end(), kPointPack, value);
+    }
+    S* pack = numbers.data() + numbers.size() - 4 * kPointPack;
+    pack[lane] = p.x;
+    pack[kPointPack + lane] = p.y;
+    pack[2 * kPointPack + lane] = p.z;
+    pack[3 * kPointPack + lane] = weight;
   }
 
-  void fill_up() {
-    if (x.empty()) return;
-    const Vec3<S> last{x.back(), y.back(), z.back()};
-    while (x.size() % kPointPack != 0) push_back(last, S(0));
+  Vec3<S> point(std::size_t i) const {
+    const S* at = number_of(i);
+    return {at[0], at[kPointPack], at[2 * kPointPack]};
   }
+  S weight(std::size_t i) const { return number_of(i)[3 * kPointPack]; }
+
+ private:
+  const S* number_of(std::size_t i) const { return &numbers[i / kPointPack * 4 * kPointPack + i % kPointPack]; }
 };
 
 // With ratios q_i = scale2 / |d - p_i|^2: value = sum w_i q_i^half, gradient = sum w_i q_i^(half + 1) (d - p_i).
@@ -70,14 +76,14 @@ template <class P>
   sums.gradient.z = sums.gradient.z + offset.z * pull;
 }
 
-// The sums over all points, none of which may be d. Points are added in kPointPack lanes, and the lanes in a fixed
-// order: the bits depend neither on the compiler nor on the machine's instruction set. Time: about 0.2 to 0.3 ns a
-// point in float with AVX2, three times of that with SSE2 alone. Defined for float and double.
+// The sums over all points, none of which may be d. Points are added in lanes, and the lanes in a fixed order: the bits
+// depend neither on the compiler nor on the machine's instruction set. Time: about 0.2 to 0.3 ns a point in float with
+// AVX2, three times of that with SSE2 alone. Defined for float and double.
 template <class S>
-PowerSums<S> power_sums(const PointArrays<S>& points, const Vec3<S>& d, S scale2, int half);
+PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half);
 
 // The least |d - p_i|^2; at least one point.
 template <class S>
-S least_squared_distance(const PointArrays<S>& points, const Vec3<S>& d);
+S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d);
 
 }  // namespace knead

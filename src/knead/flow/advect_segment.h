@@ -4,8 +4,8 @@
 
 #include "knead/field/packed_set.h"
 #include "knead/flow/advect.h"
-#include "knead/flow/closed_form.h"
 #include "knead/flow/path_line.h"
+#include "knead/flow/set_cells.h"
 #include "knead/math/parallel.h"
 
 namespace knead::detail {
@@ -20,17 +20,6 @@ inline bool within(const Cylinder& cylinder, const Vec3d& x) {
   const Vec3d d = x - cylinder.point;
   const Vec3d across = d - cylinder.direction * dot(cylinder.direction, d);
   return norm2(across) <= cylinder.radius * cylinder.radius;
-}
-
-// The displacement of x over the segment, as if it had no cylinder.
-template <class S, class Kernel>
-Vec3d displacement_without_cylinder(const Segment& segment, PathLine<S, Kernel>& line, const Vec3d& x,
-                                    PathLineStats& stats) {
-  const std::optional<double> contact = next_contact(segment, x, segment.begin);
-  if (const std::optional<Vec3d> known = closed_form(segment, x)) {
-    return contact ? *known : Vec3d{};
-  }
-  return contact ? line.run(x, *contact, stats) : Vec3d{};
 }
 
 template <class S, class Kernel>
@@ -53,10 +42,10 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
       PathLineStats stats;
       Vec3d& x = points[i];
       if (segment.cylinder) {
-        const Vec3d start = x + displacement_without_cylinder(to_start, line_to_start, x, stats);
+        const Vec3d start = x + line_to_start.displacement(x, stats);
         if (!within(*segment.cylinder, start)) continue;
       }
-      const Vec3d displacement = displacement_without_cylinder(segment, line, x, stats);
+      const Vec3d displacement = line.displacement(x, stats);
       if (displacement != Vec3d{}) x += displacement;
       if (!options.steps.empty()) options.steps[i] += stats.accepted;
       accepted += stats.accepted;
@@ -109,21 +98,27 @@ auto with_field(const Segment& segment, const Field& field, const Body& body) {
 
 template <class S>
 AdvectResult advect_segment(const Segment& segment, std::span<Vec3d> points, const AdvectOptions& options) {
+  if (is_of_sets(segment)) {
+    return advect_with<S>(SetCells<S>(segment, options.tolerance), segment, points, options);
+  }
   if (segment.fields.size() == 1) {
-    return with_field<S>(segment, segment.fields.front(),
-                         [&](const auto& kernel) { return advect_with<S>(kernel, segment, points, options); });
+    return with_field<S>(segment, segment.fields.front(), [&](const auto& field) {
+      return advect_with<S>(WholeField<S, std::decay_t<decltype(field)>>{field}, segment, points, options);
+    });
   }
   FieldSum<S> sum;
   for (const Field& field : segment.fields) {
-    sum.parts.push_back(with_field<S>(segment, field, [](const auto& kernel) {
+    sum.parts.push_back(with_field<S>(segment, field, [](const auto& field_in_s) {
       using Part = typename FieldSum<S>::Part;
       return Part{
-          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.velocity(x0, moved, t); },
-          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.hidden_speed(x0, moved, t); },
-          [kernel](const Vec3d& x0, const Vec3<S>& moved, double t) { return kernel.width(x0, moved, t); }};
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.velocity(x0, moved, t); },
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) {
+            return field_in_s.hidden_speed(x0, moved, t);
+          },
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.width(x0, moved, t); }};
     }));
   }
-  return advect_with<S>(sum, segment, points, options);
+  return advect_with<S>(WholeField<S, FieldSum<S>>{sum}, segment, points, options);
 }
 
 }  // namespace knead::detail

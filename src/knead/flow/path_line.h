@@ -9,82 +9,17 @@
 #include <optional>
 #include <vector>
 
+#include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
 #include "knead/flow/segment.h"
+#include "knead/flow/single_field.h"
 #include "knead/flow/tableau.h"
 #include "knead/math/scalar.h"
 
 namespace knead::detail {
 
-// |dr/dt| at a resting point: how fast a region turns past it.
-template <class S>
-S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
-  if (region.turn_angle == S(0)) return S(0);
-  const Vec3<S> n = normal_at(region, static_cast<S>(t));
-  return std::abs(region.turn_angle * dot(cross(region.turn_axis, n), d));
-}
-
-template <class S>
-S turning_speed(const Handles<S>& region, const Vec3<S>& d, double /*t*/) {
-  return std::abs(region.turn_angle) * norm(cross(region.turn_axis, d));
-}
-
-template <class S>
-S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) {
-  return static_cast<S>(region.speed);
-}
-
-template <class S>
-S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
-  return S(0);
-}
-
-// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
-// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
-template <class S>
-S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
-  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
-  return distance.full.value + distance.zero.value;
-}
-
-template <class S>
-S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
-  return std::numeric_limits<S>::infinity();
-}
-
-// One field with its numbers in the scalar S. The point that started at x0 and has moved by D is at x0 + D.
-template <class S, class M, class R>
-struct SingleField {
-  M motion;
-  R region;
-  Thresholds<S> thresholds;
-  Vec3d center;
-  Vec3<S> displacement;
-  bool blended = false;
-
-  Vec3<S> velocity(const Vec3d& x0, const Vec3<S>& moved, double t) const {
-    const auto s = static_cast<S>(t);
-    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
-    if (!blended) return knead::velocity(motion, region, thresholds, d - displacement * s, s);
-    return knead::velocity(motion, region, thresholds, d, s) * (S(1) - s) +
-           knead::velocity(motion, region, thresholds, d - displacement, s) * s;
-  }
-
-  // A speed at which r may change besides that of the point relative to the tool's frame: by turning, or by the part of
-  // a blended field whose weight is still small.
-  S hidden_speed(const Vec3d& x0, const Vec3<S>& moved, double t) const {
-    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
-    if (!blended) return turning_speed(region, d - displacement * static_cast<S>(t), t);
-    return std::max(norm(knead::velocity(motion, region, thresholds, d, S(0))),
-                    norm(knead::velocity(motion, region, thresholds, d - displacement, S(0))));
-  }
-
-  S width(const Vec3d& x0, const Vec3<S>& moved, double t) const {
-    return local_width(region, Vec3<S>(x0 - center) + moved - displacement * static_cast<S>(t), t);
-  }
-};
-
-// Several fields, summed. Rare (a point set of several parts), so that an indirect call for each is no matter.
+// Several fields, summed. Rare (those of point sets are in set_cells.h), so that an indirect call for each is no
+// matter.
 template <class S>
 struct FieldSum {
   struct Part {
@@ -109,6 +44,29 @@ struct FieldSum {
     for (const Part& part : parts) least = std::min(least, part.width(x0, moved, t));
     return least;
   }
+};
+
+// What PathLine asks of a segment's fields, where they are the same everywhere. SetCells is another such kernel.
+template <class S, class F>
+struct WholeField {
+  F field;
+
+  struct Place {};  // of one path line
+
+  std::optional<double> next_contact(Place& /*place*/, const Segment& segment, const Vec3d& x, double t) const {
+    return knead::next_contact(segment, x, t);
+  }
+  std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x) const {
+    return knead::closed_form(segment, x);
+  }
+  bool keeps(Place& /*place*/, const Vec3d& /*x*/, double /*t*/) const { return true; }
+  Vec3<S> velocity(Place /*place*/, const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    return field.velocity(x0, moved, t);
+  }
+  S hidden_speed(Place /*place*/, const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    return field.hidden_speed(x0, moved, t);
+  }
+  S width(Place /*place*/, const Vec3d& x0, const Vec3<S>& moved, double t) const { return field.width(x0, moved, t); }
 };
 
 // The coefficients of a method in the scalar S.
@@ -160,31 +118,13 @@ class PathLine {
                motion->velocity == segment.displacement;
   }
 
-  // The displacement, at the segment's end, of the point that is at x0 at the time t, when a tool reaches it.
-  Vec3d run(const Vec3d& x0, double t, PathLineStats& stats) {
-    x0_ = x0;
-    moved_ = {};
-    bool have_first = false;
-    bool at_contact = true;  // v is 0 there; what follows must be integrated, not asked for again
-    S trial = static_cast<S>(std::abs(segment_.end - t));
-    while ((segment_.end - t) * direction_ > 0) {
-      if (!have_first) evaluate_stage(0, t, {}, stats);
-      if (k_[0] == Vec3<S>{} && !at_contact) {
-        const std::optional<double> contact = next_contact(segment_, x0_ + Vec3d(moved_), t);
-        if (!contact) break;
-        have_first = t == *contact;
-        t = *contact;
-        at_contact = true;
-        continue;
-      }
-      at_contact = false;
-      if (carries_ && k_[0] == tool_velocity_) {  // at rest in the rigid core: it stays there
-        return Vec3d(moved_) + segment_.displacement * (segment_.end - t);
-      }
-      have_first = step(t, trial, stats);
-      if (!stats.complete) break;
-    }
-    return Vec3d(moved_);
+  // The displacement over the segment of the point that is at x0 at its beginning.
+  Vec3d displacement(const Vec3d& x0, PathLineStats& stats) {
+    place_ = {};
+    const std::optional<double> contact = kernel_.next_contact(place_, segment_, x0, segment_.begin);
+    if (!contact) return {};
+    if (const std::optional<Vec3d> known = kernel_.closed_form(segment_, x0)) return *known;
+    return run(x0, *contact, stats);
   }
 
  private:
@@ -201,9 +141,55 @@ class PathLine {
   // step size mends.
   static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 16) : S(1e-7);
   static constexpr std::uint32_t kStepLimit = 1'000'000;
+  // The part of the longest step up to which Heun's method is tried.
+  static constexpr double kShortWay = 1.0 / 16;
+
+  // From the time t, when a tool reaches the point.
+  Vec3d run(const Vec3d& x0, double t, PathLineStats& stats) {
+    x0_ = x0;
+    moved_ = {};
+    evaluate_stage(0, t, {}, stats);
+    if (goes_a_short_way(t, stats)) return Vec3d(moved_);
+    bool have_first = true;
+    bool at_contact = true;  // v is 0 there; what follows must be integrated, not asked for again
+    S trial = static_cast<S>(std::abs(segment_.end - t));
+    while ((segment_.end - t) * direction_ > 0) {
+      if (!have_first) evaluate_stage(0, t, {}, stats);
+      if (k_[0] == Vec3<S>{} && !at_contact) {
+        const std::optional<double> contact = kernel_.next_contact(place_, segment_, x0_ + Vec3d(moved_), t);
+        if (!contact) break;
+        have_first = t == *contact;
+        t = *contact;
+        at_contact = true;
+        continue;
+      }
+      at_contact = false;
+      if (carries_ && k_[0] == tool_velocity_) {  // at rest in the rigid core: it stays there
+        return Vec3d(moved_) + segment_.displacement * (segment_.end - t);
+      }
+      have_first = step(t, trial, stats);
+      if (!kernel_.keeps(place_, x0_ + Vec3d(moved_), t)) have_first = false;
+      if (!stats.complete) break;
+    }
+    return Vec3d(moved_);
+  }
+
+  // Where the whole way is a small part of what a step may pass, two evaluations of v suffice: Heun's method, whose
+  // error is about that of Euler's, half the change of v, times that small part. Otherwise nothing is done.
+  bool goes_a_short_way(double t, PathLineStats& stats) {
+    const double h = std::abs(segment_.end - t);
+    const S part = static_cast<S>(h) / longest_step(t);
+    if (!(part <= S(kShortWay)) || (carries_ && k_[0] == tool_velocity_)) return false;
+    const S signed_h = static_cast<S>(direction_ * h);
+    evaluate_stage(1, segment_.end, k_[0] * signed_h, stats);
+    if (!(norm(k_[1] - k_[0]) * S(0.5) * part <= tolerance_)) return false;
+    moved_ = (k_[0] + k_[1]) * (S(0.5) * signed_h);
+    ++stats.accepted;
+    return true;
+  }
 
   void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
-    k_[stage] = kernel_.velocity(x0_, moved_ + offset, t);
+    k_[stage] = kernel_.velocity(place_, x0_, moved_ + offset, t);
     ++stats.evaluations;
   }
 
@@ -216,7 +202,7 @@ class PathLine {
   // The longest step that jumps over nothing: neither the point nor the region passes the other by more than kReach or
   // kCapsuleReach of the intermediate region's width, or kLocalReach of that at the place.
   S longest_step(double t) const {
-    const S hidden = kernel_.hidden_speed(x0_, moved_, t);
+    const S hidden = kernel_.hidden_speed(place_, x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
     const S reach = std::min(reach_, static_cast<S>(kLocalReach) * kernel_.width(x0_, moved_, t));
     const S longest = speed > S(0) ? reach / speed : std::numeric_limits<S>::infinity();
@@ -269,6 +255,7 @@ class PathLine {
   Vec3<S> tool_velocity_{};
   bool carries_ = false;
 
+  typename Kernel::Place place_{};
   Vec3d x0_{};
   Vec3<S> moved_{};
   std::array<Vec3<S>, Tableau::kMaxStages> k_{};

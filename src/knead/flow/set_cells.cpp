@@ -1,0 +1,281 @@
+#include "knead/flow/set_cells.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace knead::detail {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Cells to the width of the narrowest field's support, and at most so many in all.
+constexpr double kCellsToOuter = 6;
+constexpr double kMostCells = 1 << 18;
+// Fewer points than this are not worth a list.
+constexpr std::size_t kFewPoints = 48;
+// How much of the tolerance the lists may use up.
+constexpr double kShareOfTolerance = 0.1;
+// As for next_contact of all other regions (contact.cpp).
+constexpr double kTraceResolution = 1e-4;
+// The bounds of a cell are found in S, whose rounding is far below this.
+constexpr double kRounding = 1e-4;
+
+// w' and w'' are at most so much, per (outer - inner) and its square.
+constexpr double kGreatestSlope = 2.1;
+constexpr double kGreatestCurvature = 7;
+
+double root_of(double value, int m) { return 1 / inverse_root(value, m); }
+
+// How r_k of a curve at least grows with the true distance from it, compared with a point's.
+double power_of_growth(double ratio, bool curves) { return curves ? ratio * std::sqrt(std::sqrt(ratio)) : ratio; }
+
+Vec3d clamped(const Vec3d& p, const Box& box) {
+  return {std::clamp(p.x, box.min.x, box.max.x), std::clamp(p.y, box.min.y, box.max.y),
+          std::clamp(p.z, box.min.z, box.max.z)};
+}
+
+Box grown(const Box& box, double by) { return {box.min - Vec3d{by, by, by}, box.max + Vec3d{by, by, by}}; }
+
+// The first s >= 0 at which d + s velocity is in the box, infinity if never.
+double time_to_enter(const Box& box, const Vec3d& d, const Vec3d& velocity) {
+  double enter = 0;
+  double leave = kInfinity;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (velocity[axis] == 0) {
+      if (d[axis] < box.min[axis] || d[axis] > box.max[axis]) return kInfinity;
+      continue;
+    }
+    const double low = (box.min[axis] - d[axis]) / velocity[axis];
+    const double high = (box.max[axis] - d[axis]) / velocity[axis];
+    enter = std::max(enter, std::min(low, high));
+    leave = std::min(leave, std::max(low, high));
+  }
+  return enter <= leave ? enter : kInfinity;
+}
+
+// The first s >= 0 at which d + s velocity is no longer in the cube, infinity if never.
+double time_to_leave(const Vec3d& center, double half, const Vec3d& d, const Vec3d& velocity) {
+  double leave = kInfinity;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (velocity[axis] == 0) continue;
+    const double wall = center[axis] + (velocity[axis] > 0 ? half : -half);
+    leave = std::min(leave, std::max(0.0, (wall - d[axis]) / velocity[axis]));
+  }
+  return leave;
+}
+
+}  // namespace
+
+bool is_of_sets(const Segment& segment) {
+  return segment.time_law == TimeLaw::swept &&
+         std::all_of(segment.fields.begin(), segment.fields.end(), [](const Field& field) {
+           return std::holds_alternative<Translation<double>>(field.motion) &&
+                  std::holds_alternative<PointSet<double>>(field.region);
+         });
+}
+
+template <class S>
+SetCells<S>::SetCells(const Segment& segment, double tolerance)
+    : anchor_(segment.fields.front().center),
+      displacement_(segment.displacement),
+      duration_(segment.cylinder ? 1 : std::abs(segment.end - segment.begin)) {
+  const double error = kShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
+  for (const Field& field : segment.fields) parts_.push_back(make_part(field, error));
+  lay_grid();
+}
+
+template <class S>
+SetCells<S>::~SetCells() {
+  for (std::size_t i = 0; i < counts_[0] * counts_[1] * counts_[2]; ++i) delete cells_[i].load();
+}
+
+template <class S>
+typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double error) const {
+  const auto& motion = std::get<Translation<double>>(field.motion);
+  const auto& set = std::get<PointSet<double>>(field.region);
+  const bool listed = set.points.size() >= kFewPoints;
+  Part part{{static_cast<Translation<S>>(motion), packed<S>(set), static_cast<Thresholds<S>>(field.thresholds),
+             field.center, Vec3<S>(displacement_)},
+            field.center - anchor_,
+            bounding_box(set.points),
+            0,
+            0,
+            field.thresholds.outer,
+            PointTree(listed ? set.points : std::vector<Vec3d>{})};
+  double copies = static_cast<double>(set.points.size());  // r >= copies^(-1/m) times the true distance
+  for (const auto& curve : set.curves) {
+    for (const Vec3d& p : curve) part.box.extend(p);
+    const double root = std::sqrt(std::sqrt(static_cast<double>(curve.size() - 1)));
+    copies += integer_power(root, set.exponent);
+  }
+  part.reach = part.outer * root_of(copies, set.exponent) * (1 + kRounding);
+  // How much v changes with a relative error of S: r by 1/m of it, grad r by all of it.
+  const double width = field.thresholds.outer - field.thresholds.inner;
+  const double slope = kGreatestSlope / width;
+  const double curvature = kGreatestCurvature / (width * width);
+  const double of_r = part.outer / set.exponent;
+  const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
+  const double gain = norm(motion.velocity) * (slope * of_r + arm * (curvature * of_r + slope));
+  part.error = std::clamp(error / (gain * duration_), 2.0 * std::numeric_limits<S>::epsilon(), 1e-2);
+  return part;
+}
+
+template <class S>
+void SetCells<S>::lay_grid() {
+  double outer = kInfinity;
+  double speed = 0;  // relative to the tool, at most
+  double width = kInfinity;
+  for (const Part& part : parts_) {
+    const double own_width = static_cast<double>(part.field.thresholds.outer) - part.field.thresholds.inner;
+    const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
+    outer = std::min(outer, part.outer);
+    width = std::min(width, own_width);
+    speed += norm(Vec3d(part.field.motion.velocity)) * (1 + kGreatestSlope / own_width * arm);
+  }
+  speed += norm(displacement_);
+  const double whole_way = speed * duration_;
+  size_ = outer / kCellsToOuter;
+  const double step = 0.2 * width;  // path lines' steps pass 0.16 of it
+  const bool stays = whole_way <= step;
+  excursion_ = stays ? whole_way : step;
+  for (const Part& part : parts_) {
+    const Box support = grown(part.box, part.reach);
+    box_.extend(support.min + part.offset);
+    box_.extend(support.max + part.offset);
+  }
+  const Vec3d extent = box_.max - box_.min;
+  const auto count = [&](double length) { return std::floor(length / size_) + 1; };
+  while (count(extent.x) * count(extent.y) * count(extent.z) > kMostCells) size_ *= 1.25;
+  home_ = stays ? 0.5 * size_ + whole_way : 0.75 * size_;
+  radius_ = std::sqrt(3.0) * (stays ? 0.5 : 0.75) * size_ + excursion_;
+  for (std::size_t axis = 0; axis < 3; ++axis) counts_[axis] = static_cast<std::size_t>(count(extent[axis]));
+  cells_ = std::make_unique<std::atomic<const SetCell<S>*>[]>(counts_[0] * counts_[1] * counts_[2]);
+}
+
+template <class S>
+bool SetCells<S>::holds(Place place, const Vec3d& d) const {
+  if (place == nullptr) return false;
+  const Vec3d from = d - place->center;
+  return std::max({std::abs(from.x), std::abs(from.y), std::abs(from.z)}) <= home_;
+}
+
+template <class S>
+typename SetCells<S>::Place SetCells<S>::cell_at(const Vec3d& d) const {
+  const Vec3d from = (d - box_.min) / size_;
+  std::size_t index = 0;
+  Vec3d center;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(from[axis] >= 0 && from[axis] < static_cast<double>(counts_[axis]))) return nullptr;
+    const auto i = static_cast<std::size_t>(from[axis]);
+    index = index * counts_[axis] + i;
+    center[axis] = box_.min[axis] + (static_cast<double>(i) + 0.5) * size_;
+  }
+  const SetCell<S>* cell = cells_[index].load(std::memory_order_acquire);
+  if (cell != nullptr) return cell;
+  std::unique_ptr<SetCell<S>> made = make_cell(center);
+  // Another thread may have made the same meanwhile.
+  if (cells_[index].compare_exchange_strong(cell, made.get(), std::memory_order_acq_rel)) return made.release();
+  return cell;
+}
+
+template <class S>
+std::unique_ptr<SetCell<S>> SetCells<S>::make_cell(const Vec3d& center) const {
+  auto cell = std::make_unique<SetCell<S>>();
+  cell->center = center;
+  for (const Part& part : parts_) add_part(part, *cell);
+  return cell;
+}
+
+template <class S>
+void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
+  const Vec3d center = cell.center - part.offset;
+  if (norm(center - clamped(center, part.box)) - radius_ >= part.reach) return;
+  const PackedSet<S>& whole = part.field.region;
+  const bool curves = !whole.curves->empty();
+  const Vec3<S> d(center);
+  const double nearest = std::sqrt(static_cast<double>(least_squared_distance(whole, d)));
+  const RegionValue<S> at_center = evaluate(whole, d, S(0));
+  const double r = static_cast<double>(at_center.value);
+  const double least = nearest > radius_ ? r * power_of_growth(1 - radius_ / nearest, curves) : 0;
+  if (least * (1 - kRounding) >= part.outer) return;
+  // For points alone r rises at most as fast as the distance; on an element itself, where r = 0, by all of the radius.
+  const double most = nearest > 0 ? r * power_of_growth(1 + radius_ / nearest, curves) : (curves ? kInfinity : radius_);
+  cell.inside = cell.inside || most * (1 + kRounding) < part.outer;
+  cell.fields.push_back(part.field);
+  PackedSet<S>& set = cell.fields.back().region;
+  if (part.tree.size() > 0 && std::isfinite(most)) {
+    std::vector<WeightedPoint> list;
+    part.tree.list({center, radius_, r * (1 + kRounding), Vec3d(at_center.gradient), nearest, most * (1 + kRounding),
+                    !curves, whole.exponent, part.error},
+                   list);
+    if (4 * list.size() < 3 * part.tree.size()) {
+      auto points = std::make_shared<PointPacks<S>>();
+      for (const WeightedPoint& p : list) points->push_back(Vec3<S>(p.p), static_cast<S>(p.weight));
+      set.points = std::move(points);
+    }
+  }
+  // Everything within a factor that the powers bear: no need to find the nearest element each time.
+  const double ratio = (nearest + radius_) / (nearest - 1.05 * radius_);
+  if (ratio > 0 && integer_power(ratio, whole.exponent + 2) < 1e18) set.scale = static_cast<S>(nearest + radius_);
+}
+
+// How much time may pass before r of any field can be below outer, d moving from the cell at the velocity.
+template <class S>
+double SetCells<S>::safe_advance(Place place, const Vec3d& d, const Vec3d& velocity) const {
+  const double speed = norm(velocity);
+  double safe = time_to_leave(place->center, home_, d, velocity);
+  for (const SetField<S>& field : place->fields) {
+    const Vec3<S> own(d + anchor_ - field.center);
+    const double outer = field.thresholds.outer;
+    const double width = outer - static_cast<double>(field.thresholds.inner);
+    const double r = static_cast<double>(evaluate(field.region, own, S(0)).value);
+    if (r < outer + kTraceResolution * width) return 0;
+    double free = r - outer;
+    if (!field.region.curves->empty()) {  // as in contact.cpp
+      const double nearest = std::sqrt(static_cast<double>(least_squared_distance(field.region, own)));
+      free = 0.8 * nearest * (1 - outer / r);
+    }
+    safe = std::min(safe, free / speed);
+  }
+  return std::max(safe, 1e-6 * size_ / speed);  // so that rounding at a wall holds nothing up
+}
+
+template <class S>
+std::optional<double> SetCells<S>::next_contact(Place& place, const Segment& segment, const Vec3d& x, double t) const {
+  const double direction = segment.end >= segment.begin ? 1.0 : -1.0;
+  const double advance = std::abs(segment.end - t);
+  const Vec3d velocity = displacement_ * -direction;
+  const Vec3d from = in_tool(x, t);
+  for (double s = 0; s < advance;) {
+    const Vec3d d = from + velocity * s;
+    if (!holds(place, d)) place = cell_at(d);
+    if (place != nullptr && place->inside) return t + direction * s;
+    double safe = 0;
+    if (place == nullptr) {
+      safe = time_to_enter(box_, d, velocity);
+      if (std::isfinite(safe)) safe += 1e-6 * size_ / norm(velocity);
+    } else {
+      safe = safe_advance(place, d, velocity);
+      if (safe == 0) return t + direction * s;
+    }
+    if (!std::isfinite(safe)) return std::nullopt;  // the tool rests
+    s += safe;
+  }
+  return std::nullopt;
+}
+
+template <class S>
+bool SetCells<S>::keeps(Place& place, const Vec3d& x, double t) const {
+  const Vec3d d = in_tool(x, t);
+  if (holds(place, d)) return true;
+  const Place before = place;
+  place = cell_at(d);
+  return place == before;
+}
+
+template class SetCells<float>;
+template class SetCells<double>;
+
+}  // namespace knead::detail

@@ -1,0 +1,80 @@
+// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
+// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
+template <class S>
+S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
+  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
+  return distance.full.value + distance.zero.value;
+}
+
+template <class S>
+S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
+  return std::numeric_limits<S>::infinity();
+}
+
+// One field with its numbers in the scalar of the evaluation. Internal to the flow room.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "knead/flow/segment.h"
+
+namespace knead::detail {
+
+// |dr/dt| at a resting point: how fast a region turns past it.
+template <class S>
+S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
+  if (region.turn_angle == S(0)) return S(0);
+  const Vec3<S> n = normal_at(region, static_cast<S>(t));
+  return std::abs(region.turn_angle * dot(cross(region.turn_axis, n), d));
+}
+
+template <class S>
+S turning_speed(const Handles<S>& region, const Vec3<S>& d, double /*t*/) {
+  return std::abs(region.turn_angle) * norm(cross(region.turn_axis, d));
+}
+
+template <class S>
+S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) {
+  return static_cast<S>(region.speed);
+}
+
+template <class S>
+S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
+  return S(0);
+}
+
+// The point that started at x0 and has moved by D is at x0 + D.
+template <class S, class M, class R>
+struct SingleField {
+  M motion;
+  R region;
+  Thresholds<S> thresholds;
+  Vec3d center;
+  Vec3<S> displacement;
+  bool blended = false;
+
+  Vec3<S> velocity(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    const auto s = static_cast<S>(t);
+    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
+    if (!blended) return knead::velocity(motion, region, thresholds, d - displacement * s, s);
+    return knead::velocity(motion, region, thresholds, d, s) * (S(1) - s) +
+           knead::velocity(motion, region, thresholds, d - displacement, s) * s;
+  }
+
+  // A speed at which r may change besides that of the point relative to the tool's frame: by turning, or by the part of
+  // a blended field whose weight is still small.
+  S hidden_speed(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    const Vec3<S> d = Vec3<S>(x0 - center) + moved;
+    if (!blended) return turning_speed(region, d - displacement * static_cast<S>(t), t);
+    return std::max(norm(knead::velocity(motion, region, thresholds, d, S(0))),
+                    norm(knead::velocity(motion, region, thresholds, d - displacement, S(0))));
+  }
+
+  S width(const Vec3d& x0, const Vec3<S>& moved, double t) const {
+    return local_width(region, Vec3<S>(x0 - center) + moved - displacement * static_cast<S>(t), t);
+  }
+};
+
+}  // namespace knead::detail
