@@ -204,7 +204,7 @@ class PathLine {
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(place_, x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
-    const S reach = std::min(reach_, static_cast<S>(kLocalReach) * kernel_.width(x0_, moved_, t));
+    const S reach = std::min(reach_, static_cast<S>(kLocalReach) * kernel_.width(place_, x0_, moved_, t));
     const S longest = speed > S(0) ? reach / speed : std::numeric_limits<S>::infinity();
     if (segment_.time_law == TimeLaw::swept) return longest;
     const double from_end = std::min(t, 1 - t);

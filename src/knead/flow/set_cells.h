@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -59,6 +60,9 @@ class SetCells {
     return sum;
   }
   S hidden_speed(Place /*place*/, const Vec3d& /*x0*/, const Vec3<S>& /*moved*/, double /*t*/) const { return S(0); }
+  S width(Place /*place*/, const Vec3d& /*x0*/, const Vec3<S>& /*moved*/, double /*t*/) const {
+    return std::numeric_limits<S>::infinity();
+  }
 
  private:
   struct Part {

@@ -1,16 +1,3 @@
-// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
-// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
-template <class S>
-S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
-  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
-  return distance.full.value + distance.zero.value;
-}
-
-template <class S>
-S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
-  return std::numeric_limits<S>::infinity();
-}
-
 // One field with its numbers in the scalar of the evaluation. Internal to the flow room.
 #pragma once
 
@@ -43,6 +30,19 @@ S turning_speed(const CustomRegion& region, const Vec3<S>& /*d*/, double /*t*/) 
 template <class S>
 S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
   return S(0);
+}
+
+// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
+// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
+template <class S>
+S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
+  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
+  return distance.full.value + distance.zero.value;
+}
+
+template <class S>
+S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
+  return std::numeric_limits<S>::infinity();
 }
 
 // The point that started at x0 and has moved by D is at x0 + D.
