@@ -1,4 +1,4 @@
-// Uses an installed Knead: makes the sphere that the example then pulls, and checks what came out.
+// Uses an installed Knead: makes the sphere that an example then deforms, and checks what came out.
 #include <cstdio>
 
 #include "knead/io/shape_file.h"

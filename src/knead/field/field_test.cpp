@@ -179,12 +179,11 @@ TEST(Velocity, InFloatIsThatInDoubleToFloatsAccuracy) {
 }
 
 TEST(Velocity, OfACustomRegionAndMotionIsThatOfTheBuiltInOnes) {
-  const auto region = std::make_shared<const std::function<RegionValue<double>(const Vec3d&, double)>>(
-      [](const Vec3d& d, double t) { return evaluate(Ball<double>{}, d, t); });
+  const CustomRegion region = custom_region([](const Vec3d& d, double t) { return evaluate(Ball<double>{}, d, t); });
   const Translation<double> translation{{0.3, -0.2, 1.0}, {}, 1};
   const auto motion = std::make_shared<const std::function<MotionValue<double>(const Vec3d&)>>(
       [=](const Vec3d& d) { return evaluate(translation, d); });
-  const Field custom{{0, 0, 0}, CustomMotion{motion}, CustomRegion{region}, {0.2, 0.9}};
+  const Field custom{{0, 0, 0}, CustomMotion{motion}, region, {0.2, 0.9}};
   const Field built_in{{0, 0, 0}, translation, Ball<double>{}, {0.2, 0.9}};
   Random random(27);
   for (int i = 0; i < 100; ++i) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -111,6 +112,13 @@ struct CustomRegion {
 
   friend bool operator==(const CustomRegion&, const CustomRegion&) = default;
 };
+
+// One from a function or lambda of d and t.
+inline CustomRegion custom_region(std::function<RegionValue<double>(const Vec3d& d, double t)> evaluate,
+                                  double slope = 1, double speed = 0) {
+  using Function = std::function<RegionValue<double>(const Vec3d&, double)>;
+  return {std::make_shared<const Function>(std::move(evaluate)), slope, speed};
+}
 
 using Region =
     std::variant<Ball<double>, Capsule<double>, HalfSpace<double>, PointSet<double>, Handles<double>, CustomRegion>;
