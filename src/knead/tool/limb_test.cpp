@@ -49,6 +49,12 @@ void expect_moves_alone(const LimbQuery& query, const Surface& surface) {
   EXPECT_LT(limb.inner, 0);
   EXPECT_GT(limb.outer, 0);
   const BendStroke bend = bend_at(limb, query.axis, query.angle_deg);
+  BendStroke automatic = bend;
+  automatic.radius.reset();
+  automatic.radius_auto = true;
+  std::vector<std::string> remarks;
+  const Stroke found = with_found_radius(automatic, surface.positions, surface.triangles, remarks);
+  EXPECT_NEAR(std::get<BendStroke>(found).radius.value() / limb.radius, 1, 0.01);  // three digits, of the same gap
   TwistStroke twist{limb.center, limb.normal, 20 / limb.thickness, limb.inner, limb.outer};
   twist.radius = limb.radius;
   const std::vector<double> bent = distances_moved(bend, surface);

@@ -4,9 +4,12 @@
 
 #include <cmath>
 
+#include "knead/field/region.h"
 #include "knead/flow/advect.h"
+#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
+#include "support/random_fields.h"
 
 namespace knead {
 namespace {
@@ -79,6 +82,36 @@ TEST(ProposeBarrel, ThenTheFingerMovesAndNothingElse) {
     }
     EXPECT_GT(moved, 50);
   }
+}
+
+// Random lines through random shapes: what is proposed crosses nothing, and where nothing is proposed it says why.
+TEST(ProposeBarrel, CrossesNothingWhereverItIsAsked) {
+  test::Random random(141);
+  int proposed = 0;
+  int refused = 0;
+  for (const ShapeKind kind : {ShapeKind::hand, ShapeKind::knot, ShapeKind::letter_y, ShapeKind::torus}) {
+    const Mesh mesh = make_shape(kind, 4000);
+    const Surface surface(mesh);
+    const double size = bounding_box(mesh.positions).diagonal();
+    for (int i = 0; i < 40; ++i) {
+      const auto at = static_cast<std::size_t>(random.integer(0, static_cast<int>(mesh.vertex_count()) - 1));
+      const Vec3d normal = random.unit();
+      const Vec3d axis = any_orthogonal(normal);
+      Barrel barrel{mesh.positions[at] * 0.9, normal, 0, random.uniform(-0.05, 0.15) * size, normal};
+      if (i % 2 == 0) barrel.last_normal = rotate(normal, axis, sincos(random.uniform(-0.5, 0.5)));
+      const BarrelProposal proposal = propose_barrel(barrel, surface.positions, surface.triangles);
+      EXPECT_EQ(proposal.radius.has_value(), proposal.problem.empty());
+      if (!proposal.radius) {
+        ++refused;
+        continue;
+      }
+      ++proposed;
+      barrel.radius = *proposal.radius;
+      EXPECT_EQ(check_barrel(barrel, surface.positions, surface.triangles).crossing, 0u) << "seed 141, line " << i;
+    }
+  }
+  EXPECT_GT(proposed, 30);
+  EXPECT_GT(refused, 10);
 }
 
 TEST(ProposeBarrel, IsTheMiddleOfTheGap) {
