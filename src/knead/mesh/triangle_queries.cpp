@@ -37,6 +37,7 @@ struct Nearest {
 // On which side of the z axis the edge from a to b passes: the sign of a x b. Where it is zero, that for an axis at
 // (e, e^2) with e > 0 as small as one likes; zero only where a and b are one.
 int side_of_axis(const Vec3d& a, const Vec3d& b) {
+  if (a.x == b.x && a.y == b.y) return 0;
   const double left = a.x * b.y;
   const double right = a.y * b.x;
   const double difference = left - right;
@@ -44,8 +45,7 @@ int side_of_axis(const Vec3d& a, const Vec3d& b) {
   if (std::abs(difference) > bound * (std::abs(left) + std::abs(right))) return difference > 0 ? 1 : -1;
   if (const int sign = orient2d({0, 0, 0}, a, b, 2); sign != 0) return sign;
   if (a.y != b.y) return a.y > b.y ? 1 : -1;
-  if (a.x != b.x) return b.x > a.x ? 1 : -1;
-  return 0;
+  return b.x > a.x ? 1 : -1;
 }
 
 }  // namespace

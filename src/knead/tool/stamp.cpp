@@ -25,8 +25,9 @@ constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the
 constexpr double kStepsPerOuter = 25;    // by default
 constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer threshold
 constexpr double kFinestSpacing = 200;   // however narrow the tool
-constexpr int kQuarters = 4;             // of a step
-constexpr double kLatest = 0.25;         // of a quarter: what is hit later waits for the next
+constexpr std::size_t kMostDirections = 8;
+constexpr int kQuarters = 4;      // of a step
+constexpr double kLatest = 0.25;  // of a quarter: what is hit later waits for the next
 constexpr int kMostSteps = 1'000'000;
 
 // The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
@@ -45,14 +46,12 @@ struct Lengths {
   double spacing = 0;  // of the contacts
 };
 
-// The directions of a path's pieces, each once where several follow each other; any where there are none.
+// The directions of some of a path's pieces, evenly spread over it; any where it has no length.
 std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
   std::vector<Vec3d> directions;
-  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
-    const Vec3d way = path[i + 1] - path[i];
-    if (way == Vec3d{0, 0, 0}) continue;
-    const Vec3d direction = tool_detail::unit(way);
-    if (directions.empty() || directions.back() != direction) directions.push_back(direction);
+  const std::size_t stride = 1 + (path.size() - 2) / kMostDirections;
+  for (std::size_t i = 0; i + 1 < path.size(); i += stride) {
+    if (path[i + 1] != path[i]) directions.push_back(tool_detail::unit(path[i + 1] - path[i]));
   }
   if (directions.empty()) directions.push_back({0, 0, 1});
   return directions;
@@ -60,14 +59,16 @@ std::vector<Vec3d> directions_of(std::span<const Vec3d> path) {
 
 Lengths choose_lengths(const StampStroke& stroke, const StampTool& tool) {
   Lengths lengths;
-  double narrowest = Box::kInfinity;
-  for (const Vec3d& direction : directions_of(stroke.path)) {
+  const std::vector<Vec3d> directions = directions_of(stroke.path);
+  for (const Vec3d& direction : directions) {
     lengths.half_width = std::max(lengths.half_width, tool.half_width(direction));
-    narrowest = std::min(narrowest, tool.narrowest_width(direction));
   }
   lengths.outer = stroke.outer.value_or(kDefaultOuter * lengths.half_width);
   lengths.step = stroke.step.value_or(lengths.outer / kStepsPerOuter);
-  lengths.spacing = std::clamp(narrowest / 2, lengths.outer / kFinestSpacing, lengths.outer / kCoarsestSpacing);
+  const double coarsest = lengths.outer / kCoarsestSpacing;
+  double narrowest = Box::kInfinity;
+  for (const Vec3d& direction : directions) narrowest = std::min(narrowest, tool.narrowest_width(direction, coarsest));
+  lengths.spacing = std::clamp(narrowest / 2, lengths.outer / kFinestSpacing, coarsest);
   return lengths;
 }
 
@@ -129,7 +130,7 @@ class Stamper {
           lengths_.outer, 2 * lengths_.half_width, least));
     }
     const double depth = penetration(stroke_.path.front());
-    if (depth > lengths_.spacing / 4) {
+    if (depth > lengths_.step / 4) {
       warn(
           fmt::format("the surface is {:.3g} inside the tool where the path begins: that is carried along, but not "
                       "pushed out; begin the path outside",
@@ -139,7 +140,7 @@ class Stamper {
 
   void measure_end() {
     result_.penetration = penetration(stroke_.path.back());
-    if (result_.penetration > lengths_.spacing) {
+    if (result_.penetration > lengths_.step / 2) {
       warn(
           fmt::format("at the path's end the surface is {:.3g} inside the tool; make \"step\" smaller or \"outer\" "
                       "larger, or refine the shape",

@@ -102,13 +102,23 @@ double StampTool::half_width(const Vec3d& direction) const {
   return largest / 2;
 }
 
-// Chords across the direction through places just below the front. Beside a rim the chords along it are short however
-// wide the tool: so of eight chords, evenly turned, the third shortest counts, which is at most 1.2 times the width of
-// a bar.
-double StampTool::narrowest_width(const Vec3d& direction) const {
+std::optional<double> StampTool::width_at(const Vec3d& p, std::span<const Vec3d> across) const {
+  std::vector<double> chords;
+  for (const Vec3d& way : across) {
+    const std::optional<Front> there = front(p, way);
+    const std::optional<Front> back = front(p, -way);
+    if (!there || !back) return std::nullopt;
+    chords.push_back(there->need + back->need);
+  }
+  std::nth_element(chords.begin(), chords.begin() + 2, chords.end());
+  return chords[2];
+}
+
+// Beside a wall the chords along it are short however wide the tool: so of eight chords, evenly turned, the third
+// shortest counts, which is at most 1.2 times the width of a bar.
+double StampTool::narrowest_width(const Vec3d& direction, double below) const {
   constexpr std::size_t samples = 128;
   constexpr double left_out = 0.05;
-  const double below = 1e-3 * half_width(direction);
   const std::vector<Vec3d> across = directions_across(direction, 8);
   std::vector<std::pair<double, double>> widths;  // and the area that each stands for
   double area = 0;
@@ -117,16 +127,13 @@ double StampTool::narrowest_width(const Vec3d& direction) const {
     const std::array<Vec3d, 3> c = {positions_[triangles_[t][0]], positions_[triangles_[t][1]],
                                     positions_[triangles_[t][2]]};
     const double facing = dot(cross(c[1] - c[0], c[2] - c[0]), direction);
-    const Vec3d p = (c[0] + c[1] + c[2]) / 3 - direction * below;
-    std::vector<double> chords;
-    for (const Vec3d& way : across) {
-      const std::optional<Front> there = front(p, way);
-      const std::optional<Front> back = front(p, -way);
-      if (facing > 0 && there && back) chords.push_back(there->need + back->need);
-    }
-    if (chords.size() < across.size()) continue;
-    std::nth_element(chords.begin(), chords.begin() + 2, chords.end());
-    widths.emplace_back(chords[2], facing);
+    if (!(facing > 0)) continue;
+    const Vec3d face = (c[0] + c[1] + c[2]) / 3;
+    const std::optional<Front> back = front(face - direction * (1e-6 * below), -direction);
+    if (!back) continue;
+    const std::optional<double> width = width_at(face - direction * std::min(below, back->need / 2), across);
+    if (!width) continue;
+    widths.emplace_back(*width, facing);
     area += facing;
   }
   std::sort(widths.begin(), widths.end());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "knead/math/box.h"
@@ -37,11 +38,14 @@ class StampTool {
   // Half the tool's largest width across a direction, to 0.02%.
   double half_width(const Vec3d& direction) const;
 
-  // How narrow the tool's front gets: on 95% of its area, seen along the direction, its width there is greater.
-  double narrowest_width(const Vec3d& direction) const;
+  // How narrow the tool's front gets: on 95% of its area, seen along the direction, the tool is wider than that so much
+  // `below` its face, or half way to its back where it is thinner. To about a fifth, from 128 places.
+  double narrowest_width(const Vec3d& direction, double below) const;
 
  private:
   Vec3d normal_of(std::uint32_t triangle) const;
+  // The third shortest chord through p; nothing where p is outside.
+  std::optional<double> width_at(const Vec3d& p, std::span<const Vec3d> across) const;
 
   std::vector<Vec3d> positions_;
   std::vector<Triangle> triangles_;
