@@ -14,8 +14,8 @@ struct HandlesDistances {
 
 // At d = x - c(t). The full set has turned with the motion, so d is turned back to it; the zero set is left behind by
 // the sweep.
-template <class T, class S>
-HandlesDistances<T> handles_distances(const Handles<S>& region, const Vec3<T>& d, const T& t) {
+template <class T, class S, class Set>
+HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   const RegionValue<T> zero = evaluate(region.zero, d + Vec3<T>(region.sweep) * t, t);
   if (region.turn_angle == S(0)) return {evaluate(region.full, d, t), zero};
   const Vec3<T> axis(region.turn_axis);
@@ -28,8 +28,8 @@ HandlesDistances<T> handles_distances(const Handles<S>& region, const Vec3<T>& d
 // With F = D_full and Z = D_zero: r = F / (F + Z), grad r = (Z grad F - F grad Z) / (F + Z)^2. The kinks of F and Z at
 // their points do no harm: there dw/dr falls to 0 with the square of r, and with the cube of 1 - r. Where single
 // precision cannot tell two points of the sets apart, both distances may be 0; such a place rests.
-template <class T, class S>
-RegionValue<T> evaluate(const Handles<S>& region, const Vec3<T>& d, const T& t) {
+template <class T, class S, class Set>
+RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   const HandlesDistances<T> distance = handles_distances(region, d, t);
   const T& full = distance.full.value;
   const T& zero = distance.zero.value;

@@ -85,11 +85,11 @@ struct PointSet {
 // the zero set, which has no point in common with it (method, section 2). D is the smooth distance of a point set. Both
 // sets are given relative to c at t = 0. The full set goes with the motion: its tool's frame is carried by t sweep (the
 // segment's displacement), and it is turned about the unit axis through c by turn_angle * t radians. The zero set rests
-// in space. Thresholds are 0 and 1; there is no outer region but the zero set.
-template <class S>
+// in space. Thresholds are 0 and 1; there is no outer region but the zero set. Set: how the sets are laid out.
+template <class S, class Set = PointSet<S>>
 struct Handles {
-  PointSet<S> full;
-  PointSet<S> zero;
+  Set full;
+  Set zero;
   Vec3<S> sweep{};
   Vec3<S> turn_axis{};
   S turn_angle{0};
@@ -171,8 +171,8 @@ template <class T, class S>
 RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& t);
 
 // Defined in handles_region.h.
-template <class T, class S>
-RegionValue<T> evaluate(const Handles<S>& region, const Vec3<T>& d, const T& t);
+template <class T, class S, class Set>
+RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t);
 
 template <std::floating_point T>
 RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t) {

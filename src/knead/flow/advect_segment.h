@@ -74,6 +74,11 @@ PackedSet<S> in_scalar(const PointSet<double>& set) {
   return packed<S>(set);
 }
 template <class S>
+Handles<S, PackedSet<S>> in_scalar(const Handles<double>& region) {
+  return {packed<S>(region.full), packed<S>(region.zero), Vec3<S>(region.sweep), Vec3<S>(region.turn_axis),
+          static_cast<S>(region.turn_angle)};
+}
+template <class S>
 CustomMotion in_scalar(const CustomMotion& motion) {
   return motion;
 }

@@ -119,18 +119,24 @@ std::optional<Vec3d> solve(const Strain<double>& motion, const Ball<double>& /*r
   return moved - d;
 }
 
-// Whether x, at d = x - c(t), is a point of one of the sets of marked regions, given its D there: up to the rounding of
-// positions, and only exactly for the zero set, whose points are not moved.
+bool has_point(const PointSet<double>& set, const Vec3d& d, double slack) {
+  return std::any_of(set.points.begin(), set.points.end(), [&](const Vec3d& p) {
+    return std::abs(d.x - p.x) <= slack && std::abs(d.y - p.y) <= slack && std::abs(d.z - p.z) <= slack;
+  });
+}
+
+// Whether x is one of the marked points: up to the rounding of positions where the segment does not begin with them,
+// and only exactly for the zero set, whose points are not moved.
 enum class MarkedAs { full, zero, neither };
 MarkedAs marked_as(const Handles<double>& region, const Segment& segment, const Vec3d& x) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const Vec3d& c = segment.fields.front().center;
-  if (evaluate(region.zero, x - c, 0.0).value == 0) return MarkedAs::zero;
+  if (has_point(region.zero, x - c, 0)) return MarkedAs::zero;
   const Vec3d d = x - c - segment.displacement * segment.begin;
   const double angle = -region.turn_angle * segment.begin;
   const Vec3d at_start = angle == 0 ? d : rotate(d, region.turn_axis, sincos(angle));
   const double slack = segment.begin == 0 ? 0 : kRounding * (norm(x) + norm(c) + norm(segment.displacement));
-  return evaluate(region.full, at_start, 0.0).value <= slack ? MarkedAs::full : MarkedAs::neither;
+  return has_point(region.full, at_start, slack) ? MarkedAs::full : MarkedAs::neither;
 }
 
 // The points of the sets, with a motion that is the full set's own.

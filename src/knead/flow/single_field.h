@@ -17,8 +17,8 @@ S turning_speed(const HalfSpace<S>& region, const Vec3<S>& d, double t) {
   return std::abs(region.turn_angle * dot(cross(region.turn_axis, n), d));
 }
 
-template <class S>
-S turning_speed(const Handles<S>& region, const Vec3<S>& d, double /*t*/) {
+template <class S, class Set>
+S turning_speed(const Handles<S, Set>& region, const Vec3<S>& d, double /*t*/) {
   return std::abs(region.turn_angle) * norm(cross(region.turn_axis, d));
 }
 
@@ -34,8 +34,8 @@ S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
 
 // The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
 // it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
-template <class S>
-S local_width(const Handles<S>& region, const Vec3<S>& d, double t) {
+template <class S, class Set>
+S local_width(const Handles<S, Set>& region, const Vec3<S>& d, double t) {
   const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
   return distance.full.value + distance.zero.value;
 }
