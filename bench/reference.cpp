@@ -110,11 +110,10 @@ ReferenceResult advect_reference(const Flow& flow, std::span<Vec3d> points, doub
   ReferenceResult sum;
   for (const Segment& segment : flow.segments) {
     const Field& field = segment.fields.front();
-    const ReferenceResult part = std::visit(
-        [&](const auto& motion, const auto& region) {
-          return advect_segment(motion, region, segment, points, tolerance);
-        },
-        field.motion, field.region);
+    const ReferenceResult part =
+        std::visit([&](const auto& motion,
+                       const auto& region) { return advect_segment(motion, region, segment, points, tolerance); },
+                   field.motion, field.region);
     sum.accepted_steps += part.accepted_steps;
     sum.evaluations += part.evaluations;
   }

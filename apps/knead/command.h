@@ -47,6 +47,7 @@ Subcommand add_info(CLI::App& parent);
 Subcommand add_check(CLI::App& parent);
 Subcommand add_make(CLI::App& parent);
 Subcommand add_render(CLI::App& parent);
+Subcommand add_bench(CLI::App& parent);
 
 // The options that every subcommand has.
 struct CommonOptions {

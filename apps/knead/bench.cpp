@@ -1,0 +1,226 @@
+// knead bench: how fast shapes are deformed here, beside the paper's method written plainly.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench_scenes.h"
+#include "command.h"
+#include "counted.h"
+#include "knead/io/shape_file.h"
+#include "knead/math/error.h"
+#include "knead/math/parallel.h"
+#include "machine.h"
+#include "output.h"
+#include "reference.h"
+#include "work.h"
+
+namespace knead::command {
+namespace {
+
+struct BenchOptions {
+  std::vector<std::string> meshes;
+  CommonOptions common;
+};
+
+// The reference and the errors are taken of so many vertices, evenly chosen: they are much slower, and the same for
+// each.
+constexpr std::size_t kReferenceVertices = 8000;
+constexpr std::size_t kErrorVertices = 1000;
+// Runs until there are three, or until this many seconds have passed.
+constexpr double kSecondsEach = 2;
+
+struct Row {
+  const BenchScene* scene = nullptr;
+  std::size_t touched = 0;
+  double steps_mean = 0;
+  double seconds = 0;
+  double vertex_steps_per_s = 0;
+  double reference_vertex_steps_per_s = 0;
+  double ratio = 0;
+  double peak_fraction = 0;
+  double max_error = 0;
+  double reference_max_error = 0;
+};
+
+std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count) {
+  std::vector<Vec3d> sample;
+  const std::size_t stride = std::max<std::size_t>(1, points.size() / count);
+  for (std::size_t i = 0; i < points.size(); i += stride) sample.push_back(points[i]);
+  return sample;
+}
+
+double median_seconds(const std::function<void()>& run) {
+  std::vector<double> times;
+  for (double sum = 0; times.size() < 3 && (times.empty() || sum < kSecondsEach); sum += times.back()) {
+    const Clock clock;
+    run();
+    times.push_back(clock.seconds());
+  }
+  std::sort(times.begin(), times.end());
+  return times[times.size() / 2];
+}
+
+AdvectOptions advect_options(const BenchScene& scene) {
+  AdvectOptions options;
+  options.tolerance = scene.tolerance * scene.size;
+  options.precision = scene.precision;
+  options.threads = scene.threads;
+  return options;
+}
+
+double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) greatest = std::max(greatest, norm(a[i] - b[i]));
+  return greatest;
+}
+
+void measure_errors(const BenchScene& scene, Row& row) {
+  const std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
+  AdvectOptions exact;
+  exact.tolerance = 1e-12 * scene.size;
+  exact.precision = Precision::float64;
+  exact.integrator = Integrator::tsitouras;
+  std::vector<Vec3d> expected = sample;
+  advect(scene.flow, expected, exact);
+  std::vector<Vec3d> found = sample;
+  advect(scene.flow, found, advect_options(scene));
+  row.max_error = greatest_distance(found, expected) / scene.size;
+  found = sample;
+  bench::advect_reference(scene.flow, found, scene.tolerance * scene.size);
+  row.reference_max_error = greatest_distance(found, expected) / scene.size;
+}
+
+Row measure(const BenchScene& scene, double gflops) {
+  Row row{&scene};
+  AdvectResult result;
+  std::vector<Vec3d> moved;
+  const auto run = [&] {
+    moved = scene.points;
+    result = advect(scene.flow, moved, advect_options(scene));
+  };
+  row.seconds = median_seconds(run);
+  const auto count = static_cast<double>(scene.points.size());
+  for (std::size_t i = 0; i < moved.size(); ++i) row.touched += moved[i] == scene.points[i] ? 0 : 1;
+  const auto steps = static_cast<double>(result.accepted_steps);
+  row.steps_mean = steps / count;
+  row.vertex_steps_per_s = steps / row.seconds;
+
+  const std::vector<Vec3d> sample = sample_of(scene.points, kReferenceVertices);
+  bench::ReferenceResult reference;
+  const double reference_seconds = median_seconds([&] {
+    moved = sample;
+    reference = bench::advect_reference(scene.flow, moved, scene.tolerance * scene.size);
+  });
+  row.reference_vertex_steps_per_s = static_cast<double>(reference.accepted_steps) / reference_seconds;
+  row.ratio = reference_seconds / static_cast<double>(sample.size()) / (row.seconds / count);
+
+  const Field& field = scene.flow.segments.front().fields.front();
+  const double operations = static_cast<double>(bench::operations_of(field, Vec3d{0.3, 0.2, 0.1} * scene.size));
+  row.peak_fraction = 1e-9 * operations * static_cast<double>(result.evaluations) / row.seconds / gflops;
+  measure_errors(scene, row);
+  return row;
+}
+
+nlohmann::ordered_json json_of(const Row& row) {
+  const BenchScene& scene = *row.scene;
+  return {{"scene", scene.name},
+          {"tool", scene.tool},
+          {"precision", scene.precision == Precision::float32 ? "float" : "double"},
+          {"threads", scene.threads},
+          {"vertices", scene.points.size()},
+          {"touched", row.touched},
+          {"steps_mean", row.steps_mean},
+          {"seconds", row.seconds},
+          {"steps_per_s", row.steps_mean / row.seconds},
+          {"vertex_steps_per_s", row.vertex_steps_per_s},
+          {"reference_vertex_steps_per_s", row.reference_vertex_steps_per_s},
+          {"ratio", row.ratio},
+          {"peak_fraction", row.peak_fraction},
+          {"max_error", row.max_error},
+          {"reference_max_error", row.reference_max_error}};
+}
+
+std::string heading() {
+  return fmt::format("{:30} {:8} {:7} {:>7} {:>9} {:>9} {:>7} {:>9} {:>9} {:>9} {:>7} {:>6} {:>9}\n", "scene", "tool",
+                     "", "threads", "vertices", "touched", "steps", "steps/s", "M v-s/s", "reference", "ratio", "peak",
+                     "error");
+}
+
+std::string text_of(const Row& row) {
+  const BenchScene& scene = *row.scene;
+  return fmt::format("{:30} {:8} {:7} {:7} {:9} {:9} {:7.1f} {:9.1f} {:9.2f} {:9.2f} {:7.1f} {:5.1f}% {:9.1e}\n",
+                     scene.name, scene.tool, scene.precision == Precision::float32 ? "float" : "double", scene.threads,
+                     scene.points.size(), row.touched, row.steps_mean, row.steps_mean / row.seconds,
+                     1e-6 * row.vertex_steps_per_s, 1e-6 * row.reference_vertex_steps_per_s, row.ratio,
+                     100 * row.peak_fraction, row.max_error);
+}
+
+// The folder with scans of the paper's shapes, if there is one.
+std::string mesh_folder() {
+  const char* given = std::getenv("KNEAD_MESHES");
+  return given != nullptr ? given : "../shared/meshes";
+}
+
+std::vector<BenchScene> scenes_of(const BenchOptions& options) {
+  if (options.meshes.empty()) return standard_scenes(mesh_folder());
+  std::vector<BenchScene> scenes;
+  for (const std::string& path : options.meshes) {
+    std::vector<Vec3d> points = read_shape(path).mesh.positions;
+    if (points.empty()) throw InvalidInput(path + ": has no vertices; give a shape that has some");
+    scenes.push_back(paper_scene(path, std::move(points)));
+  }
+  return scenes;
+}
+
+void run_bench(const BenchOptions& options) {
+  const std::vector<BenchScene> scenes = scenes_of(options);
+  const int threads = hardware_threads();
+  const double floats = bench::fma_gflops(Precision::float32, 1);
+  const double doubles = bench::fma_gflops(Precision::float64, 1);
+  nlohmann::ordered_json json{{"simd", "scalar"},
+                              {"threads", threads},
+                              {"fma_gflops", floats},
+                              {"fma_scaling", bench::fma_gflops(Precision::float32, threads) / floats},
+                              {"copy_gigabytes_per_s", bench::copy_gigabytes_per_second()},
+                              {"rows", nlohmann::ordered_json::array()}};
+  if (!options.common.json) {
+    print(fmt::format(
+        "one core: {:.0f} Gflop/s of multiply-adds in float, {:.0f} in double; {} threads: {:.2f} times that; "
+        "memory {:.1f} GB/s\n",
+        floats, doubles, threads, json["fma_scaling"].get<double>(), json["copy_gigabytes_per_s"].get<double>()));
+    print(heading());
+  }
+  for (const BenchScene& scene : scenes) {
+    const double peak = scene.precision == Precision::float32 ? floats : doubles;
+    const Row row = measure(scene, peak * scene.threads);
+    json["rows"].push_back(json_of(row));
+    if (!options.common.json) print(text_of(row));
+  }
+  if (options.common.json) print(json.dump(2) + "\n");
+}
+
+}  // namespace
+
+Subcommand add_bench(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("bench", "Measure how fast shapes are deformed on this machine");
+  const auto options = std::make_shared<BenchOptions>();
+  app->add_option("--mesh", options->meshes, "The paper's benchmark on this shape instead; may be given again")
+      ->type_name("FILE");
+  add_common_options(*app, options->common);
+  add_examples(
+      *app,
+      "  knead bench\n"
+      "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
+      "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
+      "procedural shapes of the same size take their place.");
+  return {app, [options] { run_bench(*options); }};
+}
+
+}  // namespace knead::command

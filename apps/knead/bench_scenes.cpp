@@ -1,0 +1,111 @@
+#include "bench_scenes.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "knead/io/shape_file.h"
+#include "knead/math/box.h"
+#include "knead/math/parallel.h"
+#include "knead/mesh/shapes.h"
+#include "knead/tool/stroke.h"
+
+namespace knead::command {
+namespace {
+
+constexpr int kSegments = 20;
+
+BenchScene scene_of(std::string name, std::string tool, std::vector<Vec3d> points) {
+  BenchScene scene;
+  scene.name = std::move(name);
+  scene.tool = std::move(tool);
+  scene.size = bounding_box(points).diagonal();
+  scene.points = std::move(points);
+  return scene;
+}
+
+// A gentle arc of the given length, in parts of `size`.
+std::vector<Vec3d> path_of(const Vec3d& from, double length) {
+  std::vector<Vec3d> path{from};
+  for (int i = 0; i < kSegments; ++i) {
+    const Vec3d way = normalized(Vec3d{1, 0.5 * (1 - 2.0 * i / kSegments), 0.2});
+    path.push_back(path.back() + way * (length / kSegments));
+  }
+  return path;
+}
+
+// Of the tools other than the pulling ball, one stroke each that reaches most of the shape.
+std::vector<BenchScene> tool_scenes(const std::string& name, const std::vector<Vec3d>& points) {
+  const Box box = bounding_box(points);
+  const Vec3d c = box.center();
+  const double d = box.diagonal();
+  const Vec3d x{1, 0, 0};
+  const Vec3d y{0, 1, 0};
+  ImplicitStroke capsule{path_of(c, 0.25 * d), 0.07 * d, 0.9 * d};
+  capsule.region = ImplicitRegion::capsule;
+  capsule.half_axis = Vec3d{0, 0.1, 0.1} * d;
+  PointsStroke set;
+  for (int i = 0; i < 8; ++i) set.points.push_back(c + Vec3d{i % 2 - 0.5, i / 2 % 2 - 0.5, i / 4 - 0.5} * (0.2 * d));
+  set.outer = 0.8 * d;
+  set.displacements = {x * (0.05 * d), y * (0.05 * d)};
+  const std::vector<std::pair<std::string, Stroke>> strokes{
+      {"capsule", capsule},
+      {"rotate", RotateStroke{c, {1, 1, 0}, 60, 0.05 * d, 0.8 * d, 1}},
+      {"stretch", StretchStroke{c, {1, 1, 0}, 1.5, 0.05 * d, 0.8 * d}},
+      {"twist", TwistStroke{c, x, 60 / d, -0.4 * d, 0.4 * d, Vec3d{1, 0.2, 0}, 1}},
+      {"bend", BendStroke{c, y, x, 40, BendWidth{0.8 * d}}},
+      {"points", set}};
+  std::vector<BenchScene> scenes;
+  for (const auto& [tool, stroke] : strokes) {
+    BenchScene& scene = scenes.emplace_back(scene_of(name, tool, points));
+    scene.flow = flow_of(stroke);
+  }
+  return scenes;
+}
+
+std::vector<Vec3d> points_of(const std::filesystem::path& file, std::size_t vertices, std::string& name) {
+  if (std::filesystem::exists(file)) {
+    name = file.filename().string();
+    return read_shape(file).mesh.positions;
+  }
+  name = "knot " + std::to_string(vertices);
+  return make_shape(ShapeKind::knot, vertices).positions;
+}
+
+}  // namespace
+
+BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
+  BenchScene scene = scene_of(name, "ball", std::move(points));
+  const Vec3d c = bounding_box(scene.points).center();
+  scene.flow = flow_of(ImplicitStroke{path_of(c, 0.25 * scene.size), 0.071 * scene.size, 0.965 * scene.size});
+  return scene;
+}
+
+std::vector<BenchScene> standard_scenes(const std::string& folder) {
+  const std::filesystem::path path(folder);
+  const std::vector<std::pair<std::string, std::size_t>> shapes{{"bust_nefertiti_35k.ply", 30'696},
+                                                                {"hand_53k_open.ply", 36'619},
+                                                                {"armadillo_173k_constructed.ply", 172'974},
+                                                                {"dragon_438k_constructed.ply", 437'645}};
+  std::vector<BenchScene> scenes;
+  for (const auto& [file, vertices] : shapes) {
+    std::string name;
+    std::vector<Vec3d> points = points_of(path / file, vertices, name);
+    scenes.push_back(paper_scene(name, std::move(points)));
+  }
+  BenchScene accurate = scenes[1];
+  accurate.precision = Precision::float64;
+  accurate.tolerance = 1e-9;
+  BenchScene threaded = scenes[2];
+  threaded.threads = hardware_threads();
+  BenchScene brush = scene_of(scenes[3].name, "brush", scenes[3].points);
+  const Vec3d corner = brush.points[brush.points.size() / 2];
+  brush.flow = flow_of(ImplicitStroke{path_of(corner, 0.25 * brush.size), 0.0227 * brush.size, 0.142 * brush.size});
+  std::vector<BenchScene> tools = tool_scenes(scenes[1].name, scenes[1].points);
+  scenes.push_back(std::move(accurate));
+  scenes.push_back(std::move(threaded));
+  scenes.push_back(std::move(brush));
+  for (BenchScene& scene : tools) scenes.push_back(std::move(scene));
+  return scenes;
+}
+
+}  // namespace knead::command

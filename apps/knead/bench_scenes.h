@@ -1,0 +1,31 @@
+// What `knead bench` measures.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "knead/flow/advect.h"
+
+namespace knead::command {
+
+struct BenchScene {
+  std::string name;  // of the shape
+  std::string tool;
+  Precision precision = Precision::float32;
+  double tolerance = 1e-5;  // of the box diagonal
+  int threads = 1;
+  std::vector<Vec3d> points;
+  double size = 1;  // the box diagonal
+  Flow flow;
+};
+
+// The paper's benchmark (its section 6): a ball that leaves no vertex outside and pulls by up to a quarter of the box
+// diagonal in 20 segments.
+BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points);
+
+// Its four shapes: scans of about their size in the folder, or procedural ones of the same number of vertices where
+// they are absent; then, on some of these, double precision, all threads, a local brush, and one scene for each other
+// tool.
+std::vector<BenchScene> standard_scenes(const std::string& folder);
+
+}  // namespace knead::command
