@@ -163,6 +163,20 @@ TEST(Handles, OneStrokeIsTenOfATenthOfTheMotion) {
   EXPECT_LT(test::greatest_distance(once, often), 1e-7);
 }
 
+// There r is 1/2, w = 0.6875^2, and A's growth with the distance does not make up for the fall of grad r.
+TEST(Handles, MoveWhatIsFarAwayByTheWeightOfOneHalf) {
+  HandlesStroke stroke;
+  stroke.full = {{1, 0, 0}, {1, 1, 0}};
+  stroke.zero = {{-1, 0, 0}, {-1, 1, 0}};
+  const Vec3d by{0, 1, 0.5};
+  stroke.motion = HandlesTranslation{by};
+  for (const Vec3d& far : {Vec3d{0, 1000, 0}, Vec3d{0, -300, 1000}, Vec3d{2000, 0, 0}}) {
+    const Vec3d after = moved(flow_of(stroke), {far}, in_float()).front();
+    EXPECT_LT(norm(after - far - by * (0.6875 * 0.6875)),
+              0.01);  // a few times the sets' distance over that of the point
+  }
+}
+
 TEST(Handles, KeepVolume) {
   for (const MarkedBar& bar : {MarkedBar(HandlesTranslation{{0.5, 0.5, 0}}), MarkedBar(half_twist(90))}) {
     const auto after = moved(flow_of(bar.stroke), bar.mesh.positions, in_float());

@@ -92,7 +92,9 @@ BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> posit
   const BarrelPieces pieces = barrel_pieces(barrel, positions, triangles);
   BarrelProposal proposal{radius_in_gap(pieces), pieces.part_max, pieces.others, pieces.within, {}};
   if (proposal.radius) return proposal;
-  if (pieces.part == BarrelPieces::kNone) {
+  if (triangles.empty()) {
+    proposal.problem = "without triangles there is no part to be told from the rest; give \"radius\" as a number";
+  } else if (pieces.part == BarrelPieces::kNone) {
     proposal.problem = "nothing of the shape lies where r < \"outer\", so there is nothing to move";
   } else if (pieces.blocking > 0) {
     proposal.problem = describe_block(barrel, pieces, positions, triangles);

@@ -152,6 +152,12 @@ TEST(ProposeBarrel, SaysThatNothingIsThere) {
   EXPECT_TRUE(proposal.problem.starts_with("nothing of the shape lies where r < \"outer\"")) << proposal.problem;
 }
 
+TEST(ProposeBarrel, SaysThatAPointCloudHasNoParts) {
+  const BarrelProposal proposal = propose_barrel(about(hand_fingers()[0]), hand().positions, {});
+  EXPECT_FALSE(proposal.radius);
+  EXPECT_TRUE(proposal.problem.starts_with("without triangles")) << proposal.problem;
+}
+
 // An axis that leans over to the next finger.
 TEST(ProposeBarrel, SaysWhatIsInTheWayAndWhatToDo) {
   const Finger& ring = hand_fingers()[3];
