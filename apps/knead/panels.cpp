@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include "command.h"
@@ -27,25 +29,74 @@ void check_strokes(const PanelOptions& options, const Session& session) {
   }
 }
 
-bool is_wanted(const PanelOptions& options, std::size_t index) {
-  return !options.stroke || index + 1 == *options.stroke;
+// A stroke as it turned out on the shape: ones that read no surface, their segments, and a stamp's shape.
+struct PlayedStroke {
+  std::vector<SessionStroke> parts;
+  Flow flow;
+  std::optional<StampTool> stamp;
+};
+
+StampTool stamp_tool(const StampStroke& stamp, const Session& session) {
+  StampTool tool{read_shape(std::filesystem::path(session.name).parent_path() / stamp.mesh).mesh, stamp.path};
+  for (Vec3d& p : tool.mesh.positions) p = stamp.pose * p;
+  return tool;
 }
 
-std::vector<DrawnTool> all_tools(const PanelOptions& options, const Session& session) {
+// A session is carried out once only where its strokes read the surface, however many moments are drawn.
+std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
+  const Session& session = inputs.session;
+  const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
+                                 [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
+  const std::vector<SessionStroke> resolved = reads ? replay_watched(inputs, {}, quiet).resolved : session.strokes;
+  std::vector<PlayedStroke> played;
+  for (const SessionStroke& stroke : session.strokes) {
+    PlayedStroke& result = played.emplace_back();
+    for (const SessionStroke& part : resolved) {
+      if (part.line != stroke.line) continue;
+      const Flow flow = flow_of(part.stroke);
+      result.flow.segments.insert(result.flow.segments.end(), flow.segments.begin(), flow.segments.end());
+      result.parts.push_back(part);
+    }
+    if (const auto* stamp = std::get_if<StampStroke>(&stroke.stroke)) result.stamp = stamp_tool(*stamp, session);
+  }
+  return played;
+}
+
+// A moment of the stroke under way, in its segments.
+double segments_at(const PlayedStroke& stroke, double moment) {
+  return (moment - std::floor(moment)) * static_cast<double>(stroke.flow.segments.size());
+}
+
+// A moment of the session, counted in parts instead of strokes.
+double parts_at(const std::vector<PlayedStroke>& played, double moment) {
+  const auto index = static_cast<std::size_t>(moment);
+  double parts = 0;
+  for (std::size_t i = 0; i < index; ++i) parts += static_cast<double>(played[i].parts.size());
+  if (index >= played.size()) return parts;
+  double left = segments_at(played[index], moment);
+  for (const SessionStroke& part : played[index].parts) {
+    const auto segments = static_cast<double>(flow_of(part.stroke).segments.size());
+    if (left > 0) parts += std::min(1.0, left / segments);
+    left -= segments;
+  }
+  return parts;
+}
+
+// The tools that are drawn on their whole way.
+std::vector<DrawnTool> all_tools(const PanelOptions& options, const std::vector<PlayedStroke>& played) {
   std::vector<DrawnTool> tools;
-  for (std::size_t i = 0; i < session.strokes.size(); ++i) {
-    if (is_wanted(options, i)) tools.push_back({flow_of(session.strokes[i].stroke), {}});
+  for (std::size_t i = 0; i < played.size(); ++i) {
+    if (!options.stroke || i + 1 == *options.stroke) tools.push_back({played[i].flow, played[i].stamp, {}});
   }
   return tools;
 }
 
 // Of the stroke under way; none where the session is over.
-std::vector<DrawnTool> tools_at(const PanelOptions& options, const Session& session, double moment) {
+std::vector<DrawnTool> tools_at(const PanelOptions& options, const std::vector<PlayedStroke>& played, double moment) {
   const auto index = static_cast<std::size_t>(moment);
-  if (index >= session.strokes.size() || !is_wanted(options, index)) return {};
-  Flow stroke = flow_of(session.strokes[index].stroke);
-  const double segments = (moment - static_cast<double>(index)) * static_cast<double>(stroke.segments.size());
-  return {{std::move(stroke), segments}};
+  if (index >= played.size() || (options.stroke && index + 1 != *options.stroke)) return {};
+  const PlayedStroke& stroke = played[index];
+  return {{stroke.flow, stroke.stamp, segments_at(stroke, moment)}};
 }
 
 ShapeFile read_noted(const std::string& path, bool quiet) {
@@ -62,16 +113,26 @@ std::vector<Panel> panels_of_shapes(const PanelOptions& options) {
   return panels;
 }
 
-std::vector<Panel> panels_of_moments(const PanelOptions& options, const Session& session) {
-  const Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
+std::vector<Panel> panels_of_session(const PanelOptions& options, const Session& session) {
+  Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
+  const std::vector<PlayedStroke> played = play(inputs, options.quiet);
+  inputs.session.strokes.clear();
+  for (const PlayedStroke& stroke : played) {
+    inputs.session.strokes.insert(inputs.session.strokes.end(), stroke.parts.begin(), stroke.parts.end());
+  }
   std::vector<Panel> panels;
   for (const double moment : options.moments) {
     ReplayOptions replay;
-    replay.until = moment;
+    replay.until = parts_at(played, moment);
     Panel& panel = panels.emplace_back(Panel{inputs.shape.mesh, {}});
     panel.shape.positions = replay_watched(inputs, replay, options.quiet).positions;
-    if (options.tools == ToolPanels::each) panel.tools = tools_at(options, session, moment);
+    if (options.tools == ToolPanels::each) panel.tools = tools_at(options, played, moment);
   }
+  if (panels.empty()) panels.push_back({inputs.shape.mesh, {}});
+  for (std::size_t i = 1; i < options.shapes.size(); ++i) {
+    panels.push_back({read_noted(options.shapes[i], options.quiet).mesh, {}});
+  }
+  if (options.tools == ToolPanels::first) panels.front().tools = all_tools(options, played);
   return panels;
 }
 
@@ -95,9 +156,7 @@ std::vector<Panel> make_panels(const PanelOptions& options) {
   const Session session = read_session(options.session);
   if (!options.quiet) print_notes(session.warnings);
   check_strokes(options, session);
-  std::vector<Panel> panels = options.moments.empty() ? panels_of_shapes(options) : panels_of_moments(options, session);
-  if (options.tools == ToolPanels::first) panels.front().tools = all_tools(options, session);
-  return panels;
+  return panels_of_session(options, session);
 }
 
 }  // namespace knead::command

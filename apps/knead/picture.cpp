@@ -24,9 +24,7 @@ std::vector<Scene> scenes_of(const PictureRequest& request) {
     shape.mesh = &panel.shape;
     shape.use_mesh_colors = true;
     const Box box = render::shapes_box(scenes[i]);
-    for (const DrawnTool& tool : panel.tools) {
-      tool.moment ? draw_tool_at(tool.stroke, *tool.moment, box, scenes[i]) : draw_tool(tool.stroke, box, scenes[i]);
-    }
+    for (const DrawnTool& tool : panel.tools) draw_tool(tool, box, scenes[i]);
     if (request.cut) scenes[i].clip = {.normal = request.cut->normal, .offset = request.cut->offset};
   }
   return scenes;

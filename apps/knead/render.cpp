@@ -30,6 +30,7 @@ struct RenderOptions {
   std::string output;
   std::string size = "1600x1200";
   std::string view = "iso";
+  std::string up = "y";
   std::string background = "white";
   bool no_ground = false;
   bool flat = false;
@@ -112,8 +113,12 @@ void set_view(const RenderOptions& options, PictureRequest& request) {
                     "degrees, as 30,20",
                     options.view));
   }
+  if (options.up != "y" && options.up != "z") throw UsageError(fmt::format("--up {}: say y or z", options.up));
   request.view = direction_of(angles->first, angles->second);
   if (std::abs(angles->second) > 89.9) request.up = {0, 0, angles->second > 0 ? -1.0 : 1.0};
+  if (options.up == "z") {
+    for (Vec3d* v : {&request.view, &request.up}) *v = {v->x, -v->z, v->y};
+  }
 }
 
 void set_cut(const RenderOptions& options, PictureRequest& request) {
@@ -220,10 +225,10 @@ void add_options(CLI::App& app, RenderOptions& options) {
   app.add_option("--size", options.size, "WIDTHxHEIGHT of the whole picture in pixels")
       ->capture_default_str()
       ->type_name("WxH");
-  app.add_option("--view", options.view,
-                 "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees; y is up")
+  app.add_option("--view", options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees")
       ->capture_default_str()
       ->type_name("NAME");
+  app.add_option("--up", options.up, "The axis that points up, y or z")->capture_default_str()->type_name("AXIS");
   app.add_option("--close-up", options.close_up, "Look at this point, and show so much about it from bottom to top")
       ->type_name("X,Y,Z,HEIGHT");
   app.add_option("--background", options.background, "white or transparent")->capture_default_str()->type_name("COLOR");

@@ -14,6 +14,7 @@ namespace {
 using render::Color;
 
 constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
+constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
 constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, of that at the start
 
 // What the arrows of one field are drawn with.
@@ -103,13 +104,12 @@ Color fainter(Color color, double opacity) {
   return color;
 }
 
-// The regions of all fields at one moment; `shift` is how far the tool has come.
-void draw_regions(const Segment& segment, const Vec3d& shift, double opacity, const Box& around, render::Scene& scene) {
+// The regions of all fields as they stand at the segment's beginning.
+void draw_regions(const Segment& segment, double opacity, const Box& around, render::Scene& scene) {
   for (const Field& field : segment.fields) {
-    const Vec3d center = field.center + shift;
     const auto add = [&](double level, const Color& color) {
       scene.surfaces.push_back(
-          {region_surface(field, center, level, around, segment.cylinder), fainter(color, opacity)});
+          {region_surface(field, field.center, level, around, segment.cylinder), fainter(color, opacity)});
     };
     add(field.thresholds.inner, render::kInnerRed);
     add(field.thresholds.outer, render::kOuterGreen);
@@ -117,7 +117,7 @@ void draw_regions(const Segment& segment, const Vec3d& shift, double opacity, co
 }
 
 void draw_start(const Segment& segment, const Box& around, render::Scene& scene) {
-  draw_regions(segment, {0, 0, 0}, 1, around, scene);
+  draw_regions(segment, 1, around, scene);
   for (const Field& field : segment.fields) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
     if (segment.cylinder && is_plane) {
@@ -142,12 +142,21 @@ void draw_path(const Flow& stroke, const Box& around, render::Scene& scene) {
   }
 }
 
-// The segment's fields as they stand at its time t.
+// The sets of marked regions at the time t: the full one has turned, the zero one stays behind.
+void move_sets(Handles<double>& region, double t) {
+  for (Vec3d& p : region.full.points) p = rotate(p, region.turn_axis, sincos(t * region.turn_angle));
+  for (Vec3d& p : region.zero.points) p = p - region.sweep * t;
+}
+
+// The segment's fields as they stand at its time t; what a tool that travels has left of its way is its motion.
 Segment at_time(const Segment& segment, double t) {
   Segment now = segment;
   for (Field& field : now.fields) {
     field.center += segment.displacement * t;
+    auto* motion = std::get_if<Translation<double>>(&field.motion);
+    if (motion != nullptr && segment.displacement != Vec3d{0, 0, 0}) motion->velocity = motion->velocity * (1 - t);
     if (auto* plane = std::get_if<HalfSpace<double>>(&field.region)) plane->normal = normal_at(*plane, t);
+    if (auto* sets = std::get_if<Handles<double>>(&field.region)) move_sets(*sets, t);
   }
   return now;
 }
@@ -156,23 +165,56 @@ bool moves(const Flow& stroke) {
   return stroke.segments.size() > 1 || stroke.segments.back().displacement != Vec3d{0, 0, 0};
 }
 
-}  // namespace
-
-void draw_tool(const Flow& stroke, const Box& around, render::Scene& scene) {
-  if (stroke.segments.empty()) return;
+void draw_whole_way(const Flow& stroke, const Box& around, render::Scene& scene) {
   draw_start(stroke.segments.front(), around, scene);
   if (!moves(stroke)) return;
-  const Segment& last = stroke.segments.back();
-  draw_regions(last, last.displacement, kFaint, around, scene);
+  draw_regions(at_time(stroke.segments.back(), 1), kFaint, around, scene);
   draw_path(stroke, around, scene);
 }
 
-void draw_tool_at(const Flow& stroke, double moment, const Box& around, render::Scene& scene) {
-  if (stroke.segments.empty()) return;
+// The segment under way at the moment, as it then stands.
+Segment segment_at(const Flow& stroke, double moment) {
   const auto index = std::min(static_cast<std::size_t>(moment), stroke.segments.size() - 1);
-  const Segment now = at_time(stroke.segments[index], std::min(moment - static_cast<double>(index), 1.0));
-  draw_start(now, around, scene);
-  if (moves(stroke)) draw_path(stroke, around, scene);
+  return at_time(stroke.segments[index], std::min(moment - static_cast<double>(index), 1.0));
+}
+
+// What is left of the way after the moment. Of a stamp, steps without contact are not in its flow: they are taken to
+// come first.
+Vec3d way_from(const Flow& stroke, double moment) {
+  Vec3d way{};
+  for (std::size_t i = 0; i < stroke.segments.size(); ++i) {
+    const double done = std::clamp(moment - static_cast<double>(i), 0.0, 1.0);
+    way += stroke.segments[i].displacement * (1 - done);
+  }
+  return way;
+}
+
+void draw_stamp(const DrawnTool& tool, const Box& around, render::Scene& scene) {
+  const StampTool& stamp = *tool.stamp;
+  const double moment = tool.moment.value_or(0);
+  Vec3d place = stamp.path.front();
+  if (moment > 0) place = stamp.path.back() - way_from(tool.stroke, moment);
+  render::TranslucentSurface surface{stamp.mesh, kStampBlue};
+  for (Vec3d& p : surface.mesh.positions) p += place;
+  scene.surfaces.push_back(std::move(surface));
+  if (moment > 0 && !tool.stroke.segments.empty()) {
+    draw_regions(segment_at(tool.stroke, moment), 1, around, scene);
+    return;
+  }
+  const double radius = 0.006 * around.diagonal();
+  const Vec3d last = stamp.path[stamp.path.size() - 2];
+  scene.lines.push_back({.points = {stamp.path.begin(), stamp.path.end() - 1}, .radius = 0.5 * radius});
+  scene.arrows.push_back({.from = last, .to = stamp.path.back(), .radius = radius});
+}
+
+}  // namespace
+
+void draw_tool(const DrawnTool& tool, const Box& around, render::Scene& scene) {
+  if (tool.stamp) return draw_stamp(tool, around, scene);
+  if (tool.stroke.segments.empty()) return;
+  if (!tool.moment) return draw_whole_way(tool.stroke, around, scene);
+  draw_start(segment_at(tool.stroke, *tool.moment), around, scene);
+  if (moves(tool.stroke)) draw_path(tool.stroke, around, scene);
 }
 
 }  // namespace knead::command

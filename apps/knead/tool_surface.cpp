@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kSides = 64;
 constexpr double kDot = 0.04;       // of the outer threshold: the radius of the balls that stand for r = 0
-constexpr double kMarkDot = 0.006;  // of the box's diagonal: the radius of those that stand for marked points
+constexpr double kMarkDot = 0.011;  // of the box's diagonal: the radius of those that stand for marked points
 constexpr std::size_t kMostMarks = 200;
 
 struct ProfilePoint {

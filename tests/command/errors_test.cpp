@@ -72,6 +72,7 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"render", "a.ply", "-o", "b.png", "--size", "0x600"},
       {"render", "a.ply", "-o", "b.png", "--view", "sideways"},
       {"render", "a.ply", "-o", "b.png", "--view", "10,95"},
+      {"render", "a.ply", "-o", "b.png", "--up", "x"},
       {"render", "a.ply", "-o", "b.png", "--background", "pink"},
       {"render", "a.ply", "-o", "b.png", "--stroke", "1"},
       {"render", "a.ply", "-o", "b.png", "--until", "0"},

@@ -177,6 +177,30 @@ TEST_F(RenderTest, ToolsAreInTheFirstPanelOrWhereTheyAreAtWork) {
   EXPECT_EQ(greens("none"), (std::array{0, 0, 0}));
 }
 
+TEST_F(RenderTest, UpIsYOrZ) {
+  knead_ok({"make", "cylinder", "-n", "400", "-o", "tall.ply", "-q"});  // along z
+  const auto tallness = [&](const Words& words) {
+    Words all{"tall.ply", "--size", "80x80"};
+    all.insert(all.end(), words.begin(), words.end());
+    const Picture picture = picture_of(all);
+    int rows = 0;
+    for (int y = 0; y < 80; ++y) {
+      for (int x = 0; x < 80; ++x) {
+        const std::uint8_t* p = &picture.pixels[3 * static_cast<std::size_t>(y * 80 + x)];
+        if (is_covered(p[0], p[1], p[2])) {
+          ++rows;
+          break;
+        }
+      }
+    }
+    return rows;
+  };
+  const int standing = tallness({"--up", "z", "--view", "front"});
+  const int lying = tallness({"--view", "right"});
+  EXPECT_GT(standing, 60);
+  EXPECT_LT(lying, 25);
+}
+
 TEST_F(RenderTest, CloseUpsShowSoMuchAndNoMore) {
   const Picture picture = picture_of({"a.ply", "--view", "front", "--size", "100x100", "--close-up", "0,0,0,0.5"});
   EXPECT_EQ(picture.count(0, 100, is_covered), 100 * 100);
