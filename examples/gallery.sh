@@ -1,0 +1,322 @@
+#!/usr/bin/env bash
+# The gallery that `./dev gallery` makes: the paper's figures, each from a session in examples/gallery, and a picture of
+# every tool from those in examples/tools. Shapes, deformed shapes, reports, pictures and a page are written into
+# out/gallery; without a renderer all but the pictures. Meshes that are no part of the project are taken from the folder
+# in KNEAD_MESHES, where there are any.
+#   KNEAD            the command
+#   FIELD2D_PICTURE  the program of examples/field2d_picture.cpp; may be absent
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(dirname "$here")
+knead=${KNEAD:-knead}
+meshes=${KNEAD_MESHES:-$root/../shared/meshes}
+out=$root/out/gallery
+page=$out/gallery.md
+
+say() { printf 'gallery: %s\n' "$*" >&2; }
+
+# --- shapes -----------------------------------------------------------------------------------------------------------
+
+# shape NAME: makes the procedural NAME.ply, where NAME is a kind, perhaps with _ and what sets it apart.
+shape() {
+  local -A vertices=([sphere]=40000 [sphere_64k]=64000 [sphere_fine]=160000 [sphere_coarse]=2562 [box]=51202
+    [cylinder]=40000 [hand]=36000 [crater]=60000 [knot]=20000 [letter-y]=20000 [torus]=20000)
+  [[ -f $out/$1.ply ]] || "$knead" make "${1%%_*}" -n "${vertices[$1]}" -q -o "$out/$1.ply"
+}
+
+# provide FILE: the procedural shape or foreign mesh of this name, in the gallery's folder; false where there is none.
+provide() {
+  local name=${1%.ply}
+  [[ -f $out/$1 ]] && return
+  case ${name%%_*} in
+    sphere | box | cylinder | torus | crater | knot | letter-y) shape "$name" ;;
+    hand) if [[ $name == hand ]]; then shape hand; else take "$1"; fi ;;
+    *) take "$1" ;;
+  esac
+}
+
+take() { [[ -f $meshes/$1 ]] && ln -sf "$meshes/$1" "$out/$1"; }
+
+# --- what sessions and reports say ------------------------------------------------------------------------------------
+
+header() { sed -n '1s/.*"'"$2"'": *"\([^"]*\)".*/\1/p' "$1"; }                     # SESSION KEY
+stamp_tools() { sed -n 's/.*"tool": *"stamp".*"mesh": *"\([^"]*\)".*/\1/p' "$1"; } # SESSION
+value() { sed -n 's/^ *"'"$2"'": *\([^,]*\),\{0,1\}$/\1/p' "$1"; }                 # REPORT KEY
+
+number() { # FORMAT VALUE: "-" for null
+  # shellcheck disable=SC2059  # the format is the argument
+  if [[ $2 == null || -z $2 ]]; then printf -- '-'; else printf "$1" "$2"; fi
+}
+
+# --- one figure -------------------------------------------------------------------------------------------------------
+
+# deform SESSION: its result and report; false where a mesh that it needs is absent.
+deform() {
+  local name=$1 session=$out/$1.knead file
+  for file in $(header "$session" mesh) $(stamp_tools "$session"); do
+    provide "$file" || {
+      say "$name is left out: there is no $meshes/$file"
+      return 1
+    }
+  done
+  say "$name"
+  "$knead" deform "$out/$(header "$session" mesh)" "$session" -q --check --report "$out/$name.json" \
+    -o "$out/$name.ply"
+}
+
+# picture NAME ARGUMENTS...: of `knead render`.
+picture() {
+  local name=$1
+  shift
+  [[ $can_draw == yes ]] || return 0
+  (cd "$out" && "$knead" render "$@" -q -o "images/gallery/$name.jpg")
+  printf '![%s](images/gallery/%s.jpg)\n\n' "$name" "$name" >>"$page"
+}
+
+# What the report says, as a table of one row.
+report_of() {
+  local report=$out/$1.json
+  {
+    printf '| vertices | moved | segments | steps a vertex | seconds | volume error | crossing pairs |\n'
+    printf '| ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
+    printf '| %s | %s | %s | %s | %s | %s | %s, before %s |\n\n' "$(value "$report" vertices)" \
+      "$(value "$report" moved_vertices)" "$(value "$report" segments)" "$(number %.1f "$(value "$report" steps_mean)")" \
+      "$(number %.2f "$(value "$report" deform)")" "$(number %.1e "$(value "$report" volume_error)")" \
+      "$(value "$report" self_intersections_after)" "$(value "$report" self_intersections_before)"
+  } >>"$page"
+}
+
+# The session's lines, as far as one can read them.
+lines_of() {
+  local most=4 strokes
+  strokes=$(($(wc -l <"$out/$1.knead") - 1))
+  {
+    printf '[%s](../examples/gallery/%s.knead), %s of its strokes:\n\n' "$1.knead" "$1" \
+      "$([[ $strokes -gt $most ]] && printf 'the first %s of %s' "$most" "$strokes" || printf 'all')"
+    sed -n "2,$((most + 1))p" "$out/$1.knead" | sed 's/^\(.\{220\}\).*$/\1 .../; s/^/    /'
+    printf '\n'
+  } >>"$page"
+}
+
+# figure NAME RENDER ARGUMENTS...: the picture shows moments of the session; a further picture is asked for with
+# --and NAME ARGUMENTS.
+figure() {
+  local name=$1 mesh
+  shift
+  deform "$name" || return 0
+  mesh=$(header "$out/$name.knead" mesh)
+  printf '%s\n\n' "$(header "$out/$name.knead" note)" >>"$page"
+  local arguments=() part=$name
+  while [[ $# -gt 0 ]]; do
+    if [[ $1 == --and ]]; then
+      picture "$part" "$mesh" --session "$name.knead" "${arguments[@]}"
+      arguments=()
+      part=$2
+      shift 2
+    else
+      arguments+=("$1")
+      shift
+    fi
+  done
+  picture "$part" "$mesh" --session "$name.knead" "${arguments[@]}"
+  lines_of "$name"
+  report_of "$name"
+}
+
+title() { printf '## %s\n\n' "$*" >>"$page"; }
+
+# --- the figures ------------------------------------------------------------------------------------------------------
+
+intro() {
+  cat >"$page" <<END
+# Gallery: the paper's figures
+
+Written by \`./dev gallery\`, which needs some minutes and no display: every picture, number and line of a session below
+is what it made. Figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations",
+SIGGRAPH 2006. The sessions are in examples/gallery; \`out/gallery\` then holds them with their shapes, to be changed and tried again:
+
+    knead deform sphere.ply fig05_implicit.knead -o out.ply
+    knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
+
+Red is the surface where the region field has its inner threshold, green the outer one; a stamp is blue. Steps are accepted
+integration steps of one path line, seconds those of the deformation alone (on $(nproc) cores), the volume error is
+volume after / volume before - 1. Crossing pairs are pairs of triangles: where triangles grow as large as what is between
+them, they cross although the surface that they stand for does not; finer meshes have fewer.
+
+END
+}
+
+figure_3() {
+  title "Figure 3: the field in the plane"
+  printf 'p as a height field in the inner and outer region, then in all; v in the inner and intermediate region as line integral\nconvolution. v = (-p_y, p_x) is constant where the disc is, and zero outside. ([field2d_picture.cpp](../examples/field2d_picture.cpp))\n\n' >>"$page"
+  [[ $can_draw == yes && -x ${FIELD2D_PICTURE:-} ]] || return 0
+  "$FIELD2D_PICTURE" "$out"
+  picture fig03ab fig03a.ply fig03b.ply --size 1000x320 --view 15,35 --no-ground --close-up 0,0.1,0,3.5
+  mv "$out/fig03c.jpg" "$out/images/gallery/fig03c.jpg"
+  printf '![fig03c](images/gallery/fig03c.jpg)\n\n' >>"$page"
+}
+
+implicit_figures() {
+  title "Figure 5: an implicit tool"
+  figure fig05_implicit --until 0,0.35,0.7,1 --tools each --size 1360x300 --view 10,12 --close-up 0.55,0.25,0,3.4
+  title "Figure 6: a tool that pushes"
+  figure fig06_push --until 0,0.5,0.99,1 --tools each --size 1360x340 --view 60,18 --close-up 0,0.45,0,3.5
+  title "Figure 7: through the shape"
+  figure fig07_through --until 0,0.45,1 --tools each --size 1320x290 --view 25,12 --close-up 0.1,0,0,3.1 \
+    --and fig07_cut --until 0,0.45,1 --tools each --cut 0,0,1,0 --size 1320x290 --view 25,12 --close-up 0.1,0,0,3.1
+}
+
+surface_figures() {
+  title "Figure 8: painting"
+  figure fig08_paint --until 0,0.5,1 --tools each --size 1200x480 --view 170,10
+  figure mesh08_paint --until 0,0.5,1 --tools each --size 1320x380 --view -20,50
+  title "Figure 9: moving point sets"
+  figure fig09_points --until 0,1,2 --tools each --size 1200x380 --view 14,8
+  figure mesh09_points --until 0,1 --size 1000x480 --view 20,2
+  title "Figure 10: collision tools and stamping"
+  figure fig10_contacts --until 0,0.6,1 --tools each --size 1200x400 --view 40,25
+  figure fig10_stamp --until 0,0.5,1 --tools each --size 1200x400 --view 40,12
+  title "Figure 11: sharp features"
+  figure fig11_features --until 0,1 --size 1200x360 --view 20,40
+  figure mesh11_features --until 0,1 --size 1200x480 --view 25,15
+  title "Figure 12: small features"
+  figure fig12_details --until 0,1,2 --tools none --size 1320x330 --view 75,15
+  figure mesh12_leg --until 0,1 --size 1000x480 --view 60,5
+  title "Figure 13: a shape pressed into the ground"
+  figure fig13_crater --until 0,1 --up z --size 1200x400 --view 20,40
+  figure mesh13_crater --until 0,1 --up z --size 1200x400 --view 20,40
+}
+
+bend_figures() {
+  title "Figure 14: twists"
+  figure fig14_twist --until 0,0.25,0.5,1 --size 1360x220 --view 15,18
+  figure mesh14_twist --until 0,1 --size 1000x480 --view 60,10
+  title "Figure 15: bends"
+  figure fig15_bend90 --until 0,0.5,1 --size 1320x340 --view 75,12
+  figure fig15_bend180 --until 0,0.5,1 --size 1320x340 --view 75,12
+  figure fig15_box --until 0,0.5,1 --size 1320x340 --view 20,15
+  title "Figure 16: limbs"
+  figure fig16_limbs --until 0,1,2,3 --tools each --size 1360x400 --view 25,12
+  figure mesh16_bow --until 0,1 --size 1000x480 --view 50,10
+}
+
+session_figures() {
+  title "Figure 17: shapes from a sphere"
+  figure fig17_spider --until 0,8,35 --tools none --size 1320x380 --view 35,30
+  figure fig17_monster --until 0,5,14 --tools none --size 1320x440 --view 25,10
+  title "Figure 18: before remeshing"
+  figure fig18_before --until 0,1 --tools none --wireframe --flat --size 1200x400 --view 10,12
+}
+
+# --- volume errors ----------------------------------------------------------------------------------------------------
+
+error_row() { # WHAT THE-PAPER'S-ERROR THE-PAPER'S-VERTICES SESSION
+  local report=$out/$4.json
+  [[ -f $report ]] || return 0
+  printf '| %s | %s | %s | %s | %s | %s |\n' "$1" "$3" "$2" "$4" "$(value "$report" vertices)" \
+    "$(number %.6f "$(value "$report" volume_error)")" >>"$page"
+}
+
+volume_errors() {
+  title "Volume errors"
+  cat >>"$page" <<'END'
+The paper's table (its section 6) beside the same kinds of scene here. The error is one of sampling: the vertices are where
+the flow takes them, but the triangles between them cut corners; it falls with the square of the edges' length. The
+paper does not say how many vertices most of its shapes had.
+
+| scene | vertices, paper | error, paper | session | vertices | error |
+| --- | ---: | ---: | --- | ---: | ---: |
+END
+  error_row "sphere, Fig. 7b" -0.001060 "" fig07_through
+  error_row "box, twisted, Fig. 14d" 0.000781 51202 fig14_twist
+  error_row "box, bent, Fig. 15c" 0.000751 51202 fig15_box
+  error_row "fan disk, Fig. 11c" -0.000007 "" fig11_features
+  error_row "fan disk, Fig. 11c" -0.000007 "" mesh11_features
+  error_row "armadillo, Fig. 16c" 0.001344 172974 mesh16_bow
+  error_row "dragon, Fig. 19h" -0.001520 437645 mesh19_dragon
+  error_row "spider, Fig. 17a" 0.001875 "" fig17_spider
+  error_row "own monster, Fig. 17b" 0.000070 "" fig17_monster
+  printf '\n' >>"$page"
+}
+
+models() {
+  cat >>"$page" <<'END'
+## Models
+
+The shapes of sessions whose names begin with `fig` are made by `knead make`. Those of `mesh` sessions are no part of the
+project: armadillo and dragon from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics Laboratory),
+reduced; the bust of Nefertiti from odedstein/meshes, public domain; the fan disk by Hugues Hoppe, courtesy of Pratt & Whitney;
+camel and hand as found among test data of graphics projects.
+END
+}
+
+# --- pictures of the guide --------------------------------------------------------------------------------------------
+
+# tool NAME RENDER ARGUMENTS...: images/guide/NAME.jpg of examples/tools/NAME.knead.
+tool() {
+  local name=$1 mesh file
+  shift
+  cp "$here/tools/$name.knead" "$out/tool_$name.knead"
+  mesh=$(header "$out/tool_$name.knead" mesh)
+  for file in "$mesh" $(stamp_tools "$out/tool_$name.knead"); do provide "$file"; done
+  [[ $can_draw == yes ]] || return 0
+  say "tool $name"
+  (cd "$out" && "$knead" render "$mesh" --session "tool_$name.knead" --until 0,1 "$@" -q -o "images/guide/$name.jpg")
+}
+
+tools() {
+  tool implicit --size 900x300 --view 10,12
+  tool paint --size 900x380 --view 170,10
+  tool points --size 900x330 --view 14,8
+  tool handles --size 900x420 --view 25,12
+  tool stamp --size 900x330 --view 25,15
+  tool rotate --size 900x330 --view 25,15
+  tool stretch --size 900x330 --view 25,15
+  tool twist --size 900x220 --view 15,18
+  tool bend --size 900x440 --view 40,10
+}
+
+# --- all of it --------------------------------------------------------------------------------------------------------
+
+publish() {
+  mkdir -p "$root/docs/images/gallery" "$root/docs/images/guide"
+  cp "$page" "$root/docs/gallery.md"
+  cp "$out"/images/gallery/*.jpg "$root/docs/images/gallery/"
+  cp "$out"/images/guide/*.jpg "$root/docs/images/guide/"
+}
+
+main() {
+  local docs=no
+  if [[ ${1:-} == --docs ]]; then
+    docs=yes
+    shift
+  fi
+  [[ $# -eq 0 ]] || {
+    say "usage: gallery.sh [--docs]   (--docs: renew docs/gallery.md and docs/images from what was made)"
+    exit 2
+  }
+  mkdir -p "$out/images/gallery" "$out/images/guide"
+  cp "$here"/gallery/*.knead "$out/"
+  can_draw=yes
+  provide letter-y.ply
+  "$knead" render "$out/letter-y.ply" --size 16x16 -q -o "$out/try.png" || {
+    can_draw=no
+    say "no pictures, as said above; all else is made"
+  }
+  rm -f "$out/try.png"
+  intro
+  figure_3
+  implicit_figures
+  surface_figures
+  bend_figures
+  session_figures
+  if deform mesh19_dragon; then :; fi
+  volume_errors
+  models
+  tools
+  if [[ $docs == yes ]]; then publish; fi
+  say "done: $page, and the shapes, sessions, reports and pictures beside it"
+}
+
+main "$@"
