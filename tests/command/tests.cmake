@@ -1,10 +1,11 @@
 # The built command, run as people run it.
 set(here ${CMAKE_CURRENT_LIST_DIR})
 knead_test(knead_command_test
-           SOURCES ${here}/check_test.cpp ${here}/deform_test.cpp ${here}/errors_test.cpp ${here}/frames_test.cpp
-                   ${here}/interrupt_test.cpp ${here}/process.cpp ${here}/shapes_test.cpp
+           SOURCES ${here}/check_test.cpp ${here}/deform_test.cpp ${here}/errors_test.cpp ${here}/examples_test.cpp
+                   ${here}/frames_test.cpp ${here}/interrupt_test.cpp ${here}/process.cpp ${here}/shapes_test.cpp
            LIBRARIES fmt::fmt nlohmann_json::nlohmann_json)
-target_compile_definitions(knead_command_test PRIVATE KNEAD_COMMAND="$<TARGET_FILE:knead>")
+target_compile_definitions(knead_command_test PRIVATE KNEAD_COMMAND="$<TARGET_FILE:knead>"
+                                                      KNEAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 add_dependencies(knead_command_test knead)
 if(TARGET knead::render)
   target_sources(knead_command_test PRIVATE ${here}/render_test.cpp)

@@ -1,0 +1,103 @@
+// Every session in examples/ applies to its shape, at a size that is quick; the guide shows those of the tools.
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "knead/mesh/shapes.h"
+#include "process.h"
+#include "support/test_meshes.h"
+
+namespace knead::command_test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+const fs::path kRoot = KNEAD_SOURCE_DIR;
+
+std::vector<fs::path> sessions() {
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / "examples")) {
+    if (entry.path().extension() == ".knead") paths.push_back(entry.path());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+std::vector<std::string> lines_of(const fs::path& path) {
+  std::istringstream text(file_bytes(path));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  return lines;
+}
+
+// The files that a session names: its shape, and the tools of stamps.
+std::vector<std::string> meshes_of(const fs::path& session) {
+  std::vector<std::string> names;
+  for (const std::string& line : lines_of(session)) {
+    const json object = json::parse(line);
+    if (object.contains("mesh")) names.push_back(object["mesh"]);
+  }
+  return names;
+}
+
+class ExamplesTest : public CommandTest, public ::testing::WithParamInterface<fs::path> {
+ protected:
+  // Makes the shape of that name, "sphere_fine.ply" of the kind sphere, or takes a real mesh; false where that is
+  // absent.
+  bool provide(const std::string& name) const {
+    if (fs::exists(path(name))) return true;
+    const std::string stem = fs::path(name).stem().string();
+    const std::string kind = stem.substr(0, stem.find('_'));
+    const auto kinds = shape_names();
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end() || (kind == "hand" && stem != kind)) {
+      if (!has_test_mesh(name)) return false;
+      fs::copy(test_mesh(name), path(name));
+      return true;
+    }
+    const std::size_t count = std::max<std::size_t>(6000, shape_counts(shape_kind(kind)).minimum);
+    knead_ok({"make", kind, "-n", std::to_string(count), "-q", "-o", name});
+    return true;
+  }
+};
+
+TEST_P(ExamplesTest, AppliesToItsShape) {
+  fs::copy(GetParam(), path("session.knead"));
+  const std::vector<std::string> meshes = meshes_of(GetParam());
+  ASSERT_FALSE(meshes.empty()) << "the header names no mesh";
+  for (const std::string& name : meshes) {
+    if (!provide(name)) GTEST_SKIP() << test_mesh(name) << " is absent";
+  }
+  const json report =
+      json::parse(knead_ok({"deform", meshes.front(), "session.knead", "-q", "--report", "-", "-o", "out.ply"}));
+  EXPECT_GT(report["moved_vertices"], 0);
+  EXPECT_GT(report["strokes"], 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(sessions()), [](const auto& tested) {
+  std::string name = tested.param.parent_path().filename().string() + "_" + tested.param.stem().string();
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); }, '_');
+  return name;
+});
+
+TEST(Guide, ShowsTheExampleOfEveryTool) {
+  const std::string guide = file_bytes(kRoot / "docs" / "guide.md");
+  for (const std::string tool :
+       {"implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist", "bend"}) {
+    const std::vector<std::string> lines = lines_of(kRoot / "examples" / "tools" / (tool + ".knead"));
+    ASSERT_GE(lines.size(), 2u) << tool;
+    for (std::size_t i = 1; i < lines.size(); ++i) {
+      EXPECT_NE(guide.find("    " + lines[i] + "\n"), std::string::npos) << lines[i];
+      EXPECT_EQ(json::parse(lines[i])["tool"], tool);
+    }
+    EXPECT_NE(guide.find("images/guide/" + tool + ".jpg"), std::string::npos) << tool;
+  }
+}
+
+}  // namespace
+}  // namespace knead::command_test
