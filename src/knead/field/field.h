@@ -21,13 +21,18 @@ struct Field {
   friend bool operator==(const Field&, const Field&) = default;
 };
 
-// v at d = x - c(t), for one inner motion and one region. This is the one formula that everything evaluates.
-template <class T, class M, class R, class S>
-Vec3<T> velocity(const M& motion, const R& region, const Thresholds<S>& thresholds, const Vec3<T>& d, const T& t) {
-  const RegionValue<T> r = evaluate(region, d, t);
+// v at d = x - c(t), for one inner motion and the value of one region there. This is the one formula that everything
+// evaluates.
+template <class T, class M, class S>
+Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Thresholds<S>& thresholds, const Vec3<T>& d) {
   const Weight<T> w = blend_weight(r.value, thresholds);
   const MotionValue<T> inner = evaluate(motion, d);
   return inner.velocity * w.value + cross(r.gradient, inner.potential) * w.derivative;
+}
+
+template <class T, class M, class R, class S>
+Vec3<T> velocity(const M& motion, const R& region, const Thresholds<S>& thresholds, const Vec3<T>& d, const T& t) {
+  return velocity_where(evaluate(region, d, t), motion, thresholds, d);
 }
 
 // v at d = x - c(t), in double.

@@ -58,21 +58,25 @@ T least_squared_distance(const PackedSet<S>& set, const Vec3<T>& d) {
   return least2;
 }
 
-// r and grad r with lengths measured by `scale`.
+// r and grad r from the sums over all elements, lengths being measured by `scale`.
+template <class T>
+RegionValue<T> region_of(const PowerSums<T>& sums, int exponent, const T& scale) {
+  const T root = inverse_root(sums.value, exponent);
+  return {scale * root, sums.gradient * (root / (sums.value * scale))};
+}
+
 template <class T, class S>
 RegionValue<T> evaluate_by(const PackedSet<S>& set, const Vec3<T>& d, const T& scale2, const T& scale) {
   PowerSums<T> sums = power_sums(*set.points, d, scale2, set.exponent / 2);
-  sums.gradient = sums.gradient / scale;
   for (const auto& curve : *set.curves) {
     const RegionValue<T> r = curve_distance(d, curve);
     const T ratio = scale / r.value;
     T term;
     positive_power(term, ratio, set.exponent);
     sums.value = sums.value + term;
-    sums.gradient = sums.gradient + r.gradient * (term * ratio);
+    sums.gradient = sums.gradient + r.gradient * (scale * term * ratio);
   }
-  const T root = inverse_root(sums.value, set.exponent);
-  return {scale * root, sums.gradient * (root / sums.value)};
+  return region_of(sums, set.exponent, scale);
 }
 
 // r and grad r at d. Time: as power_sums, plus the curves' segments.

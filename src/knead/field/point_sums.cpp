@@ -118,6 +118,71 @@ template <class S, std::size_t bytes>
   return result;
 }
 
+template <class S, int fixed_half>
+[[gnu::always_inline]] inline void sums_at(const PointPacks<S>& points, const Places<S>& places, int half,
+                                           PlacesSums<S>& result) {
+  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S>::count) {
+    Vec3<Pack<S>> at;
+    Pack<S> scale2;
+    load<S>(at.x, &places.x[lane]);
+    load<S>(at.y, &places.y[lane]);
+    load<S>(at.z, &places.z[lane]);
+    load<S>(scale2, &places.scale2[lane]);
+    PowerSums<Pack<S>> sums;
+    for (std::size_t i = 0; i < points.count; ++i) {
+      const S* const point = &points.numbers[points.first_number_of(i)];
+      Vec3<Pack<S>> offset;
+      offset.x = at.x - point[0];
+      offset.y = at.y - point[kPointPack];
+      offset.z = at.z - point[2 * kPointPack];
+      const Pack<S> weight = Pack<S>{} + point[3 * kPointPack];
+      add_power(sums, offset, weight, scale2, fixed_half > 0 ? fixed_half : half);
+    }
+    std::memcpy(&result.value[lane], &sums.value, sizeof(Pack<S>));
+    std::memcpy(&result.gradient_x[lane], &sums.gradient.x, sizeof(Pack<S>));
+    std::memcpy(&result.gradient_y[lane], &sums.gradient.y, sizeof(Pack<S>));
+    std::memcpy(&result.gradient_z[lane], &sums.gradient.z, sizeof(Pack<S>));
+  }
+}
+
+template <class S>
+[[gnu::always_inline]] inline void any_sums_at(const PointPacks<S>& points, const Places<S>& places, int half,
+                                               PlacesSums<S>& sums) {
+  switch (half) {
+    case 3:
+      return sums_at<S, 3>(points, places, half, sums);
+    case 4:
+      return sums_at<S, 4>(points, places, half, sums);
+    case 8:
+      return sums_at<S, 8>(points, places, half, sums);
+    default:
+      return sums_at<S, 0>(points, places, half, sums);
+  }
+}
+
+template <class S, std::size_t bytes>
+[[gnu::always_inline]] inline void any_leasts(const PointPacks<S>& points, Places<S>& places) {
+  using P = Pack<S, bytes>;
+  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S, bytes>::count) {
+    P at_x;
+    P at_y;
+    P at_z;
+    std::memcpy(&at_x, &places.x[lane], bytes);
+    std::memcpy(&at_y, &places.y[lane], bytes);
+    std::memcpy(&at_z, &places.z[lane], bytes);
+    P least = P{} + std::numeric_limits<S>::max();
+    for (std::size_t i = 0; i < points.count; ++i) {
+      const S* const point = &points.numbers[points.first_number_of(i)];
+      const P x = at_x - point[0];
+      const P y = at_y - point[kPointPack];
+      const P z = at_z - point[2 * kPointPack];
+      const P square = x * x + y * y + z * z;
+      least = square < least ? square : least;
+    }
+    std::memcpy(&places.scale2[lane], &least, bytes);
+  }
+}
+
 #ifdef KNEAD_WIDE
 bool has_wide() {
   static const bool has = __builtin_cpu_supports("avx2") != 0;
@@ -132,6 +197,16 @@ KNEAD_WIDE PowerSums<S> wide_sums(const PointPacks<S>& points, const Vec3<S>& d,
 template <class S>
 KNEAD_WIDE S wide_least(const PointPacks<S>& points, const Vec3<S>& d) {
   return any_least<S, 32>(points, d);
+}
+
+template <class S>
+KNEAD_WIDE void wide_sums_at(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums) {
+  any_sums_at(points, places, half, sums);
+}
+
+template <class S>
+KNEAD_WIDE void wide_leasts(const PointPacks<S>& points, Places<S>& places) {
+  any_leasts<S, 32>(points, places);
 }
 #endif
 
@@ -153,8 +228,28 @@ S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d) {
   return any_least<S, 16>(points, d);
 }
 
+template <class S>
+void power_sums(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums) {
+#ifdef KNEAD_WIDE
+  if (has_wide()) return wide_sums_at(points, places, half, sums);
+#endif
+  any_sums_at(points, places, half, sums);
+}
+
+template <class S>
+void least_squared_distances(const PointPacks<S>& points, Places<S>& places) {
+#ifdef KNEAD_WIDE
+  if (has_wide()) return wide_leasts(points, places);
+#endif
+  any_leasts<S, 16>(points, places);
+}
+
 template PowerSums<float> power_sums(const PointPacks<float>&, const Vec3<float>&, float, int);
 template PowerSums<double> power_sums(const PointPacks<double>&, const Vec3<double>&, double, int);
+template void power_sums(const PointPacks<float>&, const Places<float>&, int, PlacesSums<float>&);
+template void power_sums(const PointPacks<double>&, const Places<double>&, int, PlacesSums<double>&);
+template void least_squared_distances(const PointPacks<float>&, Places<float>&);
+template void least_squared_distances(const PointPacks<double>&, Places<double>&);
 template float least_squared_distance(const PointPacks<float>&, const Vec3<float>&);
 template double least_squared_distance(const PointPacks<double>&, const Vec3<double>&);
 

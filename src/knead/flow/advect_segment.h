@@ -6,6 +6,7 @@
 #include "knead/flow/advect.h"
 #include "knead/flow/path_line.h"
 #include "knead/flow/set_cells.h"
+#include "knead/flow/short_ways.h"
 #include "knead/math/parallel.h"
 
 namespace knead::detail {
@@ -25,7 +26,8 @@ inline bool within(const Cylinder& cylinder, const Vec3d& x) {
 template <class S, class Kernel>
 AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span<Vec3d> points,
                          const AdvectOptions& options) {
-  constexpr std::size_t kGrain = 1024;
+  constexpr bool kOfSets = std::is_same_v<Kernel, SetCells<S>>;
+  constexpr std::size_t kGrain = kOfSets ? 4096 : 1024;  // enough for several to begin in a cell
   const Tableau& method = tableau(options.integrator);
   const Coefficients<S> coefficients(method);
   Segment to_start = segment;  // whether a point belongs to the cylinder is known at t = 0
@@ -38,23 +40,35 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
     if (!complete || (options.progress != nullptr && options.progress->cancel)) return;
     PathLine<S, Kernel> line(segment, kernel, method, coefficients, options.tolerance);
     PathLine<S, Kernel> line_to_start(to_start, kernel, method, coefficients, options.tolerance);
-    for (std::size_t i = begin; i < end; ++i) {
+    PathLineStats sum;
+    const auto move = [&](std::size_t i) {
       PathLineStats stats;
       Vec3d& x = points[i];
       if (segment.cylinder) {
         const Vec3d start = x + line_to_start.displacement(x, stats);
-        if (!within(*segment.cylinder, start)) continue;
+        if (!within(*segment.cylinder, start)) return;
       }
       const Vec3d displacement = line.displacement(x, stats);
       if (displacement != Vec3d{}) x += displacement;
-      if (!options.steps.empty()) options.steps[i] += stats.accepted;
-      accepted += stats.accepted;
-      rejected += stats.rejected;
-      evaluations += stats.evaluations;
-      if (!stats.complete) {
-        complete = false;
-        return;
+      if (!options.steps.empty()) options.steps[i] += static_cast<std::uint32_t>(stats.accepted);
+      sum += stats;
+    };
+    bool grouped = false;
+    if constexpr (kOfSets) {
+      grouped = !segment.cylinder && line.may_go_a_short_way();
+      if (grouped) {
+        const std::vector<std::size_t> rest =
+            go_short_ways(kernel, segment, line, points, {begin, end}, options.steps, sum);
+        for (std::size_t k = 0; k < rest.size() && sum.complete; ++k) move(rest[k]);
       }
+    }
+    for (std::size_t i = begin; !grouped && i < end && sum.complete; ++i) move(i);
+    accepted += sum.accepted;
+    rejected += sum.rejected;
+    evaluations += sum.evaluations;
+    if (!sum.complete) {
+      complete = false;
+      return;
     }
     if (options.progress != nullptr) options.progress->done += end - begin;
   };

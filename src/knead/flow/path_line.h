@@ -90,6 +90,14 @@ struct PathLineStats {
   std::uint32_t rejected = 0;
   std::uint64_t evaluations = 0;
   bool complete = true;
+
+  PathLineStats& operator+=(const PathLineStats& other) {
+    accepted += other.accepted;
+    rejected += other.rejected;
+    evaluations += other.evaluations;
+    complete = complete && other.complete;
+    return *this;
+  }
 };
 
 // Integrates one path line. The state is the displacement D since the beginning, so that rounding is relative to how
@@ -113,6 +121,7 @@ class PathLine {
     }
     reach_ = static_cast<S>(reach);
     if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
+    tool_speed_ = norm(tool_velocity_);
     const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
     carries_ = segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
                motion->velocity == segment.displacement;
@@ -127,7 +136,26 @@ class PathLine {
     return run(x0, *contact, stats);
   }
 
+  // Whether the way of a tool at rest or swept is short from the segment's beginning, as far as its own motion goes.
+  bool may_go_a_short_way() const { return tool_speed_ > S(0) && part_of_longest(tool_velocity_) <= S(kShortWay); }
+
+  // The same displacement where the region of v keeps its shape and width, from the values of v where the path line
+  // begins and at the end of Euler's step; nothing where these do not suffice.
+  std::optional<Vec3d> short_way(const Vec3<S>& first, const Vec3<S>& second) const {
+    const double duration = segment_.end - segment_.begin;
+    if (carries_ && first == tool_velocity_) return segment_.displacement * duration;
+    const S part = part_of_longest(first);
+    if (!(part <= S(kShortWay)) || !is_accurate(first, second, part)) return std::nullopt;
+    return Vec3d((first + second) * (S(0.5) * static_cast<S>(duration)));
+  }
+
  private:
+  // The whole segment, of the longest step that begins with the velocity.
+  S part_of_longest(const Vec3<S>& velocity) const {
+    const S speed = std::max(norm(velocity - tool_velocity_), tool_speed_);
+    return static_cast<S>(std::abs(segment_.end - segment_.begin)) * speed / reach_;
+  }
+
   // How much of the intermediate region's width a step may pass. The gradient of a capsule's v jumps on the planes
   // through its ends, which an estimate misses where a step's last stages alone are beyond one.
   static constexpr double kReach = 0.16;
@@ -174,18 +202,24 @@ class PathLine {
     return Vec3d(moved_);
   }
 
-  // Where the whole way is a small part of what a step may pass, two evaluations of v suffice: Heun's method, whose
-  // error is about that of Euler's, half the change of v, times that small part. Otherwise nothing is done.
   bool goes_a_short_way(double t, PathLineStats& stats) {
+    if (carries_ && k_[0] == tool_velocity_) return false;
     const double h = std::abs(segment_.end - t);
     const S part = static_cast<S>(h) / longest_step(t);
-    if (!(part <= S(kShortWay)) || (carries_ && k_[0] == tool_velocity_)) return false;
+    if (!(part <= S(kShortWay))) return false;
     const S signed_h = static_cast<S>(direction_ * h);
     evaluate_stage(1, segment_.end, k_[0] * signed_h, stats);
-    if (!(norm(k_[1] - k_[0]) * S(0.5) * part <= tolerance_)) return false;
+    if (k_[0] == Vec3<S>{} && k_[1] == Vec3<S>{}) return false;  // the tool may have come and gone between
+    if (!is_accurate(k_[0], k_[1], part)) return false;
     moved_ = (k_[0] + k_[1]) * (S(0.5) * signed_h);
     ++stats.accepted;
     return true;
+  }
+
+  // Where the whole way is a small part of what a step may pass, two evaluations of v suffice: Heun's method, whose
+  // error is about that of Euler's, half the change of v, times that small part.
+  bool is_accurate(const Vec3<S>& first, const Vec3<S>& second, S part) const {
+    return norm(second - first) * S(0.5) * part <= tolerance_;
   }
 
   void evaluate_stage(int stage, double t, const Vec3<S>& offset, PathLineStats& stats) {
@@ -203,7 +237,7 @@ class PathLine {
   // kCapsuleReach of the intermediate region's width, or kLocalReach of that at the place.
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(place_, x0_, moved_, t);
-    const S speed = std::max(norm(k_[0] - tool_velocity_), norm(tool_velocity_)) + hidden;
+    const S speed = std::max(norm(k_[0] - tool_velocity_), tool_speed_) + hidden;
     const S reach = std::min(reach_, static_cast<S>(kLocalReach) * kernel_.width(place_, x0_, moved_, t));
     const S longest = speed > S(0) ? reach / speed : std::numeric_limits<S>::infinity();
     if (segment_.time_law == TimeLaw::swept) return longest;
@@ -253,6 +287,7 @@ class PathLine {
   double direction_;
   S reach_{0};
   Vec3<S> tool_velocity_{};
+  S tool_speed_{0};
   bool carries_ = false;
 
   typename Kernel::Place place_{};

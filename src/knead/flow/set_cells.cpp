@@ -16,15 +16,17 @@ constexpr double kMostCells = 1 << 18;
 // Fewer points than this are not worth a list.
 constexpr std::size_t kFewPoints = 48;
 // How much of the tolerance the lists may use up.
-constexpr double kShareOfTolerance = 0.1;
+constexpr double kShareOfTolerance = 0.5;
+// But never a greater error of the sum than this.
+constexpr double kGreatestError = 0.1;
 // As for next_contact of all other regions (contact.cpp).
 constexpr double kTraceResolution = 1e-4;
 // The bounds of a cell are found in S, whose rounding is far below this.
 constexpr double kRounding = 1e-4;
 
-// w' and w'' are at most so much, per (outer - inner) and its square.
-constexpr double kGreatestSlope = 2.1;
-constexpr double kGreatestCurvature = 7;
+// w' = -24 s^2 (1-s)^3 (1 + 2s + 3s^2) and w'', by (outer - inner) and its square, are at most so much from s on.
+double greatest_slope(double s) { return std::min(2.1, 144 * (1 - s) * (1 - s) * (1 - s)); }
+double greatest_curvature(double s) { return std::min(7.0, 432 * (1 - s) * (1 - s)); }
 
 double root_of(double value, int m) { return 1 / inverse_root(value, m); }
 
@@ -88,7 +90,7 @@ SetCells<S>::SetCells(const Segment& segment, double tolerance)
 
 template <class S>
 SetCells<S>::~SetCells() {
-  for (std::size_t i = 0; i < counts_[0] * counts_[1] * counts_[2]; ++i) delete cells_[i].load();
+  for (int i = 0; i < cell_count(); ++i) delete cells_[i].load();
 }
 
 template <class S>
@@ -111,15 +113,21 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
     copies += integer_power(root, set.exponent);
   }
   part.reach = part.outer * root_of(copies, set.exponent) * (1 + kRounding);
-  // How much v changes with a relative error of S: r by 1/m of it, grad r by all of it.
-  const double width = field.thresholds.outer - field.thresholds.inner;
-  const double slope = kGreatestSlope / width;
-  const double curvature = kGreatestCurvature / (width * width);
-  const double of_r = part.outer / set.exponent;
-  const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
-  const double gain = norm(motion.velocity) * (slope * of_r + arm * (curvature * of_r + slope));
-  part.error = std::clamp(error / (gain * duration_), 2.0 * std::numeric_limits<S>::epsilon(), 1e-2);
+  part.error = error / (norm(motion.velocity) * duration_);
   return part;
+}
+
+// The relative error of S that is allowed at most `arm` from the centre where least <= r <= most: it changes r by 1/m
+// of it, and grad r by all of it, in w u + w' grad r x A.
+template <class S>
+double SetCells<S>::error_allowed(const Part& part, double least, double most, double arm) const {
+  const double inner = part.field.thresholds.inner;
+  const double width = part.outer - inner;
+  const double s = std::clamp((least - inner) / width, 0.0, 1.0);
+  const double slope = greatest_slope(s) / width;
+  const double of_r = most / part.field.region.exponent;
+  const double gain = slope * of_r + 0.5 * arm * (greatest_curvature(s) / (width * width) * of_r + slope);
+  return std::clamp(part.error / gain, 2.0 * std::numeric_limits<S>::epsilon(), kGreatestError);
 }
 
 template <class S>
@@ -132,7 +140,7 @@ void SetCells<S>::lay_grid() {
     const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
     outer = std::min(outer, part.outer);
     width = std::min(width, own_width);
-    speed += norm(Vec3d(part.field.motion.velocity)) * (1 + kGreatestSlope / own_width * arm);
+    speed += norm(Vec3d(part.field.motion.velocity)) * (1 + greatest_slope(0) / own_width * arm);
   }
   speed += norm(displacement_);
   const double whole_way = speed * duration_;
@@ -148,9 +156,10 @@ void SetCells<S>::lay_grid() {
   const Vec3d extent = box_.max - box_.min;
   const auto count = [&](double length) { return std::floor(length / size_) + 1; };
   while (count(extent.x) * count(extent.y) * count(extent.z) > kMostCells) size_ *= 1.25;
+  inverse_size_ = 1 / size_;
   home_ = stays ? 0.5 * size_ + whole_way : 0.75 * size_;
   radius_ = std::sqrt(3.0) * (stays ? 0.5 : 0.75) * size_ + excursion_;
-  for (std::size_t axis = 0; axis < 3; ++axis) counts_[axis] = static_cast<std::size_t>(count(extent[axis]));
+  for (std::size_t axis = 0; axis < 3; ++axis) counts_[axis] = static_cast<int>(count(extent[axis]));
   cells_ = std::make_unique<std::atomic<const SetCell<S>*>[]>(counts_[0] * counts_[1] * counts_[2]);
 }
 
@@ -163,18 +172,19 @@ bool SetCells<S>::holds(Place place, const Vec3d& d) const {
 
 template <class S>
 typename SetCells<S>::Place SetCells<S>::cell_at(const Vec3d& d) const {
-  const Vec3d from = (d - box_.min) / size_;
-  std::size_t index = 0;
+  const Vec3d from = (d - box_.min) * inverse_size_;
+  int index = 0;
   Vec3d center;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!(from[axis] >= 0 && from[axis] < static_cast<double>(counts_[axis]))) return nullptr;
-    const auto i = static_cast<std::size_t>(from[axis]);
+    if (!(from[axis] >= 0 && from[axis] < counts_[axis])) return nullptr;
+    const int i = static_cast<int>(from[axis]);
     index = index * counts_[axis] + i;
-    center[axis] = box_.min[axis] + (static_cast<double>(i) + 0.5) * size_;
+    center[axis] = box_.min[axis] + (i + 0.5) * size_;
   }
   const SetCell<S>* cell = cells_[index].load(std::memory_order_acquire);
   if (cell != nullptr) return cell;
   std::unique_ptr<SetCell<S>> made = make_cell(center);
+  made->index = index;
   // Another thread may have made the same meanwhile.
   if (cells_[index].compare_exchange_strong(cell, made.get(), std::memory_order_acq_rel)) return made.release();
   return cell;
@@ -208,7 +218,7 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
   if (part.tree.size() > 0 && std::isfinite(most)) {
     std::vector<WeightedPoint> list;
     part.tree.list({center, radius_, r * (1 + kRounding), Vec3d(at_center.gradient), nearest, most * (1 + kRounding),
-                    !curves, whole.exponent, part.error},
+                    !curves, whole.exponent, error_allowed(part, least, most, norm(center) + radius_)},
                    list);
     if (4 * list.size() < 3 * part.tree.size()) {
       auto points = std::make_shared<PointPacks<S>>();

@@ -2,6 +2,7 @@
 // the flow room.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <limits>
 #include <memory>
@@ -24,6 +25,7 @@ bool is_of_sets(const Segment& segment);
 // A cube of space in the tool's frame, and the fields that reach into it, each with the elements that count there.
 template <class S>
 struct SetCell {
+  int index = 0;  // among all cells
   Vec3d center;
   std::vector<SetField<S>> fields;  // empty: v = 0 everywhere in the cell
   bool inside = false;              // r < outer of some field everywhere in the cell
@@ -50,6 +52,11 @@ class SetCells {
 
   std::optional<Vec3d> closed_form(const Segment& /*segment*/, const Vec3d& /*x*/) const { return std::nullopt; }
 
+  // An upper bound of every cell's index.
+  int cell_count() const { return counts_[0] * counts_[1] * counts_[2]; }
+
+  const SetCell<S>& cell(int index) const { return *cells_[static_cast<std::size_t>(index)].load(); }
+
   // Moves `place` along with a path line that has come to x. Whether it is still the same.
   bool keeps(Place& place, const Vec3d& x, double t) const;
 
@@ -70,7 +77,7 @@ class SetCells {
     Vec3d offset;       // of its centre from the anchor
     Box box;            // of its elements, about its centre
     double reach = 0;   // beyond this true distance r >= outer
-    double error = 0;   // allowed of the sum S
+    double error = 0;   // of v that is allowed, by the tool's speed
     double outer = 0;
     PointTree tree;
   };
@@ -81,6 +88,7 @@ class SetCells {
   bool holds(Place place, const Vec3d& d) const;
   Place cell_at(const Vec3d& d) const;
   std::unique_ptr<SetCell<S>> make_cell(const Vec3d& center) const;
+  double error_allowed(const Part& part, double least, double most, double arm) const;
   void add_part(const Part& part, SetCell<S>& cell) const;
   double safe_advance(Place place, const Vec3d& d, const Vec3d& velocity) const;
 
@@ -93,7 +101,8 @@ class SetCells {
   double excursion_ = 0;  // how far a step's stages may leave what a cell holds
   double home_ = 0;       // half the edge of the cube in which a path line keeps its cell
   double radius_ = 0;     // of the ball about a cell's centre in which its lists are valid
-  std::size_t counts_[3] = {0, 0, 0};
+  double inverse_size_ = 0;
+  std::array<int, 3> counts_{};
   std::unique_ptr<std::atomic<const SetCell<S>*>[]> cells_;
 };
 
