@@ -1,0 +1,44 @@
+// knead bench.
+#include <nlohmann/json.hpp>
+
+#include "process.h"
+
+namespace knead::command_test {
+namespace {
+
+using nlohmann::json;
+
+using BenchTest = CommandTest;
+
+// The keys that scripts read; that every figure is one, and that what is measured is right.
+TEST_F(BenchTest, OfAMeshHasEveryKey) {
+  knead_ok({"make", "sphere", "-n", "300", "-o", "s.ply", "-q"});
+  const json bench = json::parse(knead_ok({"bench", "--json", "--mesh", "s.ply"}));
+  for (const char* key : {"threads", "fma_gflops", "fma_scaling", "copy_gigabytes_per_s"}) {
+    EXPECT_GT(bench.at(key).get<double>(), 0) << key;
+  }
+  EXPECT_TRUE(bench.at("simd").is_string());
+  ASSERT_EQ(bench.at("rows").size(), 1u);
+  const json& row = bench.at("rows")[0];
+  EXPECT_EQ(row.at("scene"), "s.ply");
+  EXPECT_EQ(row.at("tool"), "ball");
+  EXPECT_EQ(row.at("precision"), "float");
+  EXPECT_EQ(row.at("threads"), 1);
+  const json info = json::parse(knead_ok({"info", "s.ply", "--json"}));
+  EXPECT_EQ(row.at("vertices"), info.at("vertices"));
+  EXPECT_EQ(row.at("touched"), info.at("vertices"));  // nobody is outside
+  for (const char* key : {"steps_mean", "seconds", "steps_per_s", "vertex_steps_per_s", "reference_vertex_steps_per_s",
+                          "ratio", "peak_fraction", "max_error", "reference_max_error"}) {
+    EXPECT_GT(row.at(key).get<double>(), 0) << key;
+  }
+  EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
+  EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
+  EXPECT_LT(row.at("reference_max_error").get<double>(), 1e-5);
+}
+
+TEST_F(BenchTest, RefusesWhatItCannotRead) {
+  EXPECT_EQ(knead({"bench", "--mesh", "absent.ply"}).exit_code, 3);
+}
+
+}  // namespace
+}  // namespace knead::command_test
