@@ -123,8 +123,9 @@ class PathLine {
     if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
     tool_speed_ = norm(tool_velocity_);
     const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
+    const bool marked = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // has no rigid core
     carries_ = segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
-               motion->velocity == segment.displacement;
+               motion->velocity == segment.displacement && !marked;
   }
 
   // The displacement over the segment of the point that is at x0 at its beginning.
