@@ -6,4 +6,5 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/contact_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/set_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tableau_test.cpp)
