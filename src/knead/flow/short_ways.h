@@ -33,10 +33,14 @@ bool takes_several(const SetCell<S>& cell) {
 // The velocity of every path at the time t. One path's bits do not depend on the others. Where sums overflow it is not
 // a number.
 template <class S>
-void velocities(const SetCell<S>& cell, double t, SetPaths<S>& paths) {
+[[gnu::flatten]] void velocities(const SetCell<S>& cell, double t, SetPaths<S>& paths) {
   paths.velocity = {};
   for (const SetField<S>& field : cell.fields) {
     const PackedSet<S>& set = field.region;
+    const Translation<S> motion = field.motion;  // copies: nothing below changes them
+    const Thresholds<S> thresholds = field.thresholds;
+    const S scale = set.scale;
+    const int exponent = set.exponent;
     const Vec3<S> swept = field.displacement * static_cast<S>(t);
     std::array<Vec3<S>, kPlaces> d;
     Places<S> places;
@@ -45,19 +49,19 @@ void velocities(const SetCell<S>& cell, double t, SetPaths<S>& paths) {
       places.x[i] = d[i].x;
       places.y[i] = d[i].y;
       places.z[i] = d[i].z;
-      places.scale2[i] = set.scale * set.scale;
+      places.scale2[i] = scale * scale;
     }
-    if (!(set.scale > S(0))) least_squared_distances(*set.points, places);
+    if (!(scale > S(0))) least_squared_distances(*set.points, places);
     PlacesSums<S> sums;
     power_sums(*set.points, places, set.exponent / 2, sums);
     for (std::size_t i = 0; i < kPlaces; ++i) {
       RegionValue<S> r{};
       if (places.scale2[i] > S(0)) {
         const PowerSums<S> sum{sums.value[i], {sums.gradient_x[i], sums.gradient_y[i], sums.gradient_z[i]}};
-        r = region_of(sum, set.exponent, set.scale > S(0) ? set.scale : std::sqrt(places.scale2[i]));
+        r = region_of(sum, exponent, scale > S(0) ? scale : std::sqrt(places.scale2[i]));
         if (!(r.value > S(0))) r.value = std::numeric_limits<S>::quiet_NaN();
       }
-      paths.velocity[i] += velocity_where(r, field.motion, field.thresholds, d[i]);
+      paths.velocity[i] += velocity_where(r, motion, thresholds, d[i]);
     }
   }
 }
