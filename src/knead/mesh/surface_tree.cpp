@@ -88,7 +88,9 @@ void SurfaceTree::visit_near(const Vec3d& p, double limit2, Visit visit) const {
     const auto [node, distance2] = stack[--height];
     if (distance2 > limit2) continue;
     if (node >= first_leaf_) {
-      for (const Entry& entry : entries_of(node - first_leaf_)) limit2 = visit(entry);
+      for (const Entry& entry : entries_of(node - first_leaf_)) {
+        if (squared_distance(bounding_box(entry.corners), p) <= limit2) limit2 = visit(entry);
+      }
       continue;
     }
     Waiting near{2 * node, squared_distance(nodes_[2 * node], p)};

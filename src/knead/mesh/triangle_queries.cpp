@@ -48,6 +48,9 @@ int side_of_axis(const Vec3d& a, const Vec3d& b) {
   return b.x > a.x ? 1 : -1;
 }
 
+// Of 0 a number so great that only what contains 0 stays within reach.
+double inverse_of(double x) { return x == 0 ? 1e300 : 1 / x; }
+
 }  // namespace
 
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p) {
@@ -76,7 +79,7 @@ NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3
 }
 
 TriangleRay::TriangleRay(const Vec3d& origin, const Vec3d& direction)
-    : origin_(origin), direction_(direction), inverse_{1 / direction.x, 1 / direction.y, 1 / direction.z} {
+    : origin_(origin), inverse_{inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z)} {
   std::size_t z = 0;
   for (std::size_t k = 1; k < 3; ++k) {
     if (std::abs(direction[k]) > std::abs(direction[z])) z = k;
@@ -109,25 +112,6 @@ std::optional<TriangleRay::Meeting> TriangleRay::meet(const std::array<Vec3d, 3>
   const double sum = u + v + w;
   const double t = sum > 0 ? (u * a.z + v * b.z + w * c.z) / sum : (a.z + b.z + c.z) / 3;
   return Meeting{t, side > 0};
-}
-
-double TriangleRay::entry(const Box& box, double slack) const {
-  const double pad = slack + reach_;
-  double first = 0;
-  double last = kInfinity;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double low = box.min[k] - origin_[k] - pad;
-    const double high = box.max[k] - origin_[k] + pad;
-    if (direction_[k] == 0) {
-      if (low > 0 || high < 0) return kInfinity;
-      continue;
-    }
-    const double enter = (direction_[k] > 0 ? low : high) * inverse_[k];
-    const double leave = (direction_[k] > 0 ? high : low) * inverse_[k];
-    first = std::max(first, enter);
-    last = std::min(last, leave);
-  }
-  return first <= last * (1 + 1e-14) ? first * (1 - 1e-14) : kInfinity;
 }
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // One triangle and a point or a ray (private to this room).
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <optional>
 
@@ -36,14 +37,24 @@ class TriangleRay {
   };
   std::optional<Meeting> meet(const std::array<Vec3d, 3>& corners) const;
 
-  // The least t >= 0 within the box, widened by slack; infinity where there is none.
-  double entry(const Box& box, double slack) const;
+  // The least t >= 0 within the box, widened by slack; infinity where there is none, and for an empty box.
+  double entry(const Box& box, double slack) const {
+    const double pad = slack + reach_;
+    double first = 0;
+    double last = Box::kInfinity;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double low = (box.min[k] - origin_[k] - pad) * inverse_[k];
+      const double high = (box.max[k] - origin_[k] + pad) * inverse_[k];
+      first = std::max(first, inverse_[k] > 0 ? low : high);
+      last = std::min(last, inverse_[k] > 0 ? high : low);
+    }
+    return first <= last * (1 + 1e-14) ? first * (1 - 1e-14) : Box::kInfinity;
+  }
 
  private:
   Vec3d sheared(const Vec3d& p) const;
 
   Vec3d origin_;
-  Vec3d direction_;
   Vec3d inverse_;
   std::array<std::size_t, 3> axes_{};  // which coordinates become x, y and z
   Vec3d shear_;
