@@ -202,7 +202,7 @@ int main() {
   fmt::print(
       "Region field of 10,000 points\n\n| points | m | list | brute force, ns | list, ns | ratio | error of r | of "
       "grad r | making a list, us |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
-  compare({"in a cube, outer 2 spacings", in_cube(10'000), 0.1, 0.01});
+  compare({"in a cube, outer 1 spacing", in_cube(10'000), 0.1, 0.01});
   compare({"on a sphere, outer 3 spacings", on_sphere(10'000), 0.1, 0.01});
   compare({"on a sphere, outer 8 spacings", on_sphere(10'000), 0.3, 0.02});
   fmt::print(
