@@ -11,9 +11,9 @@ namespace knead::tool_detail {
 
 namespace {
 
-constexpr double kSideways = 0.1;   // n.v0 up to that much of |v0|: the face looks sideways or back
-constexpr double kFarFront = 1.5;   // of |v0|
-constexpr int kMostSamples = 1000;  // along an edge
+constexpr double kSideways = 0.1;      // n.v0 up to that much of |v0|: the face looks sideways or back
+constexpr double kFarFront = 1.5;      // of |v0|
+constexpr double kMostSamples = 1000;  // along an edge
 
 // Calls body(i, out) for every i and joins what was appended, in the order of i.
 template <class T, class Body>
@@ -42,19 +42,34 @@ bool may_reach(const Box& box, const std::array<Vec3d, 3>& c) {
   return true;
 }
 
-// Places on the triangle, its corners left out, no farther than spacing from each other.
+// Into how many parts no longer than spacing.
+int parts_of(double length, double spacing) {
+  return static_cast<int>(std::clamp<double>(std::ceil(length / spacing), 1, kMostSamples));
+}
+
+// Places on the triangle, its corners left out, in rows along its longest side: no more of them on a sliver than on a
+// line.
 void sample(const Triangle& t, const std::array<Vec3d, 3>& c, const Box& box, double spacing,
             std::vector<Place>& places) {
-  const double longest = std::sqrt(std::max({norm2(c[1] - c[0]), norm2(c[2] - c[1]), norm2(c[0] - c[2])}));
-  const int n = static_cast<int>(std::min<double>(std::ceil(longest / spacing), kMostSamples));
-  for (int i = 0; i <= n; ++i) {
-    for (int j = 0; i + j <= n; ++j) {
-      if (std::max({i, j, n - i - j}) == n) continue;
-      const double part = 1.0 / n;
-      const double b = part * i;
-      const double a = part * j;
-      const double rest = part * (n - i - j);
-      if (holds(box, c[0] * rest + c[1] * a + c[2] * b)) places.push_back({t, {rest, a, b}});
+  std::size_t i = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (norm2(c[(k + 1) % 3] - c[k]) > norm2(c[(i + 1) % 3] - c[i])) i = k;
+  }
+  const std::size_t j = (i + 1) % 3;
+  const std::size_t apex = (i + 2) % 3;
+  const double longest = norm(c[j] - c[i]);
+  if (longest <= spacing) return;
+  const int rows = parts_of(norm(cross(c[j] - c[i], c[apex] - c[i])) / longest, spacing);
+  for (int row = 0; row < rows; ++row) {
+    const double up = 1.0 * row / rows;
+    const int columns = parts_of(longest * (1 - up), spacing);
+    for (int column = 0; column <= columns; ++column) {
+      if (row == 0 && (column == 0 || column == columns)) continue;
+      Place place{t, {}};
+      place.barycentric[apex] = up;
+      place.barycentric[j] = (1 - up) * column / columns;
+      place.barycentric[i] = (1 - up) * (columns - column) / columns;
+      if (holds(box, c[i] * place.barycentric[i] + c[j] * place.barycentric[j] + c[apex] * up)) places.push_back(place);
     }
   }
 }

@@ -80,7 +80,7 @@ StampStroke ball_from_above() {
   return stroke;
 }
 
-// The bar for a step of outer / 25 = 0.024 is a quarter of it: a place may join a quarter late (method, section 4).
+// A quarter of the step of outer / 25 = 0.024: so late may a place be pushed.
 TEST(Stamp, PushesTheSurfaceOutOfTheTool) {
   Bench bench(sphere(4002));
   const StampResult result = bench.stamp(ball_from_above(), sphere(642));
@@ -165,6 +165,14 @@ TEST(Stamp, LeavesTheDentWhenItRetreats) {
   Bench and_back(sphere(4002));
   and_back.stamp(stroke, sphere(642));
   EXPECT_EQ(there.positions(), and_back.positions());
+}
+
+TEST(Stamp, PushesObliquely) {
+  StampStroke stroke = ball_from_above();
+  stroke.path = {{-0.15, 0, 1.45}, {0, 0, 1.3}};
+  Bench bench(sphere(4002));
+  EXPECT_LT(bench.stamp(stroke, sphere(642)).penetration, 0.006);
+  EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
 }
 
 TEST(Stamp, EndsWhenTold) {
@@ -289,6 +297,19 @@ TEST(Contacts, KnowWhenTheyAreHit) {
   EXPECT_NEAR(first(1.39), 0.8, 0.02);
   EXPECT_NEAR(first(1.36), 0.2, 0.02);
   EXPECT_NEAR(first(1.3), -1, 0.02);
+}
+
+// A ring over the sphere's top: nothing in its hole is a contact, though it lies within the tool's box.
+TEST(Contacts, AreNotMadeByHoles) {
+  Bench bench(sphere(16002));
+  const StampTool ring(make_shape(ShapeKind::torus), scaling(0.3));
+  const auto contacts = find_contacts(ring, bench.surface(), {{0, 0, 1}, {0, 0, -0.02}, 0.03});
+  ASSERT_GT(contacts.size(), 20U);
+  for (const Contact& contact : contacts) {
+    const double from_axis = std::sqrt(contact.point.x * contact.point.x + contact.point.y * contact.point.y);
+    EXPECT_GT(from_axis, 0.3 - 0.09 - 1e-12);
+    EXPECT_LT(from_axis, 0.3 + 0.09 + 1e-12);
+  }
 }
 
 // A face that looks sideways does not push: the tool slides past.
