@@ -238,8 +238,9 @@ void print_time(const std::string& name, Scene scene) {
 
 void print_times() {
   for (Scene scene : {pressed_letter(), pressed_ball()}) {
+    const std::string name = scene.name + ", in 100 steps";
     scene.stroke.step = 0.2201 / 100;
-    print_time(scene.name + ", in 100 steps", std::move(scene));
+    print_time(name, std::move(scene));
   }
 }
 
