@@ -92,7 +92,9 @@ TEST(Guide, ShowsTheExampleOfEveryTool) {
     const std::vector<std::string> lines = lines_of(kRoot / "examples" / "tools" / (tool + ".knead"));
     ASSERT_GE(lines.size(), 2u) << tool;
     for (std::size_t i = 1; i < lines.size(); ++i) {
-      EXPECT_NE(guide.find("    " + lines[i] + "\n"), std::string::npos) << lines[i];
+      // A line that is too long to be read is shown by its beginning.
+      const std::string shown = lines[i].size() > 700 ? lines[i].substr(0, 160) + " ..." : lines[i];
+      EXPECT_NE(guide.find("    " + shown + "\n"), std::string::npos) << shown;
       EXPECT_EQ(json::parse(lines[i])["tool"], tool);
     }
     EXPECT_NE(guide.find("images/guide/" + tool + ".jpg"), std::string::npos) << tool;
