@@ -32,8 +32,6 @@ constexpr std::size_t kQueries = 20'000;
 struct Answer {
   std::uint32_t triangle = 0xffffffffU;
   double value = -1;  // distance, or the ray's t
-
-  friend bool operator==(const Answer&, const Answer&) = default;
 };
 using Answers = std::vector<Answer>;
 
