@@ -36,7 +36,7 @@ struct RayHit {
 // 1e75 in magnitude.
 //
 // Built in about 0.3 us a triangle and refitted in about 0.03. Among 20,000 triangles a query near the surface takes
-// some 4 us for a ray and 12 us for a nearest point, twice that among 200,000 (docs/decisions/0008).
+// some 3 us for a ray and 8 us for a nearest point, twice that among 200,000 (docs/decisions/0008).
 // Memory: about 150 bytes a triangle. Safe to ask from many threads at once.
 class SurfaceTree {
  public:
