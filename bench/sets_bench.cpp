@@ -33,8 +33,8 @@ double seconds_of(clockid_t clock, const std::function<void()>& work) {
 }
 
 double median_seconds(const std::function<void()>& work, int repetitions) {
-  std::vector<double> times;
-  for (int i = 0; i < repetitions; ++i) times.push_back(seconds_of(CLOCK_PROCESS_CPUTIME_ID, work));
+  std::vector<double> times(static_cast<std::size_t>(repetitions));
+  for (double& time : times) time = seconds_of(CLOCK_PROCESS_CPUTIME_ID, work);
   std::nth_element(times.begin(), times.begin() + repetitions / 2, times.end());
   return times[static_cast<std::size_t>(repetitions / 2)];
 }
@@ -161,11 +161,13 @@ PointSet<double> on_sphere(int count) {
 Flow stamping_flow(int contacts, int segments) {
   constexpr double kStep = 0.0005;
   const int side = static_cast<int>(std::lround(std::sqrt(contacts)));
+  const int rows = (contacts + side - 1) / side;
   PointSet<double> set;
   set.exponent = 16;
   for (int i = 0; i < contacts; ++i) {
-    const double x = 0.8 * ((i % side + 0.5) / side - 0.5);
-    const double y = 0.8 * ((i / side + 0.5) / ((contacts + side - 1) / side) - 0.5);
+    const int row = i / side;
+    const double x = 0.8 * ((i - row * side + 0.5) / side - 0.5);
+    const double y = 0.8 * ((row + 0.5) / rows - 0.5);
     set.points.push_back({x, y, 0});
   }
   Flow flow;

@@ -57,8 +57,8 @@ AdvectResult advect_with(const Kernel& kernel, const Segment& segment, std::span
     if constexpr (kOfSets) {
       grouped = !segment.cylinder && line.may_go_a_short_way();
       if (grouped) {
-        const std::vector<std::size_t> rest =
-            go_short_ways(kernel, segment, line, points, {begin, end}, options.steps, sum);
+        const ShortWayTask<S> task{kernel, segment, line, points, options.steps};
+        const std::vector<std::size_t> rest = go_short_ways(task, begin, end, sum);
         for (std::size_t k = 0; k < rest.size() && sum.complete; ++k) move(rest[k]);
       }
     }

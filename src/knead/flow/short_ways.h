@@ -115,23 +115,51 @@ std::array<std::optional<Vec3d>, kPlaces> short_ways(const SetCell<S>& cell, con
   return result;
 }
 
-struct IndexRange {
-  std::size_t begin = 0;
-  std::size_t end = 0;
+// What a chunk of path lines is about.
+template <class S>
+struct ShortWayTask {
+  const SetCells<S>& cells;
+  const Segment& segment;
+  const PathLine<S, SetCells<S>>& line;
+  std::span<Vec3d> points;
+  std::span<std::uint32_t> steps;  // empty, or one per point
 };
 
-// Moves those of the points that never meet a tool, or that begin inside and go a short way; returns the others.
+// The points of the indices that begin the segment in the cell; those that do not go a short way are added to `rest`.
 template <class S>
-std::vector<std::size_t> go_short_ways(const SetCells<S>& cells, const Segment& segment,
-                                       const PathLine<S, SetCells<S>>& line, std::span<Vec3d> points, IndexRange range,
-                                       std::span<std::uint32_t> steps, PathLineStats& stats) {
+void go_short_ways(const ShortWayTask<S>& task, const SetCell<S>& cell, std::span<const std::size_t> indices,
+                   PathLineStats& stats, std::vector<std::size_t>& rest) {
+  for (std::size_t first = 0; first < indices.size(); first += kPlaces) {
+    const auto own = indices.subspan(first, std::min(kPlaces, indices.size() - first));
+    std::array<Vec3d, kPlaces> x0;
+    for (std::size_t k = 0; k < kPlaces; ++k) x0[k] = task.points[own[k < own.size() ? k : 0]];
+    const auto by = short_ways(cell, task.segment, task.line, x0);
+    stats.evaluations += 2 * own.size();
+    for (std::size_t k = 0; k < own.size(); ++k) {
+      if (!by[k]) {
+        rest.push_back(own[k]);
+        continue;
+      }
+      if (*by[k] != Vec3d{}) task.points[own[k]] += *by[k];
+      if (!task.steps.empty()) ++task.steps[own[k]];
+      ++stats.accepted;
+    }
+  }
+}
+
+// Moves those of the points from `begin` to `end` that begin inside and go a short way. Returns the others but for
+// those that no tool meets.
+template <class S>
+std::vector<std::size_t> go_short_ways(const ShortWayTask<S>& task, std::size_t begin, std::size_t end,
+                                       PathLineStats& stats) {
   std::vector<std::size_t> rest;
-  CellGroups groups(cells.cell_count());
-  for (std::size_t i = range.begin; i < range.end; ++i) {
+  CellGroups groups(task.cells.cell_count());
+  for (std::size_t i = begin; i < end; ++i) {
     typename SetCells<S>::Place place{};
-    const std::optional<double> contact = cells.next_contact(place, segment, points[i], segment.begin);
+    const double t = task.segment.begin;
+    const std::optional<double> contact = task.cells.next_contact(place, task.segment, task.points[i], t);
     if (!contact) continue;
-    if (*contact == segment.begin && takes_several(*place)) {
+    if (*contact == t && takes_several(*place)) {
       groups.add(place->index, i);
     } else {
       rest.push_back(i);
@@ -140,23 +168,7 @@ std::vector<std::size_t> go_short_ways(const SetCells<S>& cells, const Segment& 
   std::vector<std::size_t> own;
   for (const int index : groups.used()) {
     groups.indices_of(index, own);
-    for (std::size_t first = 0; first < own.size(); first += kPlaces) {
-      const std::size_t count = std::min(kPlaces, own.size() - first);
-      std::array<Vec3d, kPlaces> x0;
-      for (std::size_t k = 0; k < kPlaces; ++k) x0[k] = points[own[first + (k < count ? k : 0)]];
-      const auto by = short_ways(cells.cell(index), segment, line, x0);
-      stats.evaluations += 2 * count;
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t i = own[first + k];
-        if (!by[k]) {
-          rest.push_back(i);
-          continue;
-        }
-        if (*by[k] != Vec3d{}) points[i] += *by[k];
-        if (!steps.empty()) ++steps[i];
-        ++stats.accepted;
-      }
-    }
+    go_short_ways<S>(task, task.cells.cell(index), own, stats, rest);
   }
   return rest;
 }
