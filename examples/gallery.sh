@@ -207,6 +207,7 @@ bend_figures() {
 
 session_figures() {
   title "Figure 17: shapes from a sphere"
+  printf 'The legs are drawn out of so few triangles that these cross and lose volume: a case for remeshing.\n\n' >>"$page"
   figure fig17_spider --until 0,8,35 --tools none --size 1320x380 --view 35,30
   figure fig17_monster --until 0,5,14 --tools none --size 1320x440 --view 25,10
   title "Figure 18: before remeshing"
