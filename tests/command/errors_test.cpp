@@ -99,7 +99,7 @@ TEST_F(ErrorsTest, NoGpuBackend) {
 
 TEST_F(ErrorsTest, LaterSubcommandsAreUnknown) {
   const std::string help = knead_ok({"--help"});
-  for (const std::string name : {"remesh", "bench", "studio"}) {
+  for (const std::string name : {"remesh", "studio"}) {
     expect_error(knead({name, "a.ply"}), 2, "no command '" + name + "'");
     EXPECT_EQ(help.find("\n  " + name), std::string::npos) << help;
   }
