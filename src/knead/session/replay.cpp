@@ -101,6 +101,7 @@ class Replayer {
   ReplayResult run() {
     companions_ = companions_of(mesh_.positions, options_.normals, kCompanionReach * diagonal_);
     shape_ = {mesh_.positions, companions_.points, std::vector<std::uint32_t>(mesh_.positions.size(), 0), {}};
+    if (!reads_own_surface()) shadow_ = shape_;
     describe_plan();
     std::uint64_t work = 0;
     for (const Task& task : plan_.tasks) {
@@ -117,6 +118,25 @@ class Replayer {
   std::size_t points() const { return shape_.positions.size() + shape_.companions.size(); }
 
   bool is_done() const { return result_.status == AdvectStatus::done; }
+
+  // What a stroke reads does not depend on how accurately the result is asked for, so that a session means the same,
+  // and resolves to the same, at every accuracy. Where that is not the default a shadow of the shape goes along that
+  // has it.
+  bool reads_own_surface() const {
+    const ReplayOptions usual;
+    const bool is_usual = options_.tolerance == usual.tolerance && options_.integrator == usual.integrator &&
+                          options_.precision == usual.precision;
+    return is_usual || options_.inverse ||
+           std::none_of(plan_.strokes.begin(), plan_.strokes.end(),
+                        [](const PlannedStroke& stroke) { return reads_surface(stroke.source->stroke); });
+  }
+
+  MoveOptions shadow_move() const {
+    ReplayOptions usual;
+    usual.threads = options_.threads;
+    usual.progress = options_.progress;
+    return move_options(usual, diagonal_);
+  }
 
   void describe_plan() {
     if (options_.precision == Precision::float32 && options_.tolerance < kFloatNoise) {
@@ -172,7 +192,8 @@ class Replayer {
 
   // Does the whole stroke ahead of the shape, for the segments that it becomes.
   void resolve(PlannedStroke& stroke) {
-    MovedShape ahead = shape_;
+    MovedShape ahead = shadow_ ? *shadow_ : shape_;
+    const MoveOptions move_ahead = shadow_ ? shadow_move() : move_;
     std::vector<SessionStroke>& resolved = result_.resolved;
     LiveSurface surface;
     surface.positions = ahead.positions;
@@ -184,7 +205,7 @@ class Replayer {
       Flow flow = flow_of(part);
       stroke.barrel = barrel_of(part);
       append(part, stroke.source->line, resolved);
-      if (!stroke.barrel) move(flow, move_, ahead);  // else after its check
+      if (!stroke.barrel) move(flow, move_ahead, ahead);  // else after its check
       std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
       return ahead.counts.status == AdvectStatus::done;
     };
@@ -198,7 +219,8 @@ class Replayer {
     }
     for (const std::string& remark : remarks) warn(stroke, remark);
     shape_.counts.status = ahead.counts.status;
-    if (!stroke.barrel) ahead_ = std::move(ahead);
+    if (stroke.barrel) return;
+    (shadow_ ? shadow_ : ahead_) = std::move(ahead);
   }
 
   void check_barrel_of(const PlannedStroke& stroke) {
@@ -284,6 +306,8 @@ class Replayer {
     result_.segments += static_cast<std::size_t>(std::ceil(stroke.segments()));
     ahead_.reset();
     taken_back_.reset();
+    const bool shadow_is_behind = stroke.barrel || !reads_surface(stroke.source->stroke);
+    if (shadow_ && shadow_is_behind) move(stroke.flow, shadow_move(), *shadow_);
     if (options_.inverse) {
       check_barrel_of(stroke);
     } else if (!reads_surface(stroke.source->stroke)) {
@@ -300,8 +324,9 @@ class Replayer {
   NormalCompanions companions_;
   std::vector<Triangle> triangles_;
   MovedShape shape_;
-  double at_ = 0;                    // where the shape is within the stroke, in segments
-  std::optional<MovedShape> ahead_;  // after the whole of the stroke, where that is known
+  double at_ = 0;                     // where the shape is within the stroke, in segments
+  std::optional<MovedShape> shadow_;  // the shape at the default accuracy, where strokes read that
+  std::optional<MovedShape> ahead_;   // after the whole of the stroke, where that is known
   std::optional<TakenBack> taken_back_;
   int frame_ = 0;
   ReplayResult result_;

@@ -50,6 +50,8 @@ struct ReplayResult {
 // Applies the session to the mesh's vertices; the mesh itself stays as it is. The result depends on nothing but the
 // vertices and the options other than threads, progress and frames, to the bit; the last frame is the result, and every
 // frame is what `until` that moment gives. With `inverse`, `until` says which part of the session is taken back.
+// Strokes that read the surface read it as it is at the default tolerance, integrator and precision, whatever the
+// options: `resolved` does not depend on these, and repeats the result to the bit.
 // Normals are accurate to about 1e-5, which costs four further path lines in double precision for each.
 // Throws InvalidInput for options out of range (before anything is done), and, naming the session's line, for a stroke
 // whose barrel cuts triangles of the shape as it is when the stroke begins, perhaps after frames were delivered.

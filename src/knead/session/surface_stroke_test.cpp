@@ -80,7 +80,7 @@ TEST_F(SurfaceStroke, ResolvedReplaysToTheSameBits) {
       options.precision = precision;
       const ReplayResult result = replay(mesh, session(kind), options);
       ASSERT_EQ(result.status, AdvectStatus::done) << kind;
-      const Session resolved = resolved_of(mesh, session(kind), options);
+      const Session resolved = resolved_of(mesh, session(kind));  // whatever the precision
       const ReplayResult again = replay(mesh, resolved, options);
       EXPECT_TRUE(again.positions == result.positions) << kind;
       EXPECT_TRUE(again.steps == result.steps) << kind;
