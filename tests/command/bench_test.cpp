@@ -36,9 +36,7 @@ TEST_F(BenchTest, OfAMeshHasEveryKey) {
   EXPECT_LT(row.at("reference_max_error").get<double>(), 1e-5);
 }
 
-TEST_F(BenchTest, RefusesWhatItCannotRead) {
-  EXPECT_EQ(knead({"bench", "--mesh", "absent.ply"}).exit_code, 3);
-}
+TEST_F(BenchTest, RefusesWhatItCannotRead) { EXPECT_EQ(knead({"bench", "--mesh", "absent.ply"}).exit_code, 3); }
 
 }  // namespace
 }  // namespace knead::command_test
