@@ -20,7 +20,7 @@ struct Counted {
   friend Counted operator-(const Counted& a) { return Counted(-a.v); }
   friend Counted operator*(const Counted& a, const Counted& b) { return count(a.v * b.v); }
   friend Counted operator/(const Counted& a, const Counted& b) { return count(a.v / b.v); }
-  friend bool operator==(const Counted& a, const Counted& b) { return a.v == b.v; }
+  friend constexpr bool operator==(const Counted& a, const Counted& b) { return a.v == b.v; }
   friend bool operator<(const Counted& a, const Counted& b) { return a.v < b.v; }
   friend bool operator>(const Counted& a, const Counted& b) { return a.v > b.v; }
   friend bool operator>=(const Counted& a, const Counted& b) { return a.v >= b.v; }
