@@ -44,7 +44,11 @@ std::vector<BenchScene> tool_scenes(const std::string& name, const std::vector<V
   capsule.region = ImplicitRegion::capsule;
   capsule.half_axis = Vec3d{0, 0.1, 0.1} * d;
   PointsStroke set;
-  for (int i = 0; i < 8; ++i) set.points.push_back(c + Vec3d{i % 2 - 0.5, i / 2 % 2 - 0.5, i / 4 - 0.5} * (0.2 * d));
+  for (const double dx : {-0.1, 0.1}) {
+    for (const double dy : {-0.1, 0.1}) {
+      for (const double dz : {-0.1, 0.1}) set.points.push_back(c + Vec3d{dx, dy, dz} * d);
+    }
+  }
   set.outer = 0.8 * d;
   set.displacements = {x * (0.05 * d), y * (0.05 * d)};
   const std::vector<std::pair<std::string, Stroke>> strokes{
