@@ -8,17 +8,13 @@
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
 #include "knead/tool/placement.h"
+#include "support/surface.h"
 #include "support/test_meshes.h"
 
 namespace knead {
 namespace {
 
-struct Surface {
-  explicit Surface(const Mesh& mesh) : positions(mesh.positions), triangles(triangulate(mesh)) {}
-
-  std::vector<Vec3d> positions;
-  std::vector<Triangle> triangles;
-};
+using test::Surface;
 
 BendStroke bend_at(const LimbProposal& limb, const Vec3d& axis, double angle_deg) {
   BendStroke stroke{limb.center, axis, limb.normal, angle_deg, Thresholds<double>{limb.inner, limb.outer}};

@@ -10,16 +10,12 @@
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
 #include "support/random_fields.h"
+#include "support/surface.h"
 
 namespace knead {
 namespace {
 
-struct Surface {
-  explicit Surface(const Mesh& mesh) : positions(mesh.positions), triangles(triangulate(mesh)) {}
-
-  std::vector<Vec3d> positions;
-  std::vector<Triangle> triangles;
-};
+using test::Surface;
 
 const Surface& hand() {
   static const Surface surface(make_shape(ShapeKind::hand, 8000));
