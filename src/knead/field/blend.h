@@ -1,6 +1,8 @@
 // The blend between inner and outer region (paper, Eq. 5), as the weight w = (1 - b)^2 that the evaluation uses.
 #pragma once
 
+#include <limits>
+
 #include "knead/math/scalar.h"
 
 namespace knead {
@@ -24,17 +26,17 @@ struct Weight {
   T derivative{};  // dw/dr, exactly 0 in both
 };
 
-// w = (1 - b(s))^2 with b = 4 s^3 - 3 s^4 and s = clamp((r - inner) / (outer - inner), 0, 1), and dw/dr. 1 - b is
-// evaluated as (1 - s)^2 (1 + 2 s + 3 s^2), which does not cancel near s = 1.
+// w = (1 - b(s))^2 with b = 4 s^3 - 3 s^4 and s = clamp((r - inner) / (outer - inner), 0, 1), and dw/dr. In terms of
+// the rest q = 1 - s: 1 - b = q^2 (6 - 8 q + 3 q^2), which does not cancel near s = 1. The factor of q is rounded up, so
+// that q is exactly 1 wherever r <= inner.
 template <class T, class S>
 Weight<T> blend_weight(const T& r, const Thresholds<S>& thresholds) {
-  const S width = thresholds.outer - thresholds.inner;
-  T s = (r - T(thresholds.inner)) / T(width);
-  s = minimum(maximum(s, T(0)), T(1));
-  const T rest = T(1) - s;
-  const T complement = rest * rest * (T(1) + s * (T(2) + T(3) * s));
-  const T slope = T(12) * s * s * rest;
-  return {complement * complement, T(-2) * complement * slope / T(width)};
+  const S up = S(1) + S(4) * std::numeric_limits<S>::epsilon();
+  const S inverse = up / (thresholds.outer - thresholds.inner);
+  const T rest = minimum(maximum((T(thresholds.outer) - r) * T(inverse), T(0)), T(1));
+  const T s = T(1) - rest;
+  const T complement = rest * rest * mul_add(rest, mul_add(T(3), rest, T(-8)), T(6));
+  return {complement * complement, complement * (s * s * rest) * T(S(-24) * inverse)};
 }
 
 }  // namespace knead

@@ -4,6 +4,9 @@
 // where r >= outer. A field is data; positions that it is evaluated at are relative to its centre.
 #pragma once
 
+#include <cmath>
+#include <limits>
+#include <type_traits>
 #include <variant>
 
 #include "knead/field/blend.h"
@@ -27,7 +30,27 @@ template <class T, class M, class S>
 Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Thresholds<S>& thresholds, const Vec3<T>& d) {
   const Weight<T> w = blend_weight(r.value, thresholds);
   const MotionValue<T> inner = evaluate(motion, d);
-  return inner.velocity * w.value + cross(r.gradient, inner.potential) * w.derivative;
+  return mul_add(inner.velocity, w.value, cross(r.gradient, inner.potential) * w.derivative);
+}
+
+// The same where r = |d|, so that grad r x A = d x A / r, and for a translation d x (u x d) = u |d|^2 - d (u.d).
+template <class T, class M, class S>
+Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>& thresholds, const Vec3<T>& d,
+                 const T& /*t*/) {
+  using std::sqrt;
+  const T square = norm2(d);
+  const T r = sqrt(square);
+  const Weight<T> w = blend_weight(r, thresholds);
+  const T pull = w.derivative / maximum(r, T(std::numeric_limits<S>::min()));
+  if constexpr (std::is_same_v<M, Translation<S>>) {
+    if (motion.gauge == S(1)) {
+      const Vec3<T> u(motion.velocity);
+      const T half = pull * T(S(0.5));
+      return neg_mul_add(d, half * dot(u, d), u * mul_add(half, square, w.value));
+    }
+  }
+  const MotionValue<T> inner = evaluate(motion, d);
+  return mul_add(cross(d, inner.potential), pull, inner.velocity * w.value);
 }
 
 template <class T, class M, class R, class S>

@@ -188,7 +188,7 @@ TEST(Velocity, OfACustomRegionAndMotionIsThatOfTheBuiltInOnes) {
   Random random(27);
   for (int i = 0; i < 100; ++i) {
     const Vec3d d = random.in_box(1);
-    EXPECT_EQ(velocity(custom, d), velocity(built_in, d));
+    EXPECT_LT(norm(velocity(custom, d) - velocity(built_in, d)), 2e-15);  // a ball's own form rounds otherwise
   }
 }
 

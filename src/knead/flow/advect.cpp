@@ -1,6 +1,8 @@
 #include "knead/flow/advect.h"
 
-#include "knead/flow/advect_segment.h"
+#include <vector>
+
+#include "knead/flow/block_mover.h"
 #include "knead/math/error.h"
 
 namespace knead {
@@ -13,18 +15,38 @@ AdvectResult& AdvectResult::operator+=(const AdvectResult& other) {
   return *this;
 }
 
-AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+namespace {
+
+// Fewer segments than this are not worth sorting the points for.
+constexpr std::size_t kSegmentsWorthSorting = 4;
+
+void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(flow);
   if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a positive length");
-  if (!options.steps.empty() && options.steps.size() != points.size()) {
+  if (!options.steps.empty() && options.steps.size() != points) {
     throw InvalidInput("steps must be empty or hold one number per point");
   }
-  AdvectResult result;
-  for (const Segment& segment : flow.segments) {
-    result += options.precision == Precision::float32 ? detail::advect_segment<float>(segment, points, options)
-                                                      : detail::advect_segment<double>(segment, points, options);
-    if (result.status != AdvectStatus::done) break;
+}
+
+}  // namespace
+
+AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : points.steps();
+  const AdvectResult result = detail::BlockMover(points, options).run(flow);
+  if (!options.steps.empty()) {
+    const std::vector<std::uint32_t> after = points.steps();
+    for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
   }
+  return result;
+}
+
+AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
+  PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
+  const AdvectResult result = advect(flow, blocks, options);
+  blocks.update(points);
   return result;
 }
 

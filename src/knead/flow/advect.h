@@ -6,6 +6,7 @@
 #include <span>
 #include <string_view>
 
+#include "knead/flow/point_blocks.h"
 #include "knead/flow/segment.h"
 #include "knead/flow/tableau.h"
 
@@ -48,5 +49,9 @@ struct AdvectResult {
 // `cancelled` and `step_limit` (a path line needed over a million steps, for instance because it runs to infinity far
 // out in a bend's slab) the points are left part-way: keep a copy.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
+
+// The same for points that are moved again and again: what a tool does not reach costs a test for each group of
+// thousands of points.
+AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
 
 }  // namespace knead

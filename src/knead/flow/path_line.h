@@ -11,7 +11,7 @@
 
 #include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
-#include "knead/flow/segment.h"
+#include "knead/flow/segment_mover.h"
 #include "knead/flow/single_field.h"
 #include "knead/flow/tableau.h"
 #include "knead/math/scalar.h"
@@ -113,19 +113,10 @@ class PathLine {
         coefficients_(coefficients),
         tolerance_(static_cast<S>(kSafety * tolerance)),
         direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
-    double reach = std::numeric_limits<double>::infinity();
-    for (const Field& field : segment.fields) {
-      if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
-      const bool capsule = std::holds_alternative<Capsule<double>>(field.region);
-      reach = std::min(reach, (capsule ? kCapsuleReach : kReach) * (field.thresholds.outer - field.thresholds.inner));
-    }
-    reach_ = static_cast<S>(reach);
+    reach_ = static_cast<S>(reach_of_step(segment));
     if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
     tool_speed_ = norm(tool_velocity_);
-    const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
-    const bool marked = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // has no rigid core
-    carries_ = segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
-               motion->velocity == segment.displacement && !marked;
+    carries_ = carries(segment);
   }
 
   // The displacement over the segment of the point that is at x0 at its beginning.
@@ -157,15 +148,8 @@ class PathLine {
     return static_cast<S>(std::abs(segment_.end - segment_.begin)) * speed / reach_;
   }
 
-  // How much of the intermediate region's width a step may pass. The gradient of a capsule's v jumps on the planes
-  // through its ends, which an estimate misses where a step's last stages alone are beyond one.
-  static constexpr double kReach = 0.16;
-  static constexpr double kCapsuleReach = 0.06;
   // Between marked sets nothing is out of an estimate's sight, for there v is nowhere 0 over a length.
   static constexpr double kLocalReach = 0.3;
-  // The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small
-  // where v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
-  static constexpr double kSafety = 0.02;
   // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no
   // step size mends.
   static constexpr S kShortest = std::is_same_v<S, float> ? S(1.0 / 16) : S(1e-7);
@@ -234,8 +218,8 @@ class PathLine {
     return sum;
   }
 
-  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than kReach or
-  // kCapsuleReach of the intermediate region's width, or kLocalReach of that at the place.
+  // The longest step that jumps over nothing: neither the point nor the region passes the other by more than the
+  // segment's reach, or kLocalReach of the intermediate region's width at the place.
   S longest_step(double t) const {
     const S hidden = kernel_.hidden_speed(place_, x0_, moved_, t);
     const S speed = std::max(norm(k_[0] - tool_velocity_), tool_speed_) + hidden;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "knead/flow/culling.h"
+
 namespace knead::detail {
 
 namespace {
@@ -27,8 +29,6 @@ constexpr double kRounding = 1e-4;
 // w' = -24 s^2 (1-s)^3 (1 + 2s + 3s^2) and w'', by (outer - inner) and its square, are at most so much from s on.
 double greatest_slope(double s) { return std::min(2.1, 144 * (1 - s) * (1 - s) * (1 - s)); }
 double greatest_curvature(double s) { return std::min(7.0, 432 * (1 - s) * (1 - s)); }
-
-double root_of(double value, int m) { return 1 / inverse_root(value, m); }
 
 // How r_k of a curve at least grows with the true distance from it, compared with a point's.
 double power_of_growth(double ratio, bool curves) { return curves ? ratio * std::sqrt(std::sqrt(ratio)) : ratio; }
@@ -106,13 +106,10 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
             0,
             field.thresholds.outer,
             PointTree(listed ? set.points : std::vector<Vec3d>{})};
-  double copies = static_cast<double>(set.points.size());  // r >= copies^(-1/m) times the true distance
   for (const auto& curve : set.curves) {
     for (const Vec3d& p : curve) part.box.extend(p);
-    const double root = std::sqrt(std::sqrt(static_cast<double>(curve.size() - 1)));
-    copies += integer_power(root, set.exponent);
   }
-  part.reach = part.outer * root_of(copies, set.exponent) * (1 + kRounding);
+  part.reach = support_reach(set, part.outer) * (1 + kRounding);
   part.error = error / (norm(motion.velocity) * duration_);
   return part;
 }

@@ -12,6 +12,21 @@ constexpr T select(bool mask, T a, T b) {
   return mask ? a : b;
 }
 
+// a b + c, a b - c and c - a b. Packs round once, as the fused multiply-adds of the machines that have them; all other
+// types twice.
+template <class T>
+constexpr T mul_add(const T& a, const T& b, const T& c) {
+  return a * b + c;
+}
+template <class T>
+constexpr T mul_sub(const T& a, const T& b, const T& c) {
+  return a * b - c;
+}
+template <class T>
+constexpr T neg_mul_add(const T& a, const T& b, const T& c) {
+  return c - a * b;
+}
+
 template <class T>
 constexpr T minimum(const T& a, const T& b) {
   return select(b < a, b, a);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "knead/math/scalar.h"
+
 namespace knead {
 
 template <class T>
@@ -40,12 +42,24 @@ using Vec3f = Vec3<float>;
 
 template <class T>
 constexpr T dot(const Vec3<T>& a, const Vec3<T>& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
+  return mul_add(a.z, b.z, mul_add(a.y, b.y, a.x * b.x));
 }
 
 template <class T>
 constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  return {mul_sub(a.y, b.z, a.z * b.y), mul_sub(a.z, b.x, a.x * b.z), mul_sub(a.x, b.y, a.y * b.x)};
+}
+
+// a s + b.
+template <class T>
+constexpr Vec3<T> mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
+  return {mul_add(a.x, s, b.x), mul_add(a.y, s, b.y), mul_add(a.z, s, b.z)};
+}
+
+// b - a s.
+template <class T>
+constexpr Vec3<T> neg_mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
+  return {neg_mul_add(a.x, s, b.x), neg_mul_add(a.y, s, b.y), neg_mul_add(a.z, s, b.z)};
 }
 
 template <class T>

@@ -4,7 +4,7 @@
 #include <bit>
 #include <limits>
 
-#include "knead/mesh/morton.h"
+#include "knead/math/morton.h"
 
 namespace knead {
 namespace {

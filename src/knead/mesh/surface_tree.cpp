@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "knead/mesh/morton.h"
+#include "knead/math/morton.h"
 #include "knead/mesh/triangle_queries.h"
 
 namespace knead {

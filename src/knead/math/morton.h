@@ -1,4 +1,4 @@
-// The order of points along a space-filling curve (private to this room).
+// The order of points along a space-filling curve.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "knead/mesh/morton.h"
+#include "knead/math/morton.h"
 
 namespace knead {
 namespace {

@@ -1,7 +1,0 @@
-#include "knead/flow/advect_segment.h"
-
-namespace knead::detail {
-
-template AdvectResult advect_segment<double>(const Segment&, std::span<Vec3d>, const AdvectOptions&);
-
-}  // namespace knead::detail

@@ -1,0 +1,53 @@
+// Moves points in blocks through a flow. Internal to the flow room.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include "knead/flow/advect.h"
+#include "knead/flow/culling.h"
+#include "knead/flow/point_blocks.h"
+#include "knead/flow/segment_mover.h"
+
+namespace knead::detail {
+
+// A segment made ready for being asked of many groups.
+struct ReadySegment {
+  const Segment* segment = nullptr;
+  Culling culling;
+  SegmentMover move;
+  // Of a cylinder whose members are to be known at t = 0, from where they are at the segment's beginning.
+  std::unique_ptr<const Segment> to_start;
+  SegmentMover move_to_start;
+
+  ReadySegment(const Segment& segment, const AdvectOptions& options);
+};
+
+class BlockMover {
+ public:
+  BlockMover(PointBlocks& blocks, const AdvectOptions& options) : blocks_(blocks), options_(options) {}
+
+  AdvectResult run(const Flow& flow);
+
+ private:
+  // What one thread needs for a group.
+  struct Work;
+
+  void run(const std::vector<ReadySegment>& segments);
+  std::vector<std::size_t> groups_reached(const std::vector<ReadySegment>& segments) const;
+  void move_group(const std::vector<ReadySegment>& segments, std::size_t group);
+  void move_group(const ReadySegment& segment, Work& work);
+  bool is_missed(const ReadySegment& segment, std::size_t block);
+  void choose_members(const ReadySegment& segment, Work& work) const;
+  bool is_stopped() const;
+
+  PointBlocks& blocks_;
+  const AdvectOptions& options_;
+  std::atomic<std::uint64_t> accepted_{0};
+  std::atomic<std::uint64_t> rejected_{0};
+  std::atomic<std::uint64_t> evaluations_{0};
+  std::atomic<bool> complete_{true};
+};
+
+}  // namespace knead::detail

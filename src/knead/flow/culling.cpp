@@ -1,0 +1,120 @@
+#include "knead/flow/culling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "knead/math/box.h"
+
+namespace knead::detail {
+
+namespace {
+
+// Bounds are computed with rounding of their own.
+constexpr double kRounding = 1e-9;
+
+double distance_to_segment(const Vec3d& x, const Vec3d& a, const Vec3d& b) {
+  const Vec3d e = b - a;
+  const double length2 = norm2(e);
+  const double s = length2 > 0 ? std::clamp(dot(x - a, e) / length2, 0.0, 1.0) : 0.0;
+  return norm(x - a - e * s);
+}
+
+}  // namespace
+
+double support_reach(const PointSet<double>& set, double outer) {
+  double copies = static_cast<double>(set.points.size());  // r >= copies^(-1/m) times the true distance
+  for (const auto& curve : set.curves) {
+    copies += integer_power(std::sqrt(std::sqrt(static_cast<double>(curve.size() - 1))), set.exponent);
+  }
+  return outer / inverse_root(copies, set.exponent);
+}
+
+Surround surround_of(const PointSet<double>& set) {
+  Box box = bounding_box(set.points);
+  for (const auto& curve : set.curves) {
+    for (const Vec3d& p : curve) box.extend(p);
+  }
+  return {box.center(), 0.5 * box.diagonal()};
+}
+
+// Less than r anywhere in the ball during the sweep.
+double Culling::least_value(const Ball<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
+  return distance_to_segment(ball.center, sweep.from, sweep.to) - ball.radius;
+}
+
+double Culling::least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_way;
+}
+
+double Culling::least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  const double lever = region.turn_angle == 0 ? 0 : norm(cross(region.turn_axis, d)) + ball.radius;
+  const double turned = std::abs(region.turn_angle) * sweep.half_time * lever;
+  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_way - turned;
+}
+
+double Culling::least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_way) -
+         region.speed * sweep.half_time;
+}
+
+// Not r, but as much above outer as the ball is away from the support.
+double Culling::least_value(const PointSet<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - sweep.elements.center;
+  const double away = distance_to_segment(d, sweep.from, sweep.to) - sweep.elements.radius - sweep.reach;
+  return sweep.field->thresholds.outer + away - ball.radius;
+}
+
+// Marked regions reach everywhere.
+double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sweep*/, const Surround& /*ball*/) {
+  return -std::numeric_limits<double>::infinity();
+}
+
+Culling::Culling(const Segment& segment) {
+  const bool blended = segment.time_law == TimeLaw::blended;  // both of its ends are there all the time
+  const double begin = blended ? 0 : segment.begin;
+  const double end = blended ? 1 : segment.end;
+  for (const Field& field : segment.fields) {
+    Sweep sweep;
+    sweep.field = &field;
+    sweep.from = field.center + segment.displacement * begin;
+    sweep.to = field.center + segment.displacement * end;
+    sweep.begin = begin;
+    sweep.middle = 0.5 * (begin + end);
+    sweep.half_time = 0.5 * std::abs(end - begin);
+    sweep.half_way = norm(segment.displacement) * sweep.half_time;
+    if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+      sweep.elements = surround_of(*set);
+      sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);
+    }
+    sweeps_.push_back(sweep);
+  }
+}
+
+bool Culling::misses(const Sweep& sweep, const Surround& ball) const {
+  const Field& field = *sweep.field;
+  const double outer = field.thresholds.outer;
+  const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
+  return least > outer + kRounding * (std::abs(outer) + norm(ball.center - field.center) + ball.radius);
+}
+
+bool Culling::covers(const Surround& ball) const {
+  const auto covered = [&](const Sweep& sweep) {
+    const bool is_distance = std::holds_alternative<Ball<double>>(sweep.field->region) ||
+                             std::holds_alternative<Capsule<double>>(sweep.field->region) ||
+                             std::holds_alternative<HalfSpace<double>>(sweep.field->region);
+    if (!is_distance) return false;
+    const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
+    return at_center + ball.radius < sweep.field->thresholds.outer;
+  };
+  return std::any_of(sweeps_.begin(), sweeps_.end(), covered);
+}
+
+bool Culling::misses(const Surround& ball) const {
+  return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return misses(sweep, ball); });
+}
+
+}  // namespace knead::detail

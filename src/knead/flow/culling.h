@@ -1,0 +1,59 @@
+// Which points a segment can reach, for whole boxes of them. Internal to the flow room.
+#pragma once
+
+#include <vector>
+
+#include "knead/flow/segment.h"
+
+namespace knead::detail {
+
+// The ball around a box of points.
+struct Surround {
+  Vec3d center;
+  double radius = 0;
+};
+
+// Beyond this true distance from every element of the set, r >= outer.
+double support_reach(const PointSet<double>& set, double outer);
+
+// The ball around the points and curves of a set, relative to its field's centre.
+Surround surround_of(const PointSet<double>& set);
+
+// What a segment's fields can reach. The segment must outlive it.
+class Culling {
+ public:
+  explicit Culling(const Segment& segment);
+
+  // Whether no resting point of the ball is in the support of a field at any time of the segment. May be false although
+  // it is true, where the tool passes near.
+  bool misses(const Surround& ball) const;
+
+  // Whether every point of the ball is inside at the segment's beginning, as far as is easily known.
+  bool covers(const Surround& ball) const;
+
+ private:
+  // The way of a field's centre, and bounds for what happens on it.
+  struct Sweep {
+    const Field* field = nullptr;
+    Vec3d from;
+    Vec3d to;
+    double begin = 0;     // of the time
+    double middle = 0.5;
+    double half_time = 0;
+    double half_way = 0;
+    Surround elements;  // of a point set
+    double reach = 0;   // of it
+  };
+
+  bool misses(const Sweep& sweep, const Surround& ball) const;
+  static double least_value(const Ball<double>& region, const Sweep& sweep, const Surround& ball);
+  static double least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball);
+  static double least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball);
+  static double least_value(const PointSet<double>& region, const Sweep& sweep, const Surround& ball);
+  static double least_value(const Handles<double>& region, const Sweep& sweep, const Surround& ball);
+  static double least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball);
+
+  std::vector<Sweep> sweeps_;
+};
+
+}  // namespace knead::detail

@@ -1,0 +1,205 @@
+// The inner loops of advect: path lines of one field, side by side, for the instruction set of the machine. Internal to
+// the flow room. The functions that this header declares are written once (kernel_*.h), as templates over the type of a
+// pack of numbers, and compiled for every instruction set; a path line's bits depend neither on that nor on its
+// neighbours.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "knead/field/blend.h"
+#include "knead/flow/tableau.h"
+#include "knead/math/mat3.h"
+#include "knead/math/vec3.h"
+
+namespace knead::detail {
+
+// Points are kept and moved in blocks, and blocks in groups.
+inline constexpr std::size_t kBlock = 64;
+inline constexpr std::size_t kBlocksPerGroup = 64;
+inline constexpr std::size_t kGroup = kBlock * kBlocksPerGroup;
+// So many path lines are integrated side by side: their numbers stay in the fastest cache, and there are enough of them
+// that one's latency is filled with the others' work.
+inline constexpr std::size_t kBundle = 128;
+
+// One coordinate after the other, so that neighbours lie side by side.
+struct Coordinates {
+  double* x = nullptr;
+  double* y = nullptr;
+  double* z = nullptr;
+};
+
+template <class S>
+using Lanes3 = S[3][kBundle];
+
+// Consecutive path lines of a bundle that are consecutive points of a group's block.
+struct Piece {
+  std::uint16_t lane = 0;
+  std::uint16_t point = 0;
+  std::uint16_t count = 0;
+};
+
+// Path lines side by side. Their state is the displacement since the beginning, so that rounding is relative to how far
+// a point has moved; positions are relative to the field's centre at t = 0.
+template <class S>
+struct alignas(64) Bundle {
+  Lanes3<S> base{};   // x0 - c
+  Lanes3<S> moved{};  // since t = begin
+  Lanes3<S> k[Tableau::kMaxStages]{};
+  S t[kBundle]{};
+  S h[kBundle]{};  // the step, negative backwards in time
+  S trial[kBundle]{};
+  S shortest[kBundle]{};
+  S steps[kBundle]{};  // accepted
+  Lanes3<S> result{};  // of all path lines that the bundle began with
+  std::uint16_t slot[kBundle]{};       // where a path line's result belongs
+  std::uint8_t at_contact[kBundle]{};  // v is known to be 0 there, at the moment when the tool arrives
+  Piece pieces[kBundle]{};
+  int piece_count = 0;
+  int count = 0;
+};
+
+// v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is 0
+// and not looked at.
+template <class S>
+struct Stage {
+  S weights[Tableau::kMaxStages]{};
+  std::uint8_t slopes[Tableau::kMaxStages]{};
+  int count = 0;
+  S c{0};
+  int out = 0;
+  bool from_start = false;
+};
+
+// What a segment asks of a block of points at its beginning.
+struct BlockTask {
+  Coordinates points;          // kBlock of each
+  std::uint64_t members = 0;   // which of them the segment is about
+  double* start = nullptr;     // kBlock
+};
+
+// Points whose path lines are to be integrated: from the segment's beginning, or from the time in BlockTask::start. All
+// other members have been moved already, or rest.
+struct Classified {
+  std::uint64_t inside = 0;
+  std::uint64_t later = 0;
+  std::uint64_t undecided = 0;  // to be asked for one by one
+  double moved = 0;             // how far one of those moved has come along an axis, at most
+};
+
+// The functions for one kind of field. `field` is a KernelField of that kind.
+template <class S>
+struct FieldKernel {
+  void (*stage)(const void* field, Bundle<S>& bundle, const Stage<S>& stage) = nullptr;
+  // A speed at which r may change besides that of the point relative to the tool: by turning. Null: none. From the
+  // start: as Stage has it.
+  void (*hidden_speed)(const void* field, const Bundle<S>& bundle, bool from_start, S* speeds) = nullptr;
+  Classified (*classify)(const void* field, const BlockTask& task) = nullptr;
+};
+
+// A segment's field with its numbers in the scalar of the evaluation, and in double for what is known exactly.
+template <class S, template <class> class M, template <class> class R>
+struct KernelField {
+  M<S> motion;
+  R<S> region;
+  Thresholds<S> thresholds;
+  Vec3<S> displacement;
+  M<double> exact_motion;
+  R<double> exact_region;
+  Thresholds<double> exact_thresholds;
+  Vec3d exact_displacement;
+  Vec3d center;
+  double begin = 0;
+  double end = 1;
+  Mat3d whole_strain;  // exp((end - begin) M) of a strain
+};
+
+// The points of a set, one coordinate after the other, owned by whoever made the field.
+template <class S>
+struct SetPoints {
+  const S* numbers = nullptr;  // x of all points, y of all, z of all
+  int count = 0;
+  int exponent = 8;
+  Vec3d middle;      // relative to the field's centre at the segment's beginning: a ball around it with the radius
+  double reach = 0;  // `reach` holds every resting point that the support reaches during the segment
+};
+
+// How a method steps, in the scalar S.
+template <class S>
+struct Method {
+  Stage<S> stages[Tableau::kMaxStages];
+  Stage<S> slope;  // of the step, and of its error: weights only
+  Stage<S> error;
+  int stage_count = 0;
+  int error_order = 0;
+  bool first_same_as_last = false;
+};
+
+template <class S>
+struct SegmentTask {
+  FieldKernel<S> kernel;
+  const void* field = nullptr;
+  const Method<S>* method = nullptr;
+  Vec3d center;
+  Vec3d displacement;     // of the tool over the unit of time
+  Vec3<S> tool_velocity;  // the same
+  S tool_speed{0};
+  S reach{0};      // how far a step may pass, a length > 0
+  S tolerance{0};  // of a slope
+  S begin{0};
+  S end{1};
+  bool carries = false;  // whether the inner region moves with the tool
+  // The earliest time from t on at which the resting point can be inside the support; over 1: never.
+  double (*next_contact)(const void* segment, const Vec3d& x, double t) = nullptr;
+  const void* segment = nullptr;
+};
+
+template <class S>
+struct GroupTask {
+  Coordinates points;                     // kGroup of each
+  const std::uint64_t* members = nullptr;  // by block
+  const std::uint16_t* blocks = nullptr;   // the live ones
+  int block_count = 0;
+  std::uint32_t* steps = nullptr;  // null, or kGroup, to which accepted steps are added
+  double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
+  Bundle<S>* bundle = nullptr;     // to work in
+};
+
+struct GroupCounts {
+  std::uint64_t accepted = 0;
+  std::uint64_t rejected = 0;
+  std::uint64_t evaluations = 0;
+  bool complete = true;
+};
+
+enum MotionKind { kTranslation, kRotation, kTwist, kStrain, kMotionKinds };
+enum RegionKind { kBall, kCapsule, kHalfSpace, kSet, kRegionKinds };
+
+template <class S>
+struct Kernels {
+  FieldKernel<S> fields[kMotionKinds][kRegionKinds];
+  GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
+};
+
+// Of one instruction set.
+struct KernelTable {
+  const char* name = nullptr;
+  Kernels<float> in_float;
+  Kernels<double> in_double;
+
+  template <class S>
+  const Kernels<S>& in() const {
+    if constexpr (sizeof(S) == sizeof(float)) {
+      return in_float;
+    } else {
+      return in_double;
+    }
+  }
+};
+
+KernelTable scalar_kernels();
+KernelTable avx2_kernels();
+KernelTable avx512_kernels();
+KernelTable neon_kernels();
+
+}  // namespace knead::detail

@@ -1,0 +1,11 @@
+#include "knead/flow/kernel_source.h"
+
+namespace knead::detail {
+
+KernelTable avx2_kernels() {
+  using Float = Pack<float, xsimd::fma3<xsimd::avx2>>;
+  using Double = Pack<double, xsimd::fma3<xsimd::avx2>>;
+  return {"avx2", kernels_of<Float, Double>(), kernels_of<Double, Double>()};
+}
+
+}  // namespace knead::detail

@@ -1,0 +1,11 @@
+#include "knead/flow/kernel_source.h"
+
+namespace knead::detail {
+
+KernelTable avx512_kernels() {
+  using Float = Pack<float, xsimd::avx512bw>;
+  using Double = Pack<double, xsimd::avx512bw>;
+  return {"avx512", kernels_of<Float, Double>(), kernels_of<Double, Double>()};
+}
+
+}  // namespace knead::detail

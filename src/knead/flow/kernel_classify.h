@@ -1,0 +1,277 @@
+// Which points of a block a segment moves, and those whose motion is known in closed form moved (method, section 3,
+// "Exact facts"). In double whatever the evaluation is in. Internal to the flow room: part of the one source of all
+// kernels.
+#pragma once
+
+#include "knead/flow/kernel_stage.h"
+
+namespace knead::detail {
+
+template <class P>
+KNEAD_INLINE Vec3<P> load(const Coordinates& from, std::size_t i) {
+  return {P::load(from.x + i), P::load(from.y + i), P::load(from.z + i)};
+}
+
+template <class P>
+KNEAD_INLINE void store(const Vec3<P>& v, const Coordinates& to, std::size_t i) {
+  v.x.store(to.x + i);
+  v.y.store(to.y + i);
+  v.z.store(to.z + i);
+}
+
+// d turned about the unit axis by the angle, minus d; without cancellation for small angles.
+template <class P>
+KNEAD_INLINE Vec3<P> turn_displacement(const Vec3<P>& d, const Vec3<P>& axis, const P& given_angle) {
+  const P turns = round_to_integer(given_angle * P(0.15915494309189535));
+  const P reduced = neg_mul_add(turns, P(6.283185307179586), given_angle);
+  const P most(1e4);  // for sincos; far up a twist there may be more
+  const P angle = select(given_angle > most, reduced, select(given_angle < -most, reduced, given_angle));
+  const P half_sine = sincos(angle * P(0.5)).sin;
+  const Vec3<P> d_perp = neg_mul_add(axis, dot(axis, d), d);
+  return neg_mul_add(d_perp, half_sine * half_sine * P(2), cross(axis, d) * sincos(angle).sin);
+}
+
+// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis; as in closed_form.cpp.
+template <class P>
+KNEAD_INLINE P greatest_over_turn(const Vec3<P>& n, const Vec3<P>& axis, const Vec3<P>& d, const P& phi0,
+                                  const P& phi1) {
+  const P level = dot(axis, n) * dot(axis, d);
+  const P cosine = dot(n, d) - level;
+  const P sine = dot(cross(axis, n), d);
+  const P amplitude = sqrt(mul_add(cosine, cosine, sine * sine));
+  const SinCos<P> low = sincos(minimum(phi0, phi1));
+  const SinCos<P> high = sincos(maximum(phi0, phi1));
+  const P rise = mul_sub(sine, low.cos, cosine * low.sin);
+  const P fall = mul_sub(sine, high.cos, cosine * high.sin);
+  const P span = maximum(phi1 - phi0, phi0 - phi1);
+  const P ends = maximum(mul_add(cosine, low.cos, sine * low.sin), mul_add(cosine, high.cos, sine * high.sin));
+  const P inner = select(rise > P(0), select(fall < P(0), amplitude, ends), ends);
+  return level + select(span >= P(3.14159265358979), amplitude, inner);
+}
+
+// What points are classified by: r; for a ball its square, which is had sooner.
+template <class P, template <class> class M, template <class> class R, class S>
+KNEAD_INLINE P measure(const KernelField<S, M, R>& field, const Vec3<P>& d, const P& t) {
+  return evaluate(field.exact_region, d, t).value;
+}
+
+template <class P, template <class> class M, class S>
+KNEAD_INLINE P measure(const KernelField<S, M, Ball>& /*field*/, const Vec3<P>& d, const P& /*t*/) {
+  return norm2(d);
+}
+
+// Of a set r would take long; less than outer wherever it may be felt during the segment.
+template <class P, template <class> class M, class S>
+KNEAD_INLINE P measure(const KernelField<S, M, SetPoints>& field, const Vec3<P>& d, const P& /*t*/) {
+  const SetPoints<double>& set = field.exact_region;
+  return select(norm2(d - Vec3<P>(set.middle)) < P(set.reach * set.reach), P(-1e300), P(1e300));
+}
+
+// The measure of a value of r.
+template <class P, class F>
+KNEAD_INLINE P bound_of(const F& /*field*/, double r) {
+  return P(r);
+}
+
+template <class P, template <class> class M, class S>
+KNEAD_INLINE P bound_of(const KernelField<S, M, Ball>& /*field*/, double r) {
+  return P(r > 0 ? r * r : -1.0);
+}
+
+// The displacement of points in closed form, and the lanes for which there is one.
+template <class P>
+struct Known {
+  Vec3<P> displacement;
+  std::uint32_t lanes = 0;
+};
+
+// A point of the inner region rests in the tool's frame.
+template <class P, template <class> class R, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Translation, R>& field, const Vec3<P>& /*d*/, const P& r) {
+  const Vec3<P> by(field.exact_displacement * (field.end - field.begin));
+  if (!(field.exact_motion.velocity == field.exact_displacement)) return {by, 0};
+  const bool signed_r = std::is_same_v<R<S>, HalfSpace<S>>;
+  if (!signed_r && field.exact_thresholds.inner <= 0) return {by, 0};
+  return {by, bits(r < bound_of<P>(field, field.exact_thresholds.inner))};
+}
+
+template <class P, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Translation, SetPoints>& /*field*/, const Vec3<P>& /*d*/,
+                                  const P& /*r*/) {
+  return {{}, 0};
+}
+
+template <class P, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Rotation, Ball>& field, const Vec3<P>& d, const P& r2) {
+  const Rotation<double>& motion = field.exact_motion;
+  if (!(field.exact_displacement == Vec3d{}) || motion.companion != RotationGauge::radial) return {{}, 0};
+  const Vec3<P> axis(motion.axis);
+  const P r = sqrt(r2);
+  const Weight<P> w = blend_weight(r, field.exact_thresholds);
+  const P height = dot(axis, d);
+  const P rho2 = norm2(neg_mul_add(axis, height, d));
+  const P shape = mul_add(height, height, P(0.5) * rho2) / maximum(r, P(1e-300));
+  const P counter = w.derivative * shape * P(0.5 * motion.gauge);
+  const P angle = (w.value + counter) * P(motion.rate * (field.end - field.begin));
+  return {turn_displacement(d, axis, angle), ~0U};
+}
+
+// Of points that turn about the axis by `angle` over the unit of time: which stay in the inner region. In such a
+// point's frame n turns by turn_angle - angle, about the same axis.
+template <class P, class F>
+KNEAD_INLINE std::uint32_t stay_inside(const F& field, const Vec3<P>& d, const P& angle) {
+  const HalfSpace<double>& region = field.exact_region;
+  const Vec3d& axis = field.exact_motion.axis;
+  double turn = 0;
+  if (region.turn_angle != 0) {
+    const double along = dot(region.turn_axis, axis);
+    if (along < 1 - 1e-14 && along > -1 + 1e-14) return 0;  // about another axis
+    turn = along > 0 ? region.turn_angle : -region.turn_angle;
+  }
+  const double phi0 = field.begin * turn;
+  const P phi1 = mul_add(P(turn) - angle, P(field.end - field.begin), P(phi0));
+  const P greatest = greatest_over_turn(Vec3<P>(region.normal), Vec3<P>(axis), d, P(phi0), phi1);
+  return bits(greatest < P(field.exact_thresholds.inner));
+}
+
+template <class P, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Rotation, HalfSpace>& field, const Vec3<P>& d, const P& r) {
+  if (!(field.exact_displacement == Vec3d{})) return {{}, 0};
+  if (bits(r < P(field.exact_thresholds.inner)) == 0) return {{}, 0};
+  const double rate = field.exact_motion.rate;
+  const P angle(rate * (field.end - field.begin));
+  return {turn_displacement(d, Vec3<P>(field.exact_motion.axis), angle), stay_inside(field, d, P(rate))};
+}
+
+template <class P, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Twist, HalfSpace>& field, const Vec3<P>& d, const P& r) {
+  const Twist<double>& motion = field.exact_motion;
+  const HalfSpace<double>& region = field.exact_region;
+  if (!(field.exact_displacement == Vec3d{}) || region.turn_angle != 0) return {{}, 0};
+  const Vec3<P> axis(motion.axis);
+  const P height = dot(axis, d);
+  const P duration(field.end - field.begin);
+  const double along = dot(region.normal, motion.axis);
+  const Vec3d across = cross(region.normal, motion.axis);
+  if (norm2(across) > 1e-24) {
+    if (bits(r < P(field.exact_thresholds.inner)) == 0) return {{}, 0};
+    const P rate = P(motion.rate) * height;
+    return {turn_displacement(d, axis, rate * duration), stay_inside(field, d, rate)};
+  }
+  const Weight<P> w = blend_weight(r, field.exact_thresholds);
+  const P counter = w.derivative * height * P(0.25 * motion.gauge * along);
+  return {turn_displacement(d, axis, P(motion.rate) * height * (w.value + counter) * duration), ~0U};
+}
+
+// |exp(t M) d|^2 is convex in t for a symmetric M: its greatest value is at an end.
+template <class P, class S>
+KNEAD_INLINE Known<P> closed_form(const KernelField<S, Strain, Ball>& field, const Vec3<P>& d, const P& r2) {
+  const Mat3d& m = field.exact_motion.matrix;
+  const bool symmetric = m.row0.y == m.row1.x && m.row0.z == m.row2.x && m.row1.z == m.row2.y;
+  if (!symmetric || !(field.exact_displacement == Vec3d{})) return {{}, 0};
+  const P inner2 = bound_of<P>(field, field.exact_thresholds.inner);
+  const auto begins_inside = r2 < inner2;
+  if (bits(begins_inside) == 0) return {{}, 0};
+  const Mat3d& e = field.whole_strain;
+  const Vec3<P> moved{dot(Vec3<P>(e.row0), d), dot(Vec3<P>(e.row1), d), dot(Vec3<P>(e.row2), d)};
+  return {moved - d, bits(begins_inside) & bits(norm2(moved) < inner2)};
+}
+
+template <class P, class F>
+KNEAD_INLINE Known<P> closed_form(const F& /*field*/, const Vec3<P>& /*d*/, const P& /*r*/) {
+  return {{}, 0};
+}
+
+// When a resting point that is outside at the segment's beginning is reached; beyond the segment's end: never.
+template <class P>
+struct Arrival {
+  P after;                      // how long after the beginning
+  std::uint32_t undecided = 0;  // lanes of which only so much is known that they may be
+};
+
+template <class P, template <class> class M, class S>
+KNEAD_INLINE Arrival<P> arrival(const KernelField<S, M, Ball>& field, const Vec3<P>& d, const P& /*r*/) {
+  const double direction = field.end >= field.begin ? -1.0 : 1.0;  // the point's, relative to the tool
+  const Vec3<P> velocity(field.exact_displacement * direction);
+  const double outer = field.exact_thresholds.outer;
+  const P a = norm2(velocity);
+  const P b = -dot(d, velocity);
+  const P c = norm2(d) - P(outer * outer);
+  const P discriminant = mul_sub(b, b, a * c);
+  const P after = maximum(c / (b + sqrt(maximum(discriminant, P(0)))), P(0));
+  const P never(4);
+  return {select(b > P(0), select(discriminant >= P(0), after, never), never), 0};
+}
+
+// r falls at most as fast as the distance to where the tool has been.
+template <class P, class F>
+KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& r) {
+  double speed2 = norm2(field.exact_displacement);
+  P turning(0);
+  if constexpr (requires { field.exact_region.turn_angle; }) {
+    const Vec3<P> lever = cross(Vec3<P>(field.exact_region.turn_axis), d);
+    turning = sqrt(norm2(lever)) * P(field.exact_region.turn_angle < 0 ? -field.exact_region.turn_angle
+                                                                       : field.exact_region.turn_angle);
+  }
+  const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
+  const P most = (sqrt(P(speed2)) + turning) * P(duration * (1 + 1e-9));
+  return {P(4), bits(r - most < P(field.exact_thresholds.outer))};
+}
+
+// Adds the displacement to the points of a pack that begins at i, where the lane's bit is set.
+template <class P>
+KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, const BlockTask& task, std::size_t i,
+                            double& most) {
+  double by[3][P::size];
+  displacement.x.store(by[0]);
+  displacement.y.store(by[1]);
+  displacement.z.store(by[2]);
+  double* const to[3] = {task.points.x + i, task.points.y + i, task.points.z + i};
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t k = 0; k < P::size; ++k) {
+      const double add = (lanes >> k & 1) != 0 ? by[axis][k] : 0.0;
+      to[axis][k] = add == 0 ? to[axis][k] : to[axis][k] + add;
+      const double size = add < 0 ? -add : add;
+      most = size > most ? size : most;
+    }
+  }
+}
+
+template <class P, class Field>
+[[gnu::flatten]] Classified classify(const void* data, const BlockTask& task) {
+  const Field& field = *static_cast<const Field*>(data);
+  const P begin(field.begin);
+  const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
+  Classified result;
+  for (std::size_t i = 0; i < kBlock; i += P::size) {
+    const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::size) - 1);
+    if (members == 0) continue;
+    const Vec3<P> x = load<P>(task.points, i);
+    const Vec3<P> d = x - Vec3<P>(field.center) - Vec3<P>(field.exact_displacement * field.begin);
+    const P r = measure(field, d, begin);
+    const std::uint32_t inside = bits(r < bound_of<P>(field, field.exact_thresholds.outer)) & members;
+    const std::uint32_t outside = members & ~inside;
+    if (outside != 0) {
+      const Arrival<P> at = arrival(field, d, r);
+      const std::uint32_t later = outside & bits(at.after < P(duration));
+      if (later != 0) {
+        const double direction = field.end >= field.begin ? 1.0 : -1.0;
+        mul_add(at.after, P(direction), begin).store(task.start + i);
+        result.later |= std::uint64_t{later} << i;
+      }
+      result.undecided |= std::uint64_t{outside & at.undecided} << i;
+    }
+    if (inside == 0) continue;
+    const Known<P> known = closed_form(field, d, r);
+    const std::uint32_t closed = known.lanes & inside;
+    if (closed != 0) {
+      result.inside |= std::uint64_t{inside & ~closed} << i;
+      add_where(closed, known.displacement, task, i, result.moved);
+    } else {
+      result.inside |= std::uint64_t{inside} << i;
+    }
+  }
+  return result;
+}
+
+}  // namespace knead::detail

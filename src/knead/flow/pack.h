@@ -1,0 +1,155 @@
+// Several numbers in one register, for one instruction set; and one number alone that rounds as they do. Internal to
+// the flow room: included by the sources of kernels only, which are compiled for that instruction set.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <xsimd/xsimd.hpp>
+
+#include "knead/math/scalar.h"
+#include "knead/math/sincos.h"
+
+#define KNEAD_INLINE __attribute__((always_inline)) inline
+
+namespace knead::detail {
+
+// One bit per lane of a mask, the first lane's lowest.
+template <class S, class Arch>
+KNEAD_INLINE std::uint32_t bits_of(const xsimd::batch_bool<S, Arch>& mask) {
+#if defined(__AVX512F__)
+  return static_cast<std::uint32_t>(mask.data);
+#elif defined(__AVX2__)
+  if constexpr (sizeof(S) == 4) {
+    return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.data));
+  } else {
+    return static_cast<std::uint32_t>(_mm256_movemask_pd(mask.data));
+  }
+#else
+  bool lanes[xsimd::batch_bool<S, Arch>::size];
+  mask.store_unaligned(lanes);
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < xsimd::batch_bool<S, Arch>::size; ++i) bits |= std::uint32_t{lanes[i]} << i;
+  return bits;
+#endif
+}
+
+template <class S, class Arch>
+struct PackMask {
+  xsimd::batch_bool<S, Arch> v;
+
+  KNEAD_INLINE friend PackMask operator&(const PackMask& a, const PackMask& b) { return {a.v & b.v}; }
+  KNEAD_INLINE friend PackMask operator|(const PackMask& a, const PackMask& b) { return {a.v | b.v}; }
+  KNEAD_INLINE friend PackMask operator!(const PackMask& a) { return {!a.v}; }
+  KNEAD_INLINE friend std::uint32_t bits(const PackMask& a) { return bits_of(a.v); }
+};
+
+// Arch: of xsimd. The operations that fields are evaluated with (math/scalar.h).
+template <class S, class Arch>
+struct Pack {
+  using Scalar = S;
+  using Mask = PackMask<S, Arch>;
+  using Batch = xsimd::batch<S, Arch>;
+  static constexpr std::size_t size = Batch::size;
+
+  Batch v;
+
+  KNEAD_INLINE Pack() : v(S(0)) {}
+  KNEAD_INLINE explicit Pack(S value) : v(value) {}
+  template <class U>
+    requires std::is_arithmetic_v<U>
+  KNEAD_INLINE explicit Pack(U value) : v(static_cast<S>(value)) {}
+  KNEAD_INLINE explicit Pack(const Batch& batch) : v(batch) {}
+
+  KNEAD_INLINE static Pack load(const S* from) { return Pack(Batch::load_unaligned(from)); }
+  KNEAD_INLINE void store(S* to) const { v.store_unaligned(to); }
+
+  KNEAD_INLINE friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v + b.v); }
+  KNEAD_INLINE friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v - b.v); }
+  KNEAD_INLINE friend Pack operator*(const Pack& a, const Pack& b) { return Pack(a.v * b.v); }
+  KNEAD_INLINE friend Pack operator/(const Pack& a, const Pack& b) { return Pack(a.v / b.v); }
+  KNEAD_INLINE friend Pack operator-(const Pack& a) { return Pack(Batch(S(-0.0)) - a.v); }
+  KNEAD_INLINE friend Mask operator<(const Pack& a, const Pack& b) { return {a.v < b.v}; }
+  KNEAD_INLINE friend Mask operator>(const Pack& a, const Pack& b) { return {a.v > b.v}; }
+  KNEAD_INLINE friend Mask operator<=(const Pack& a, const Pack& b) { return {a.v <= b.v}; }
+  KNEAD_INLINE friend Mask operator>=(const Pack& a, const Pack& b) { return {a.v >= b.v}; }
+  KNEAD_INLINE friend Mask operator==(const Pack& a, const Pack& b) { return {a.v == b.v}; }
+
+  KNEAD_INLINE friend Pack select(const Mask& mask, const Pack& a, const Pack& b) {
+    return Pack(xsimd::select(mask.v, a.v, b.v));
+  }
+  KNEAD_INLINE friend Pack sqrt(const Pack& a) { return Pack(xsimd::sqrt(a.v)); }
+  KNEAD_INLINE friend Pack mul_add(const Pack& a, const Pack& b, const Pack& c) {
+    return Pack(xsimd::fma(a.v, b.v, c.v));
+  }
+  KNEAD_INLINE friend Pack mul_sub(const Pack& a, const Pack& b, const Pack& c) {
+    return Pack(xsimd::fms(a.v, b.v, c.v));
+  }
+  KNEAD_INLINE friend Pack neg_mul_add(const Pack& a, const Pack& b, const Pack& c) {
+    return Pack(xsimd::fnma(a.v, b.v, c.v));
+  }
+#if defined(__x86_64__)
+  // x86's own take their second operand where the two are unordered, as math/scalar.h's do their first.
+  KNEAD_INLINE friend Pack minimum(const Pack& a, const Pack& b) { return Pack(xsimd::min(b.v, a.v)); }
+  KNEAD_INLINE friend Pack maximum(const Pack& a, const Pack& b) { return Pack(xsimd::max(b.v, a.v)); }
+#endif
+  KNEAD_INLINE friend Pack round_to_integer(const Pack& a) {
+    const Pack shift(kSinglePrecision<S> ? S(12582912.0) : S(6755399441055744.0));
+    return (a + shift) - shift;
+  }
+};
+
+// One number, with the multiply-adds of packs: what a machine without wide registers computes with.
+template <class S>
+struct Lane {
+  using Scalar = S;
+  using Mask = bool;
+  static constexpr std::size_t size = 1;
+
+  S v = 0;
+
+  KNEAD_INLINE Lane() = default;
+  template <class U>
+    requires std::is_arithmetic_v<U>
+  KNEAD_INLINE explicit Lane(U value) : v(static_cast<S>(value)) {}
+
+  KNEAD_INLINE static Lane load(const S* from) { return Lane(*from); }
+  KNEAD_INLINE void store(S* to) const { *to = v; }
+
+  KNEAD_INLINE friend Lane operator+(const Lane& a, const Lane& b) { return Lane(a.v + b.v); }
+  KNEAD_INLINE friend Lane operator-(const Lane& a, const Lane& b) { return Lane(a.v - b.v); }
+  KNEAD_INLINE friend Lane operator*(const Lane& a, const Lane& b) { return Lane(a.v * b.v); }
+  KNEAD_INLINE friend Lane operator/(const Lane& a, const Lane& b) { return Lane(a.v / b.v); }
+  KNEAD_INLINE friend Lane operator-(const Lane& a) { return Lane(-a.v); }
+  KNEAD_INLINE friend bool operator<(const Lane& a, const Lane& b) { return a.v < b.v; }
+  KNEAD_INLINE friend bool operator>(const Lane& a, const Lane& b) { return a.v > b.v; }
+  KNEAD_INLINE friend bool operator<=(const Lane& a, const Lane& b) { return a.v <= b.v; }
+  KNEAD_INLINE friend bool operator>=(const Lane& a, const Lane& b) { return a.v >= b.v; }
+  KNEAD_INLINE friend bool operator==(const Lane& a, const Lane& b) { return a.v == b.v; }
+
+  KNEAD_INLINE friend Lane select(bool mask, const Lane& a, const Lane& b) { return mask ? a : b; }
+  KNEAD_INLINE friend Lane sqrt(const Lane& a) { return Lane(std::sqrt(a.v)); }
+  KNEAD_INLINE friend Lane mul_add(const Lane& a, const Lane& b, const Lane& c) {
+    return Lane(std::fma(a.v, b.v, c.v));
+  }
+  KNEAD_INLINE friend Lane mul_sub(const Lane& a, const Lane& b, const Lane& c) {
+    return Lane(std::fma(a.v, b.v, -c.v));
+  }
+  KNEAD_INLINE friend Lane neg_mul_add(const Lane& a, const Lane& b, const Lane& c) {
+    return Lane(std::fma(-a.v, b.v, c.v));
+  }
+  KNEAD_INLINE friend Lane round_to_integer(const Lane& a) { return Lane(knead::round_to_integer(a.v)); }
+};
+
+KNEAD_INLINE std::uint32_t bits(bool mask) { return mask ? 1 : 0; }
+
+}  // namespace knead::detail
+
+namespace knead {
+
+template <class Arch>
+inline constexpr bool kSinglePrecision<detail::Pack<float, Arch>> = true;
+template <>
+inline constexpr bool kSinglePrecision<detail::Lane<float>> = true;
+
+}  // namespace knead

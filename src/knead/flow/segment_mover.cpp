@@ -1,0 +1,236 @@
+#include "knead/flow/segment_mover.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "knead/flow/contact.h"
+#include "knead/flow/culling.h"
+#include "knead/flow/kernels_in_use.h"
+
+namespace knead::detail {
+
+namespace {
+
+// How much of the intermediate region's width a step may pass. The gradient of a capsule's v jumps on the planes
+// through its ends, which an estimate misses where a step's last stages alone are beyond one.
+constexpr double kReach = 0.16;
+constexpr double kCapsuleReach = 0.06;
+// More points than this have lists of their own (set_cells.h).
+constexpr std::size_t kFewPoints = 48;
+
+bool has_kernel(const Region& region) {
+  if (const auto* set = std::get_if<PointSet<double>>(&region)) {
+    return set->curves.empty() && set->points.size() < kFewPoints;
+  }
+  return !std::holds_alternative<Handles<double>>(region) && !std::holds_alternative<CustomRegion>(region);
+}
+
+double contact_or_never(const void* segment, const Vec3d& x, double t) {
+  return next_contact(*static_cast<const Segment*>(segment), x, t).value_or(2);
+}
+
+template <class S>
+Method<S> method_of(Integrator integrator) {
+  const Tableau& from = tableau(integrator);
+  Method<S> method;
+  const auto add = [](Stage<S>& stage, double weight, int slope) {
+    if (weight == 0) return;
+    stage.weights[stage.count] = static_cast<S>(weight);
+    stage.slopes[stage.count++] = static_cast<std::uint8_t>(slope);
+  };
+  for (int i = 0; i < from.stages; ++i) {
+    method.stages[i].c = static_cast<S>(from.c[i]);
+    method.stages[i].out = i;
+    for (int j = 0; j < i; ++j) add(method.stages[i], from.a[i][j], j);
+    add(method.slope, from.b[i], i);
+    add(method.error, from.e[i], i);
+  }
+  method.stage_count = from.stages;
+  method.error_order = from.error_order;
+  method.first_same_as_last = from.first_same_as_last;
+  return method;
+}
+
+// The region of a kernel's field, with what it points to.
+template <class S>
+struct OwnedSet {
+  std::vector<S> numbers;
+  std::vector<double> exact_numbers;
+};
+
+template <class S>
+void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const Vec3d& p : set.points) numbers.push_back(static_cast<S>(p[axis]));
+  }
+  to.numbers = numbers.data();
+  to.count = static_cast<int>(set.points.size());
+  to.exponent = set.exponent;
+}
+
+// The ball of which SetPoints tells, for resting points: it moves by the tool's way, so is as much larger.
+template <class S>
+void surround(SetPoints<S>& to, const PointSet<double>& set, const Segment& segment) {
+  const Surround elements = surround_of(set);
+  const double outer = segment.fields.front().thresholds.outer;
+  const double way = norm(segment.displacement) * std::abs(segment.end - segment.begin);
+  to.middle = elements.center;
+  to.reach = (elements.radius + support_reach(set, outer) + way) * (1 + 1e-4);
+}
+
+// A kernel's field and everything that it points to; never copied.
+template <class S, template <class> class M, template <class> class R>
+struct OwnedField {
+  KernelField<S, M, R> field;
+  OwnedSet<S> set;
+
+  OwnedField(const Segment& segment, const M<double>& motion, const auto& region) {
+    const Field& from = segment.fields.front();
+    field.motion = static_cast<M<S>>(motion);
+    field.exact_motion = motion;
+    if constexpr (std::is_same_v<R<S>, SetPoints<S>>) {
+      fill(field.region, set.numbers, region);
+      fill(field.exact_region, set.exact_numbers, region);
+      surround(field.exact_region, region, segment);
+    } else {
+      field.region = static_cast<R<S>>(region);
+      field.exact_region = region;
+    }
+    field.thresholds = static_cast<Thresholds<S>>(from.thresholds);
+    field.exact_thresholds = from.thresholds;
+    field.displacement = Vec3<S>(segment.displacement);
+    field.exact_displacement = segment.displacement;
+    field.center = from.center;
+    field.begin = segment.begin;
+    field.end = segment.end;
+    if constexpr (std::is_same_v<M<S>, Strain<S>>) field.whole_strain = exp(motion.matrix * (segment.end - segment.begin));
+  }
+  OwnedField(const OwnedField&) = delete;
+  OwnedField& operator=(const OwnedField&) = delete;
+};
+
+template <template <class> class R>
+struct RegionTag {};
+
+// Calls body with the motion's and the region's templates; the kernels' order of them is the variants'.
+template <class Body>
+void with_kinds(const Field& field, const Body& body) {
+  const auto with_region = [&](auto motion_kind, const auto& motion) {
+    std::visit(
+        [&](const auto& region) {
+          using R = std::decay_t<decltype(region)>;
+          if constexpr (std::is_same_v<R, Ball<double>>) body(motion_kind, motion, kBall, RegionTag<Ball>{}, region);
+          if constexpr (std::is_same_v<R, Capsule<double>>) {
+            body(motion_kind, motion, kCapsule, RegionTag<Capsule>{}, region);
+          }
+          if constexpr (std::is_same_v<R, HalfSpace<double>>) {
+            body(motion_kind, motion, kHalfSpace, RegionTag<HalfSpace>{}, region);
+          }
+          if constexpr (std::is_same_v<R, PointSet<double>>) {
+            body(motion_kind, motion, kSet, RegionTag<SetPoints>{}, region);
+          }
+        },
+        field.region);
+  };
+  std::visit(
+      [&](const auto& motion) {
+        using M = std::decay_t<decltype(motion)>;
+        if constexpr (std::is_same_v<M, Translation<double>>) with_region(kTranslation, motion);
+        if constexpr (std::is_same_v<M, Rotation<double>>) with_region(kRotation, motion);
+        if constexpr (std::is_same_v<M, Twist<double>>) with_region(kTwist, motion);
+        if constexpr (std::is_same_v<M, Strain<double>>) with_region(kStrain, motion);
+      },
+      field.motion);
+}
+
+template <class S, template <class> class M, template <class> class R>
+std::shared_ptr<const void> own(const Segment& segment, const M<double>& motion, RegionTag<R> /*kind*/,
+                                const auto& region, SegmentTask<S>& task) {
+  auto owned = std::make_shared<const OwnedField<S, M, R>>(segment, motion, region);
+  task.field = &owned->field;
+  return owned;
+}
+
+// A segment's kernel with everything that it needs.
+template <class S>
+struct KernelMover {
+  Method<S> method;
+  SegmentTask<S> task;
+  GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&) = nullptr;
+  std::shared_ptr<const void> field;
+
+  KernelMover(const Segment& segment, const AdvectOptions& options) : method(method_of<S>(options.integrator)) {
+    const Kernels<S>& kernels = kernels_in_use().in<S>();
+    with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
+                                           auto region_tag, const auto& region) {
+      task.kernel = kernels.fields[motion_kind][region_kind];
+      field = own(segment, motion, region_tag, region, task);
+    });
+    move = kernels.move;
+    task.method = &method;
+    task.center = segment.fields.front().center;
+    task.displacement = segment.displacement;
+    task.tool_velocity = Vec3<S>(segment.displacement);
+    task.tool_speed = static_cast<S>(norm(segment.displacement));
+    task.reach = static_cast<S>(reach_of_step(segment));
+    task.tolerance = static_cast<S>(kSafety * options.tolerance);
+    task.begin = static_cast<S>(segment.begin);
+    task.end = static_cast<S>(segment.end);
+    task.carries = carries(segment);
+    task.next_contact = &contact_or_never;
+    task.segment = &segment;
+    const auto* space = std::get_if<HalfSpace<double>>(&segment.fields.front().region);
+    if (space != nullptr && space->turn_angle == 0) task.kernel.hidden_speed = nullptr;
+  }
+  KernelMover(const KernelMover&) = delete;
+  KernelMover& operator=(const KernelMover&) = delete;
+
+  GroupCounts operator()(const LiveGroup& group) const {
+    static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
+    return move(task, {group.points, group.members, group.blocks, group.block_count, group.steps, group.moved,
+                       bundle.get()});
+  }
+};
+
+template <class S>
+SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options) {
+  const auto mover = std::make_shared<const KernelMover<S>>(segment, options);
+  return [mover](const LiveGroup& group) { return (*mover)(group); };
+}
+
+}  // namespace
+
+double reach_of_step(const Segment& segment) {
+  double reach = std::numeric_limits<double>::infinity();
+  for (const Field& field : segment.fields) {
+    if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
+    const bool capsule = std::holds_alternative<Capsule<double>>(field.region);
+    reach = std::min(reach, (capsule ? kCapsuleReach : kReach) * (field.thresholds.outer - field.thresholds.inner));
+  }
+  return reach;
+}
+
+bool carries(const Segment& segment) {
+  const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
+  const bool marked = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // has no rigid core
+  return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
+         motion->velocity == segment.displacement && !marked;
+}
+
+bool has_kernel(const Segment& segment) {
+  const Field& first = segment.fields.front();
+  return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && has_kernel(first.region) &&
+         !std::holds_alternative<CustomMotion>(first.motion);
+}
+
+SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options) {
+  const bool in_float = options.precision == Precision::float32;
+  if (!has_kernel(segment)) {
+    return in_float ? path_lines_in<float>(segment, options) : path_lines_in<double>(segment, options);
+  }
+  return in_float ? kernel_mover<float>(segment, options) : kernel_mover<double>(segment, options);
+}
+
+}  // namespace knead::detail
