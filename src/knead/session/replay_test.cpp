@@ -356,6 +356,8 @@ TEST(Replay, NormalsOfPointsStayThoseOfTheSurface) {
       session_of({ImplicitStroke{{{0, 0, 1}, {0, 0.2, 1.3}, {0.1, 0.4, 1.6}, {0.2, 0.5, 1.8}}, 0.2, 0.7},
                   TwistStroke{{0, 0, -0.2}, {0, 0, 1}, 60, -0.5, 0.5}});
   ReplayOptions options;
+  options.precision = Precision::float64;  // how accurate the points are is not the question here
+  options.tolerance = 1e-9;
   options.normals = normals;
   const ReplayResult carried = replay(points, session, options);
   const std::vector<Vec3d> of_faces = vertex_normals(sphere, result_of(sphere, session));
