@@ -33,7 +33,8 @@ Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Threshold
   return mul_add(inner.velocity, w.value, cross(r.gradient, inner.potential) * w.derivative);
 }
 
-// The same where r = |d|, so that grad r x A = d x A / r, and for a translation d x (u x d) = u |d|^2 - d (u.d).
+// The same where r = |d|, so that grad r x A = d x A / r, and for translations and strains
+// d x (u x d) = u |d|^2 - d (u.d).
 template <class T, class M, class S>
 Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>& thresholds, const Vec3<T>& d,
                  const T& /*t*/) {
@@ -50,6 +51,11 @@ Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>
     }
   }
   const MotionValue<T> inner = evaluate(motion, d);
+  if constexpr (std::is_same_v<M, Strain<S>>) {
+    const Vec3<T>& u = inner.velocity;
+    const T third = pull * T(S(1) / S(3));
+    return neg_mul_add(d, third * dot(u, d), u * mul_add(third, square, w.value));
+  }
   return mul_add(cross(d, inner.potential), pull, inner.velocity * w.value);
 }
 

@@ -150,14 +150,16 @@ RegionValue<T> evaluate(const Capsule<S>& region, const Vec3<T>& d, const T& /*t
 // v turned about the unit axis by the angle of sc (Rodrigues).
 template <class T>
 Vec3<T> rotate(const Vec3<T>& v, const Vec3<T>& axis, const SinCos<T>& sc) {
-  return v * sc.cos + cross(axis, v) * sc.sin + axis * (dot(axis, v) * (T(1) - sc.cos));
+  return mul_add(v, sc.cos, mul_add(cross(axis, v), sc.sin, axis * (dot(axis, v) * (T(1) - sc.cos))));
 }
 
 // n(t) of a half-space.
 template <class T, class S>
 Vec3<T> normal_at(const HalfSpace<S>& region, const T& t) {
   if (region.turn_angle == S(0)) return Vec3<T>(region.normal);
-  return rotate(Vec3<T>(region.normal), Vec3<T>(region.turn_axis), sincos(t * T(region.turn_angle)));
+  const T angle = t * T(region.turn_angle);
+  const bool small = region.turn_angle <= S(0.785) && region.turn_angle >= S(-0.785);
+  return rotate(Vec3<T>(region.normal), Vec3<T>(region.turn_axis), small ? small_sincos(angle) : sincos(angle));
 }
 
 template <class T, class S>

@@ -16,6 +16,10 @@ inline constexpr S kMiddleWay = S(1);
 // What of the second method's error is expected of the third, per part of the longest step.
 template <class S>
 inline constexpr S kThirdOrder = S(1);
+// What of Euler's error is expected of it then, times the square of that part: above the tolerance, the third order is
+// not tried.
+template <class S>
+inline constexpr S kHopeless = S(0.1);
 // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no
 // step size mends.
 template <class S>
@@ -179,6 +183,7 @@ class GroupMover {
     for (std::size_t i = 0; i < lanes(); i += P::size) candidates += measure_way(i);
     int done = 0;
     fill(done_, std::uint32_t{0}, kBundle / P::size);
+    hopeful_ = 0;
     if (candidates > 0) {
       stage.weights[0] = S(1);
       stage.count = 1;
@@ -187,13 +192,13 @@ class GroupMover {
       evaluate(stage, candidates);
       done = judge<false>();
     }
-    if (done < candidates) {
+    if (hopeful_ > 0) {
       stage.weights[0] = stage.weights[1] = S(0.25);
       stage.slopes[1] = 1;
       stage.count = 2;
       stage.c = S(0.5);
       stage.out = 2;
-      evaluate(stage, candidates - done);
+      evaluate(stage, hopeful_);
       done = judge<true>();
     }
     counts_.accepted += static_cast<std::uint64_t>(done);
@@ -284,12 +289,17 @@ class GroupMover {
       Vec3<P> slope = (k0 + k1) * P(0.5);
       const P error2 = norm2((k1 - slope) * by_tolerance) * part2;
       auto good = (part2 <= P(kShortWay<S> * kShortWay<S>)) & (error2 <= one) & (norm2(slope) > zero);
+      const auto hopeful = (part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) &
+                           (error2 * part2 * P(kHopeless<S> * kHopeless<S>) <= one);
+      if constexpr (!with_third) {
+        hopeful_ += __builtin_popcount(bits(hopeful) & ~bits(good) & lanes_in_use<P>(i, bundle_.count));
+      }
       if constexpr (with_third) {
         const Vec3<P> change = (load<P>(bundle_.k[2], i) - slope) * P(2.0 / 3);
         const Vec3<P> third = slope + change;
         const P third_error2 = norm2(change * (by_tolerance * P(kThirdOrder<S>))) * part2;
         slope = select_each(good, slope, third);
-        good = good | ((part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) & (third_error2 <= one) & (norm2(third) > zero));
+        good = good | (hopeful & (third_error2 <= one) & (norm2(third) > zero));
       }
       store(slope * P::load(bundle_.h + i), bundle_.result, i);
       done_[i / P::size] = bits(good) & lanes_in_use<P>(i, bundle_.count);
@@ -490,6 +500,7 @@ class GroupMover {
   Bundle<S>& bundle_;
   GroupCounts counts_;
   S tool_speed2_ = 0;  // relative to the reach of a step
+  int hopeful_ = 0;    // path lines for which the third order is worth trying
   int begun_ = 0;      // path lines that the bundle began with
   std::uint32_t done_[kBundle / P::size] = {};
   alignas(64) S hidden_[kBundle] = {};

@@ -29,36 +29,40 @@ struct SinCos {
   T cos{};
 };
 
+// The same for |x| <= pi/4, by the Taylor series.
+template <class T>
+SinCos<T> small_sincos(const T& y) {
+  const T z = y * y;
+  T s = static_cast<T>(-1.0 / 5040.0);
+  T c = static_cast<T>(-1.0 / 3628800.0);
+  if constexpr (kSinglePrecision<T>) {
+    s = mul_add(static_cast<T>(1.0 / 362880.0), z, s);
+  } else {
+    s = static_cast<T>(1.0 / 355687428096000.0);
+    for (const double term : {-1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0,
+                              -1.0 / 5040.0}) {
+      s = mul_add(s, z, static_cast<T>(term));
+    }
+    c = static_cast<T>(1.0 / 20922789888000.0);
+    for (const double term : {-1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0}) c = mul_add(c, z, static_cast<T>(term));
+  }
+  s = mul_add(mul_add(s, z, static_cast<T>(1.0 / 120.0)), z, static_cast<T>(-1.0 / 6.0));
+  c = mul_add(mul_add(mul_add(c, z, static_cast<T>(1.0 / 40320.0)), z, static_cast<T>(-1.0 / 720.0)), z, static_cast<T>(1.0 / 24.0));
+  return {mul_add(y, z * s, y), T(1) - mul_sub(z, static_cast<T>(0.5), z * (z * c))};
+}
+
 // The sine and cosine of x radians. Valid for |x| <= 1e4; absolute error at most 1.5 units in the last place of 1
-// (1.7e-16 for double, 9e-8 for float). By reduction modulo pi/2 in three parts (Cody and Waite 1980) and the Taylor
-// series.
+// (1.7e-16 for double, 9e-8 for float). By reduction modulo pi/2 in three parts (Cody and Waite 1980).
 template <class T>
 SinCos<T> sincos(const T& x) {
   const T quarter = round_to_integer(x * T(0.63661977236758134308));
   const T y = reduce_by_quarters(x, quarter);
-  const T z = y * y;
-  T s = static_cast<T>(1.0 / 355687428096000.0);
-  s = s * z - T(1.0 / 1307674368000.0);
-  s = s * z + T(1.0 / 6227020800.0);
-  s = s * z - T(1.0 / 39916800.0);
-  s = s * z + T(1.0 / 362880.0);
-  s = s * z - T(1.0 / 5040.0);
-  s = s * z + T(1.0 / 120.0);
-  s = s * z - T(1.0 / 6.0);
-  s = y + y * (z * s);
-  T c = static_cast<T>(1.0 / 20922789888000.0);
-  c = c * z - T(1.0 / 87178291200.0);
-  c = c * z + T(1.0 / 479001600.0);
-  c = c * z - T(1.0 / 3628800.0);
-  c = c * z + T(1.0 / 40320.0);
-  c = c * z - T(1.0 / 720.0);
-  c = c * z + T(1.0 / 24.0);
-  c = T(1) - (z * T(0.5) - z * (z * c));
+  const SinCos<T> small = small_sincos(y);
   // quarter modulo 4, as one of -2, -1, 0, 1, 2.
   const T turn = quarter - T(4) * round_to_integer(quarter * T(0.25));
   const auto odd = turn * turn == T(1);
-  const T a = select(odd, c, s);
-  const T b = select(odd, s, c);
+  const T a = select(odd, small.cos, small.sin);
+  const T b = select(odd, small.sin, small.cos);
   const auto half = turn * turn == T(4);
   const T sign_sin = select(half, T(-1), select(turn == T(-1), T(-1), T(1)));
   const T sign_cos = select(half, T(-1), select(turn == T(1), T(-1), T(1)));
