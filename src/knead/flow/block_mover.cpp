@@ -77,7 +77,7 @@ std::vector<std::size_t> BlockMover::groups_reached(const std::vector<ReadySegme
   std::vector<std::size_t> reached;
   for (std::size_t group = 0; group < blocks_.groups_.size(); ++group) {
     const PointBlocks::Bounds& bounds = blocks_.groups_[group];
-    const Surround ball{bounds.center, norm(bounds.half)};
+    const Surround ball = ball_of(bounds);
     const bool missed = std::all_of(segments.begin(), segments.end(),
                                     [&](const ReadySegment& segment) { return segment.culling.misses(ball); });
     if (!missed) reached.push_back(group);
@@ -93,6 +93,7 @@ void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size
                work.members.data(),
                work.blocks.data(),
                0,
+               0,
                blocks_.counts_.data() + first,
                work.moved.data()};
   for (const ReadySegment& segment : segments) {
@@ -104,16 +105,20 @@ void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size
 
 void BlockMover::move_group(const ReadySegment& segment, Work& work) {
   PointBlocks::Bounds& bounds = blocks_.groups_[work.group];
-  if (segment.culling.misses({bounds.center, norm(bounds.half)})) return;
+  if (segment.culling.misses(ball_of(bounds))) return;
   const std::size_t first = work.group * kBlocksPerGroup;
   const std::size_t count = std::min(kBlocksPerGroup, blocks_.blocks_.size() - first);
   work.live.block_count = 0;
+  work.live.between = 0;
   for (std::size_t block = 0; block < count; ++block) {
     if (is_missed(segment, first + block)) continue;
     work.blocks[static_cast<std::size_t>(work.live.block_count++)] = static_cast<std::uint16_t>(block);
     const std::size_t points = std::min(kBlock, blocks_.size() - (first + block) * kBlock);
     work.members[block] = points == kBlock ? ~std::uint64_t{0} : (std::uint64_t{1} << points) - 1;
     work.moved[block] = 0;
+    if (segment.culling.covers(ball_of(blocks_.blocks_[first + block]), false)) {
+      work.live.between |= std::uint64_t{1} << block;
+    }
   }
   if (work.live.block_count == 0) return;
   if (segment.segment->cylinder) choose_members(segment, work);
@@ -132,13 +137,16 @@ void BlockMover::move_group(const ReadySegment& segment, Work& work) {
   blocks_.fit_group(work.group);
 }
 
+Surround BlockMover::ball_of(const PointBlocks::Bounds& bounds) {
+  return {bounds.center, norm(bounds.half + Vec3d{1, 1, 1} * bounds.slack)};
+}
+
 bool BlockMover::is_missed(const ReadySegment& segment, std::size_t block) {
   PointBlocks::Bounds& bounds = blocks_.blocks_[block];
-  const auto ball = [&] { return Surround{bounds.center, norm(bounds.half + Vec3d{1, 1, 1} * bounds.slack)}; };
-  if (segment.culling.misses(ball())) return true;
-  if (bounds.slack <= kStale * norm(bounds.half) || segment.culling.covers(ball())) return false;
+  if (segment.culling.misses(ball_of(bounds))) return true;
+  if (bounds.slack <= kStale * norm(bounds.half) || segment.culling.covers(ball_of(bounds), true)) return false;
   blocks_.fit_block(block);
-  return segment.culling.misses(ball());
+  return segment.culling.misses(ball_of(bounds));
 }
 
 // Of a segment with a cylinder: the points that are in it at t = 0.
@@ -151,7 +159,7 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
     std::vector<std::uint32_t> steps(kGroup);
     std::array<double, kBlocksPerGroup> moved{};
     segment.move_to_start(
-        {at_start, work.live.members, work.live.blocks, work.live.block_count, steps.data(), moved.data()});
+        {at_start, work.live.members, work.live.blocks, work.live.block_count, 0, steps.data(), moved.data()});
   }
   for (int k = 0; k < work.live.block_count; ++k) {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];

@@ -38,6 +38,7 @@ class BlockMover {
   std::vector<std::size_t> groups_reached(const std::vector<ReadySegment>& segments) const;
   void move_group(const std::vector<ReadySegment>& segments, std::size_t group);
   void move_group(const ReadySegment& segment, Work& work);
+  static Surround ball_of(const PointBlocks::Bounds& bounds);
   bool is_missed(const ReadySegment& segment, std::size_t block);
   void choose_members(const ReadySegment& segment, Work& work) const;
   bool is_stopped() const;

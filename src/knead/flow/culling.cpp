@@ -101,14 +101,18 @@ bool Culling::misses(const Sweep& sweep, const Surround& ball) const {
   return least > outer + kRounding * (std::abs(outer) + norm(ball.center - field.center) + ball.radius);
 }
 
-bool Culling::covers(const Surround& ball) const {
+bool Culling::covers(const Surround& ball, bool or_inside) const {
   const auto covered = [&](const Sweep& sweep) {
     const bool is_distance = std::holds_alternative<Ball<double>>(sweep.field->region) ||
                              std::holds_alternative<Capsule<double>>(sweep.field->region) ||
                              std::holds_alternative<HalfSpace<double>>(sweep.field->region);
     if (!is_distance) return false;
+    const bool turns = std::holds_alternative<Rotation<double>>(sweep.field->motion) ||
+                            std::holds_alternative<Twist<double>>(sweep.field->motion);
+    if (turns && !or_inside) return false;  // known in closed form there too
     const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
-    return at_center + ball.radius < sweep.field->thresholds.outer;
+    const Thresholds<double>& thresholds = sweep.field->thresholds;
+    return at_center + ball.radius < thresholds.outer && (or_inside || at_center - ball.radius >= thresholds.inner);
   };
   return std::any_of(sweeps_.begin(), sweeps_.end(), covered);
 }

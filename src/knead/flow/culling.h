@@ -28,8 +28,9 @@ class Culling {
   // it is true, where the tool passes near.
   bool misses(const Surround& ball) const;
 
-  // Whether every point of the ball is inside at the segment's beginning, as far as is easily known.
-  bool covers(const Surround& ball) const;
+  // Whether every point of the ball is in the intermediate region at the segment's beginning, or in the inner one if
+  // `or_inside`; as far as is easily known.
+  bool covers(const Surround& ball, bool or_inside) const;
 
  private:
   // The way of a field's centre, and bounds for what happens on it.

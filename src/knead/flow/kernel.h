@@ -50,8 +50,9 @@ struct alignas(64) Bundle {
   S h[kBundle]{};  // the step, negative backwards in time
   S trial[kBundle]{};
   S shortest[kBundle]{};
-  S steps[kBundle]{};  // accepted
-  Lanes3<S> result{};  // of all path lines that the bundle began with
+  S steps[kBundle]{};         // accepted
+  Lanes3<S> result{};         // of all path lines that the bundle began with
+  S result_steps[kBundle]{};  // theirs
   std::uint16_t slot[kBundle]{};       // where a path line's result belongs
   std::uint8_t at_contact[kBundle]{};  // v is known to be 0 there, at the moment when the tool arrives
   Piece pieces[kBundle]{};
@@ -76,6 +77,7 @@ struct BlockTask {
   Coordinates points;          // kBlock of each
   std::uint64_t members = 0;   // which of them the segment is about
   double* start = nullptr;     // kBlock
+  bool between = false;        // whether all are known to be between the inner and the outer region
 };
 
 // Points whose path lines are to be integrated: from the segment's beginning, or from the time in BlockTask::start. All
@@ -120,6 +122,7 @@ struct SetPoints {
   const S* numbers = nullptr;  // x of all points, y of all, z of all
   int count = 0;
   int exponent = 8;
+  S scale{1};        // what distances are measured by
   Vec3d middle;      // relative to the field's centre at the segment's beginning: a ball around it with the radius
   double reach = 0;  // `reach` holds every resting point that the support reaches during the segment
 };
@@ -145,6 +148,7 @@ struct SegmentTask {
   Vec3<S> tool_velocity;  // the same
   S tool_speed{0};
   S reach{0};      // how far a step may pass, a length > 0
+  S width{0};      // of the intermediate region
   S tolerance{0};  // of a slope
   S begin{0};
   S end{1};
@@ -160,7 +164,8 @@ struct GroupTask {
   const std::uint64_t* members = nullptr;  // by block
   const std::uint16_t* blocks = nullptr;   // the live ones
   int block_count = 0;
-  std::uint32_t* steps = nullptr;  // null, or kGroup, to which accepted steps are added
+  std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
+  std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
   Bundle<S>* bundle = nullptr;     // to work in
 };

@@ -16,6 +16,10 @@ inline constexpr S kMiddleWay = S(1);
 // What of the second method's error is expected of the third, per part of the longest step.
 template <class S>
 inline constexpr S kThirdOrder = S(1);
+// What is expected of its error before, by the speed and the third power of the way's part of the intermediate region's
+// width: above the tolerance, neither is tried.
+template <class S>
+inline constexpr S kExpected = S(0.73);
 // What of Euler's error is expected of it then, times the square of that part: above the tolerance, the third order is
 // not tried.
 template <class S>
@@ -58,6 +62,9 @@ class GroupMover {
       : segment_(segment), group_(group), bundle_(*group.bundle) {
     const S speed = segment.tool_speed / segment.reach;
     tool_speed2_ = speed * speed;
+    const S part = segment.reach / segment.width;
+    const S expected = kExpected<S> * part * part * part * segment.reach / segment.tolerance;
+    expected_error2_ = expected * expected;
   }
 
   GroupCounts run() {
@@ -66,8 +73,14 @@ class GroupMover {
     for (int i = 0; i < group_.block_count; ++i) {
       const std::size_t first = group_.blocks[i] * kBlock;
       const Coordinates points{group_.points.x + first, group_.points.y + first, group_.points.z + first};
-      BlockTask task{points, group_.members[group_.blocks[i]], start};
-      Classified found = segment_.kernel.classify(segment_.field, task);
+      const bool between = (group_.between >> group_.blocks[i] & 1) != 0;
+      const BlockTask task{points, group_.members[group_.blocks[i]], start};
+      Classified found;
+      if (between) {
+        found.inside = task.members;
+      } else {
+        found = segment_.kernel.classify(segment_.field, task);
+      }
       if (found.undecided != 0) decide(task, found);
       note_moved(first, found.moved);
       if ((found.inside | found.later) == 0) continue;
@@ -98,15 +111,12 @@ class GroupMover {
   // Appends the points of a block to the bundle, in runs of neighbours.
   void append(std::size_t first, const double* start, const Classified& found) {
     const std::uint64_t taken = found.inside | found.later;
-    for (std::size_t i = 0; i < kBlock;) {
-      if ((taken >> i & 1) == 0) {
-        ++i;
-        continue;
-      }
-      std::size_t end = i + 1;
-      while (end < kBlock && (taken >> end & 1) != 0) ++end;
-      append_run(first + i, end - i);
-      i = end;
+    for (std::uint64_t rest = taken; rest != 0;) {
+      const auto begin = static_cast<std::size_t>(__builtin_ctzll(rest));
+      const std::uint64_t gaps = ~(rest >> begin);  // shifted in zeros are gaps too
+      const std::size_t count = gaps == 0 ? kBlock : static_cast<std::size_t>(__builtin_ctzll(gaps));
+      append_run(first + begin, count);
+      rest = begin + count == kBlock ? 0 : rest >> (begin + count) << (begin + count);
     }
     if (found.later == 0) return;
     std::size_t lane = static_cast<std::size_t>(bundle_.count) - static_cast<std::size_t>(__builtin_popcountll(taken));
@@ -203,11 +213,10 @@ class GroupMover {
     }
     counts_.accepted += static_cast<std::uint64_t>(done);
     if (done == bundle_.count) return true;
-    for (std::size_t i = 0; i < lanes(); ++i) {
-      bundle_.steps[i] = S(is_done(i) ? 1 : 0);
-      bundle_.slot[i] = static_cast<std::uint16_t>(i);
-    }
-    drop_done();
+    for (std::size_t i = 0; done > 0 && i < lanes(); ++i) bundle_.result_steps[i] = S(is_done(i) ? 1 : 0);
+    slots_are_lanes_ = true;
+    if (done > 0) drop_done();
+    fill(bundle_.steps, S(0), lanes());
     return false;
   }
 
@@ -215,6 +224,10 @@ class GroupMover {
 
   // Takes what is done out of the bundle.
   void drop_done() {
+    if (slots_are_lanes_) {
+      for (std::size_t i = 0; i < lanes(); ++i) bundle_.slot[i] = static_cast<std::uint16_t>(i);
+      slots_are_lanes_ = false;
+    }
     std::size_t to = 0;
     for (std::size_t from = 0; from < lanes(); ++from) {
       if (is_done(from)) continue;
@@ -232,12 +245,13 @@ class GroupMover {
     }
     bundle_.t[to] = bundle_.t[from];
     bundle_.trial[to] = bundle_.trial[from];
+    bundle_.steps[to] = bundle_.steps[from];
     bundle_.at_contact[to] = bundle_.at_contact[from];
     bundle_.slot[to] = bundle_.slot[from];
   }
 
   // Into h all of the way, and into `trial` the square of which part of the longest step that is: a great number where
-  // the slope does not tell, the point being at rest in space or in the tool's frame. Returns how many lanes may go
+  // it is not worth trying, or the slope does not tell: the point being at rest in space or in the tool's frame. Returns how many lanes may go
   // their way in one step.
   KNEAD_INLINE int measure_way(std::size_t i) {
     const P h = P(segment_.end) - P::load(bundle_.t + i);
@@ -249,7 +263,9 @@ class GroupMover {
       const P speed = mul_add(P::load(hidden_ + i), by_reach, sqrt(speed2));
       speed2 = speed * speed;
     }
-    const P part2 = h * h * speed2;
+    P part2 = h * h * speed2;
+    const P expected2 = part2 * part2 * part2 * speed2 * P(expected_error2_);
+    part2 = select(expected2 <= P(1), part2, P(1e9));
     part2.store(bundle_.trial + i);
     const std::uint32_t rests = resting(i) | carried(i);
     for (std::size_t lane = 0; rests != 0 && lane < P::size; ++lane) {
@@ -327,6 +343,7 @@ class GroupMover {
       for (std::size_t i = 0; i < lanes(); i += P::size) choose_step(i);
       for (int k = 1; k < method.stage_count; ++k) evaluate(method.stages[k], active);
       for (std::size_t i = 0; i < lanes(); i += P::size) finish_step(i);
+      fill(bundle_.at_contact, std::uint8_t{0}, lanes());
       if (!method.first_same_as_last) evaluate(Stage<S>{}, active);
     }
   }
@@ -344,10 +361,10 @@ class GroupMover {
       }
       active += __builtin_popcount(used & ~done_[i / P::size]);
     }
-    if (active <= bundle_.count - std::max(static_cast<int>(P::size), bundle_.count / 4) || active == 0) {
-      for (std::size_t i = 0; i < lanes(); ++i) {
-        if (is_done(i)) keep_result(i);
-      }
+    if (active == 0) {
+      keep_results();
+    } else if (active <= bundle_.count - std::max(static_cast<int>(P::size), bundle_.count / 4)) {
+      keep_results();
       drop_done();
     }
     return active;
@@ -356,7 +373,7 @@ class GroupMover {
   // Of a lane that rests, in space or in the tool's frame: whether it will be moved by the tool again, and from when on.
   // What it is carried along with the tool is added exactly.
   bool goes_on(std::size_t lane) {
-    const std::size_t point = point_of(bundle_.slot[lane]);
+    const std::size_t point = point_of(slots_are_lanes_ ? lane : bundle_.slot[lane]);
     double* const to[3] = {group_.points.x + point, group_.points.y + point, group_.points.z + point};
     const S t = bundle_.t[lane];
     bundle_.t[lane] = segment_.end;
@@ -401,46 +418,58 @@ class GroupMover {
     const P t = P::load(bundle_.t + i);
     const P end(segment_.end);
     const P remaining = maximum(end - t, t - end);
+    const P by_tolerance(S(1) / segment_.tolerance);
     const Vec3<P> slope = combine<P>(bundle_, method.slope, i);
-    const P error = norm_of(combine<P>(bundle_, method.error, i));
-    const P noise = norm_of(slope) * P(S(8) * std::numeric_limits<S>::epsilon());
+    const P error2 = norm2(combine<P>(bundle_, method.error, i) * by_tolerance);
+    const P noise2 = norm2(slope * (by_tolerance * P(S(8) * std::numeric_limits<S>::epsilon())));
     const auto active = remaining > P(0);
-    const auto accept = ((error <= P(segment_.tolerance) + noise) | (h <= P::load(bundle_.shortest + i))) & active;
-    select(active, h * step_factor(error), P(0)).store(bundle_.trial + i);
+    const auto accept = ((error2 <= P(1) + noise2) | (h <= P::load(bundle_.shortest + i))) & active;
+    const auto arrived = accept & (h >= remaining);
     const Vec3<P> moved = load<P>(bundle_.moved, i);
     store(select_each(accept, mul_add(slope, signed_h, moved), moved), bundle_.moved, i);
-    select(accept, select(h >= remaining, end, t + signed_h), t).store(bundle_.t + i);
+    select(arrived, end, select(accept, t + signed_h, t)).store(bundle_.t + i);
+    (P::load(bundle_.steps + i) + select(accept, P(1), P(0))).store(bundle_.steps + i);
+    const std::uint32_t used = lanes_in_use<P>(i, bundle_.count) & bits(active);
+    count_steps(used, bits(accept));
+    if ((bits(error2 < P(std::numeric_limits<S>::max())) & used) != used) counts_.complete = false;
+    if ((bits(arrived) & used) == used) return;  // nothing goes on from here
+    (h * step_factor(error2)).store(bundle_.trial + i);
     if (method.first_same_as_last) {
       const Vec3<P> last = load<P>(bundle_.k[method.stage_count - 1], i);
       store(select_each(accept, last, load<P>(bundle_.k[0], i)), bundle_.k[0], i);
     }
-    const std::uint32_t used = lanes_in_use<P>(i, bundle_.count);
-    count_step(i, bits(accept) & used, bits(active) & used);
-    if ((bits(error < P(std::numeric_limits<S>::max())) & used & bits(active)) != (used & bits(active))) {
-      counts_.complete = false;
-    }
   }
 
-  void count_step(std::size_t i, std::uint32_t accepted, std::uint32_t active) {
-    counts_.accepted += static_cast<std::uint64_t>(__builtin_popcount(accepted));
-    counts_.rejected += static_cast<std::uint64_t>(__builtin_popcount(active & ~accepted));
-    for (std::size_t k = 0; k < P::size; ++k) {
-      if ((active >> k & 1) != 0) bundle_.at_contact[i + k] = 0;
-      if ((accepted >> k & 1) != 0) bundle_.steps[bundle_.slot[i + k]] += S(1);
-    }
+  void count_steps(std::uint32_t active, std::uint32_t accepted) {
+    const int taken = __builtin_popcount(active & accepted);
+    counts_.accepted += static_cast<std::uint64_t>(taken);
+    counts_.rejected += static_cast<std::uint64_t>(__builtin_popcount(active) - taken);
   }
 
   // The error per unit of time falls with the step's error_order-th power, whose root is taken by square roots only.
-  KNEAD_INLINE P step_factor(const P& error) const {
-    const P tolerance(segment_.tolerance);
-    const P ratio = tolerance / maximum(error, tolerance * P(1e-4));
-    P root = sqrt(ratio);
+  // Given is the square of the error in tolerances.
+  KNEAD_INLINE P step_factor(const P& error2) const {
+    P root = sqrt(sqrt(P(1) / maximum(error2, P(1e-8))));
     if (segment_.method->error_order != 2) root = sqrt(root);
     return minimum(maximum(root * P(0.9), P(0.2)), P(5));
   }
 
-  void keep_result(std::size_t lane) {
-    for (int axis = 0; axis < 3; ++axis) bundle_.result[axis][bundle_.slot[lane]] = bundle_.moved[axis][lane];
+  // Of the lanes that are done.
+  void keep_results() {
+    if (slots_are_lanes_) {  // what is not done will be overwritten
+      for (int axis = 0; axis < 3; ++axis) copy_numbers(bundle_.moved[axis], bundle_.result[axis]);
+      copy_numbers(bundle_.steps, bundle_.result_steps);
+      return;
+    }
+    for (std::size_t lane = 0; lane < lanes(); ++lane) {
+      if (!is_done(lane)) continue;
+      for (int axis = 0; axis < 3; ++axis) bundle_.result[axis][bundle_.slot[lane]] = bundle_.moved[axis][lane];
+      bundle_.result_steps[bundle_.slot[lane]] = bundle_.steps[lane];
+    }
+  }
+
+  void copy_numbers(const S* from, S* to) const {
+    for (std::size_t i = 0; i < lanes(); i += P::size) P::load(from + i).store(to + i);
   }
 
   std::size_t point_of(std::size_t slot) const {
@@ -461,7 +490,7 @@ class GroupMover {
       std::uint32_t* const steps = group_.steps + piece.point;
       for (std::size_t i = 0; in_one_step && i < piece.count; ++i) ++steps[i];
       for (std::size_t i = 0; !in_one_step && i < piece.count; ++i) {
-        steps[i] += static_cast<std::uint32_t>(bundle_.steps[piece.lane + i]);
+        steps[i] += static_cast<std::uint32_t>(bundle_.result_steps[piece.lane + i]);
       }
     }
   }
@@ -499,7 +528,9 @@ class GroupMover {
   const GroupTask<S>& group_;
   Bundle<S>& bundle_;
   GroupCounts counts_;
+  bool slots_are_lanes_ = true;
   S tool_speed2_ = 0;  // relative to the reach of a step
+  S expected_error2_ = 0;
   int hopeful_ = 0;    // path lines for which the third order is worth trying
   int begun_ = 0;      // path lines that the bundle began with
   std::uint32_t done_[kBundle / P::size] = {};

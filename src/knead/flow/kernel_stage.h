@@ -1,7 +1,10 @@
 // The fields of path lines that lie side by side. Internal to the flow room: part of the one source of all kernels.
 #pragma once
 
+#include <limits>
+
 #include "knead/field/field.h"
+#include "knead/field/point_sums.h"
 #include "knead/flow/kernel.h"
 #include "knead/flow/pack.h"
 
@@ -26,31 +29,58 @@ KNEAD_INLINE P inverse_root(const P& sum, int m) {
   return y;
 }
 
-// r and grad r of a set of few points; lengths are measured by the least of the distances, so that nothing overflows.
 template <class P, class S>
-KNEAD_INLINE RegionValue<P> evaluate(const SetPoints<S>& set, const Vec3<P>& d, const P& /*t*/) {
-  const auto offset_of = [&](int i) {
-    return Vec3<P>(d.x - P(set.numbers[i]), d.y - P(set.numbers[set.count + i]), d.z - P(set.numbers[2 * set.count + i]));
-  };
-  P scale2 = norm2(offset_of(0));
-  for (int i = 1; i < set.count; ++i) scale2 = minimum(scale2, norm2(offset_of(i)));
-  const auto off = scale2 > P(0);
-  scale2 = select(off, scale2, P(1));
-  P sum(0);
-  Vec3<P> gradient{P(0), P(0), P(0)};
+KNEAD_INLINE Vec3<P> offset_from(const SetPoints<S>& set, int i, const Vec3<P>& d) {
+  return Vec3<P>(d.x - P(set.numbers[i]), d.y - P(set.numbers[set.count + i]),
+                 d.z - P(set.numbers[2 * set.count + i]));
+}
+
+template <class P, class S>
+KNEAD_INLINE PowerSums<P> power_sums(const SetPoints<S>& set, const Vec3<P>& d, const P& scale2) {
+  PowerSums<P> sums;
+  sums.value = P(0);
+  sums.gradient = {P(0), P(0), P(0)};
   for (int i = 0; i < set.count; ++i) {
-    const Vec3<P> offset = offset_of(i);
+    const Vec3<P> offset = offset_from(set, i, d);
     const P ratio = scale2 / norm2(offset);
     const P term = integer_power(ratio, set.exponent / 2);
-    sum = sum + term;
-    gradient = mul_add(offset, term * ratio, gradient);
+    sums.value = sums.value + term;
+    sums.gradient = mul_add(offset, term * ratio, sums.gradient);
   }
-  const P root = inverse_root(sum, set.exponent);
-  const P scale = sqrt(scale2);
-  const P slope = root / (sum * scale);
-  return {select(off, scale * root, P(0)),
-          {select(off, gradient.x * slope, P(0)), select(off, gradient.y * slope, P(0)),
-           select(off, gradient.z * slope, P(0))}};
+  return sums;
+}
+
+template <class P, class S>
+KNEAD_INLINE RegionValue<P> region_of(const SetPoints<S>& set, const PowerSums<P>& sums, const P& scale) {
+  const P root = inverse_root(sums.value, set.exponent);
+  return {scale * root, sums.gradient * (root / (sums.value * scale))};
+}
+
+// r and grad r where lengths are measured by the least of the distances, so that nothing overflows.
+template <class P, class S>
+KNEAD_INLINE RegionValue<P> evaluate_near(const SetPoints<S>& set, const Vec3<P>& d) {
+  P scale2 = norm2(offset_from(set, 0, d));
+  for (int i = 1; i < set.count; ++i) scale2 = minimum(scale2, norm2(offset_from(set, i, d)));
+  const auto off = scale2 > P(0);
+  scale2 = select(off, scale2, P(1));
+  const RegionValue<P> r = region_of(set, power_sums(set, d, scale2), sqrt(scale2));
+  const P zero(0);
+  return {select(off, r.value, zero),
+          {select(off, r.gradient.x, zero), select(off, r.gradient.y, zero), select(off, r.gradient.z, zero)}};
+}
+
+// r and grad r of a set of few points, by the thresholds' length; as above for lanes where that does not do.
+template <class P, class S>
+KNEAD_INLINE RegionValue<P> evaluate(const SetPoints<S>& set, const Vec3<P>& d, const P& /*t*/) {
+  const PowerSums<P> sums = power_sums(set, d, P(set.scale * set.scale));
+  const P most(std::sqrt(std::numeric_limits<S>::max()));
+  const auto good = (sums.value < most) & (sums.value > P(1) / most);
+  const RegionValue<P> r = region_of(set, sums, P(set.scale));
+  if (bits(!good) == 0) return r;
+  const RegionValue<P> near = evaluate_near(set, d);
+  return {select(good, r.value, near.value),
+          {select(good, r.gradient.x, near.gradient.x), select(good, r.gradient.y, near.gradient.y),
+           select(good, r.gradient.z, near.gradient.z)}};
 }
 
 template <class P>

@@ -61,13 +61,14 @@ struct OwnedSet {
 };
 
 template <class S>
-void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set) {
+void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set, double outer) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (const Vec3d& p : set.points) numbers.push_back(static_cast<S>(p[axis]));
   }
   to.numbers = numbers.data();
   to.count = static_cast<int>(set.points.size());
   to.exponent = set.exponent;
+  to.scale = static_cast<S>(outer);
 }
 
 // The ball of which SetPoints tells, for resting points: it moves by the tool's way, so is as much larger.
@@ -91,8 +92,8 @@ struct OwnedField {
     field.motion = static_cast<M<S>>(motion);
     field.exact_motion = motion;
     if constexpr (std::is_same_v<R<S>, SetPoints<S>>) {
-      fill(field.region, set.numbers, region);
-      fill(field.exact_region, set.exact_numbers, region);
+      fill(field.region, set.numbers, region, from.thresholds.outer);
+      fill(field.exact_region, set.exact_numbers, region, from.thresholds.outer);
       surround(field.exact_region, region, segment);
     } else {
       field.region = static_cast<R<S>>(region);
@@ -175,6 +176,8 @@ struct KernelMover {
     task.tool_velocity = Vec3<S>(segment.displacement);
     task.tool_speed = static_cast<S>(norm(segment.displacement));
     task.reach = static_cast<S>(reach_of_step(segment));
+    const Thresholds<double>& thresholds = segment.fields.front().thresholds;
+    task.width = static_cast<S>(thresholds.outer - thresholds.inner);
     task.tolerance = static_cast<S>(kSafety * options.tolerance);
     task.begin = static_cast<S>(segment.begin);
     task.end = static_cast<S>(segment.end);
@@ -189,7 +192,7 @@ struct KernelMover {
 
   GroupCounts operator()(const LiveGroup& group) const {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
-    return move(task, {group.points, group.members, group.blocks, group.block_count, group.steps, group.moved,
+    return move(task, {group.points, group.members, group.blocks, group.block_count, group.between, group.steps, group.moved,
                        bundle.get()});
   }
 };

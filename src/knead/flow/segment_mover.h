@@ -14,6 +14,7 @@ struct LiveGroup {
   const std::uint64_t* members = nullptr;  // by block: which lanes hold points
   const std::uint16_t* blocks = nullptr;
   int block_count = 0;
+  std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
 };
