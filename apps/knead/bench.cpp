@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "bench_integrators.h"
 #include "bench_measure.h"
 #include "bench_peers.h"
 #include "bench_scenes.h"
@@ -26,6 +27,7 @@ namespace {
 
 struct BenchOptions {
   std::vector<std::string> meshes;
+  bool integrators = false;
   CommonOptions common;
 };
 
@@ -137,6 +139,12 @@ std::string mesh_folder() {
   return given != nullptr ? given : "../shared/meshes";
 }
 
+Mesh read_mesh(const std::string& path) {
+  Mesh mesh = read_shape(path).mesh;
+  if (mesh.positions.empty()) throw InvalidInput(path + ": has no vertices; give a shape that has some");
+  return mesh;
+}
+
 struct Scenes {
   std::vector<BenchScene> own;
   std::vector<PeerScene> peers;
@@ -146,8 +154,7 @@ Scenes scenes_of(const BenchOptions& options) {
   if (options.meshes.empty()) return {standard_scenes(mesh_folder()), standard_peer_scenes(mesh_folder())};
   Scenes scenes;
   for (const std::string& path : options.meshes) {
-    const Mesh mesh = read_shape(path).mesh;
-    if (mesh.positions.empty()) throw InvalidInput(path + ": has no vertices; give a shape that has some");
+    const Mesh mesh = read_mesh(path);
     scenes.own.push_back(paper_scene(path, mesh.positions));
     for (PeerScene& scene : peer_scenes(path, mesh)) scenes.peers.push_back(std::move(scene));
   }
@@ -179,9 +186,44 @@ nlohmann::ordered_json measure_all_peers(const std::vector<PeerScene>& scenes, b
   return rows;
 }
 
+std::vector<BenchScene> integrator_scenes_of(const BenchOptions& options) {
+  std::string name;
+  if (options.meshes.empty()) {
+    const std::vector<Vec3d> points = standard_points(mesh_folder(), name);
+    return integrator_scenes(name, points);
+  }
+  std::vector<BenchScene> scenes;
+  for (const std::string& path : options.meshes) {
+    for (BenchScene& scene : integrator_scenes(path, read_mesh(path).positions)) scenes.push_back(std::move(scene));
+  }
+  return scenes;
+}
+
+nlohmann::ordered_json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) {
+  nlohmann::ordered_json json{{"integrators", nlohmann::ordered_json::array()},
+                              {"times_to_error", nlohmann::ordered_json::array()}};
+  std::vector<IntegratorRun> all;
+  for (const BenchScene& scene : scenes) {
+    const std::vector<IntegratorRun> runs = measure_integrators(scene);
+    for (const IntegratorRun& run : runs) json["integrators"].push_back(json_of(run));
+    if (!quiet) print(text_of(runs));
+    all.insert(all.end(), runs.begin(), runs.end());
+  }
+  const std::vector<TimesToAccuracy> times = times_to_accuracy(all);
+  for (const TimesToAccuracy& row : times) json["times_to_error"].push_back(json_of(row));
+  json["soonest_by_default"] = to_string(soonest_by_default(times));
+  if (!quiet) print(text_of(times));
+  return json;
+}
+
 void run_bench(const BenchOptions& options) {
-  const Scenes scenes = scenes_of(options);
   const bool quiet = options.common.json;
+  if (options.integrators) {
+    const nlohmann::ordered_json json = measure_all_integrators(integrator_scenes_of(options), quiet);
+    if (quiet) print(json.dump(2) + "\n");
+    return;
+  }
+  const Scenes scenes = scenes_of(options);
   const int threads = hardware_threads();
   const double floats = bench::fma_gflops(Precision::float32, 1);
   const double doubles = bench::fma_gflops(Precision::float64, 1);
@@ -208,10 +250,13 @@ Subcommand add_bench(CLI::App& parent) {
   const auto options = std::make_shared<BenchOptions>();
   app->add_option("--mesh", options->meshes, "The paper's benchmark on this shape instead; may be given again")
       ->type_name("FILE");
+  app->add_flag("--integrators", options->integrators,
+                "Instead, the error and time of every integrator and tolerance for a stroke of each tool");
   add_common_options(*app, options->common);
   add_examples(
       *app,
       "  knead bench\n"
+      "  knead bench --integrators\n"
       "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
       "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
       "procedural shapes of the same size take their place.");
