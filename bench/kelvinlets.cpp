@@ -6,8 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-// Compiled for what the machine has, as a program made for speed would be; the compiler finds the lanes.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+// Compiled for what the machine has, as a program made for speed would be; the compiler finds the lanes. The choice is
+// made before the thread sanitizer is ready.
+#if defined(__x86_64__) && !defined(__SANITIZE_THREAD__)
 #define KNEAD_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #else
 #define KNEAD_CLONES
