@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kVertices = 20'000;
 constexpr std::size_t kErrorVertices = 1000;
 // The tighter settings after one that took so many times as long as the loosest are left out.
-constexpr double kLongest = 20;
+constexpr double kLongest = 100;
 constexpr std::array kPrecisions{Precision::float32, Precision::float64};
 constexpr std::array kIntegrators{Integrator::rk4, Integrator::bogacki_shampine, Integrator::dormand_prince,
                                   Integrator::tsitouras};

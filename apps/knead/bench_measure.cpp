@@ -14,13 +14,17 @@ std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count
 }
 
 double median_seconds(const std::function<void()>& run) {
-  constexpr double kSecondsEach = 2;
+  constexpr double kLongest = 2;
+  constexpr double kShortest = 0.05;
+  constexpr std::size_t kMost = 25;
   std::vector<double> times;
-  for (double sum = 0; times.size() < 3 && (times.empty() || sum < kSecondsEach); sum += times.back()) {
+  double sum = 0;
+  do {
     const Clock clock;
     run();
     times.push_back(clock.seconds());
-  }
+    sum += times.back();
+  } while (sum < kLongest && (times.size() < 3 || (sum < kShortest && times.size() < kMost)));
   std::sort(times.begin(), times.end());
   return times[times.size() / 2];
 }

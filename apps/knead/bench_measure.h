@@ -12,7 +12,7 @@ namespace knead::command {
 // About `count` of the points (all, if there are fewer), evenly chosen.
 std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count);
 
-// Of up to three runs: as many as fit into two seconds, but one.
+// Of three runs; of up to 25 where these are shorter than 0.05 s together, and of fewer where they take over 2 s.
 double median_seconds(const std::function<void()>& run);
 
 // Where the flow takes the points, to 1e-12 of `size` a path line and segment.

@@ -130,12 +130,12 @@ nlohmann::ordered_json json_of(const PeerRow& row) {
 }
 
 std::string peers_heading() {
-  return fmt::format("\n{:36} {:26} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "beside others", "method", "ms", "volume",
+  return fmt::format("\n{:44} {:26} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "beside others", "method", "ms", "volume",
                      "crossings", "after", "beyond");
 }
 
 std::string text_of(const PeerRow& row) {
-  return fmt::format("{:36} {:26} {:9.3f} {:9.1e} {:9} {:9} {:9.1e}\n", row.scene, row.method, 1e3 * row.seconds,
+  return fmt::format("{:44} {:26} {:9.3f} {:9.1e} {:9} {:9} {:9.1e}\n", row.scene, row.method, 1e3 * row.seconds,
                      row.volume_error, row.self_intersections_before, row.self_intersections_after,
                      row.motion_beyond_outer);
 }
