@@ -2,14 +2,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "bench_integrators.h"
+#include "bench_measure.h"
+#include "bench_peers.h"
 #include "bench_scenes.h"
 #include "command.h"
 #include "counted.h"
@@ -19,13 +21,13 @@
 #include "machine.h"
 #include "output.h"
 #include "reference.h"
-#include "work.h"
 
 namespace knead::command {
 namespace {
 
 struct BenchOptions {
   std::vector<std::string> meshes;
+  bool integrators = false;
   CommonOptions common;
 };
 
@@ -33,8 +35,6 @@ struct BenchOptions {
 // each.
 constexpr std::size_t kReferenceVertices = 8000;
 constexpr std::size_t kErrorVertices = 1000;
-// Runs until there are three, or until this many seconds have passed.
-constexpr double kSecondsEach = 2;
 
 struct Row {
   const BenchScene* scene = nullptr;
@@ -49,24 +49,6 @@ struct Row {
   double reference_max_error = 0;
 };
 
-std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count) {
-  std::vector<Vec3d> sample;
-  const std::size_t stride = std::max<std::size_t>(1, points.size() / count);
-  for (std::size_t i = 0; i < points.size(); i += stride) sample.push_back(points[i]);
-  return sample;
-}
-
-double median_seconds(const std::function<void()>& run) {
-  std::vector<double> times;
-  for (double sum = 0; times.size() < 3 && (times.empty() || sum < kSecondsEach); sum += times.back()) {
-    const Clock clock;
-    run();
-    times.push_back(clock.seconds());
-  }
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
-}
-
 AdvectOptions advect_options(const BenchScene& scene) {
   AdvectOptions options;
   options.tolerance = scene.tolerance * scene.size;
@@ -75,20 +57,9 @@ AdvectOptions advect_options(const BenchScene& scene) {
   return options;
 }
 
-double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-  double greatest = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) greatest = std::max(greatest, norm(a[i] - b[i]));
-  return greatest;
-}
-
 void measure_errors(const BenchScene& scene, Row& row) {
   const std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
-  AdvectOptions exact;
-  exact.tolerance = 1e-12 * scene.size;
-  exact.precision = Precision::float64;
-  exact.integrator = Integrator::tsitouras;
-  std::vector<Vec3d> expected = sample;
-  advect(scene.flow, expected, exact);
+  const std::vector<Vec3d> expected = exact_positions(scene.flow, sample, scene.size);
   std::vector<Vec3d> found = sample;
   advect(scene.flow, found, advect_options(scene));
   row.max_error = greatest_distance(found, expected) / scene.size;
@@ -168,19 +139,91 @@ std::string mesh_folder() {
   return given != nullptr ? given : "../shared/meshes";
 }
 
-std::vector<BenchScene> scenes_of(const BenchOptions& options) {
-  if (options.meshes.empty()) return standard_scenes(mesh_folder());
-  std::vector<BenchScene> scenes;
+Mesh read_mesh(const std::string& path) {
+  Mesh mesh = read_shape(path).mesh;
+  if (mesh.positions.empty()) throw InvalidInput(path + ": has no vertices; give a shape that has some");
+  return mesh;
+}
+
+struct Scenes {
+  std::vector<BenchScene> own;
+  std::vector<PeerScene> peers;
+};
+
+Scenes scenes_of(const BenchOptions& options) {
+  if (options.meshes.empty()) return {standard_scenes(mesh_folder()), standard_peer_scenes(mesh_folder())};
+  Scenes scenes;
   for (const std::string& path : options.meshes) {
-    std::vector<Vec3d> points = read_shape(path).mesh.positions;
-    if (points.empty()) throw InvalidInput(path + ": has no vertices; give a shape that has some");
-    scenes.push_back(paper_scene(path, std::move(points)));
+    const Mesh mesh = read_mesh(path);
+    scenes.own.push_back(paper_scene(path, mesh.positions));
+    for (PeerScene& scene : peer_scenes(path, mesh)) scenes.peers.push_back(std::move(scene));
   }
   return scenes;
 }
 
+// Each row is printed as soon as it is there, unless all are printed as JSON in the end.
+nlohmann::ordered_json measure_rows(const std::vector<BenchScene>& scenes, double floats, double doubles, bool quiet) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  if (!quiet) print(heading());
+  for (const BenchScene& scene : scenes) {
+    const double peak = scene.precision == Precision::float32 ? floats : doubles;
+    const Row row = measure(scene, peak * scene.threads);
+    rows.push_back(json_of(row));
+    if (!quiet) print(text_of(row));
+  }
+  return rows;
+}
+
+nlohmann::ordered_json measure_all_peers(const std::vector<PeerScene>& scenes, bool quiet) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  if (!quiet && !scenes.empty()) print(peers_heading());
+  for (const PeerScene& scene : scenes) {
+    for (const PeerRow& row : measure_peers(scene)) {
+      rows.push_back(json_of(row));
+      if (!quiet) print(text_of(row));
+    }
+  }
+  return rows;
+}
+
+std::vector<BenchScene> integrator_scenes_of(const BenchOptions& options) {
+  std::string name;
+  if (options.meshes.empty()) {
+    const std::vector<Vec3d> points = standard_points(mesh_folder(), name);
+    return integrator_scenes(name, points);
+  }
+  std::vector<BenchScene> scenes;
+  for (const std::string& path : options.meshes) {
+    for (BenchScene& scene : integrator_scenes(path, read_mesh(path).positions)) scenes.push_back(std::move(scene));
+  }
+  return scenes;
+}
+
+nlohmann::ordered_json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) {
+  nlohmann::ordered_json json{{"integrators", nlohmann::ordered_json::array()},
+                              {"times_to_error", nlohmann::ordered_json::array()}};
+  std::vector<IntegratorRun> all;
+  for (const BenchScene& scene : scenes) {
+    const std::vector<IntegratorRun> runs = measure_integrators(scene);
+    for (const IntegratorRun& run : runs) json["integrators"].push_back(json_of(run));
+    if (!quiet) print(text_of(runs));
+    all.insert(all.end(), runs.begin(), runs.end());
+  }
+  const std::vector<TimesToAccuracy> times = times_to_accuracy(all);
+  for (const TimesToAccuracy& row : times) json["times_to_error"].push_back(json_of(row));
+  json["soonest_by_default"] = to_string(soonest_by_default(times));
+  if (!quiet) print(text_of(times));
+  return json;
+}
+
 void run_bench(const BenchOptions& options) {
-  const std::vector<BenchScene> scenes = scenes_of(options);
+  const bool quiet = options.common.json;
+  if (options.integrators) {
+    const nlohmann::ordered_json json = measure_all_integrators(integrator_scenes_of(options), quiet);
+    if (quiet) print(json.dump(2) + "\n");
+    return;
+  }
+  const Scenes scenes = scenes_of(options);
   const int threads = hardware_threads();
   const double floats = bench::fma_gflops(Precision::float32, 1);
   const double doubles = bench::fma_gflops(Precision::float64, 1);
@@ -188,22 +231,16 @@ void run_bench(const BenchOptions& options) {
                               {"threads", threads},
                               {"fma_gflops", floats},
                               {"fma_scaling", bench::fma_gflops(Precision::float32, threads) / floats},
-                              {"copy_gigabytes_per_s", bench::copy_gigabytes_per_second()},
-                              {"rows", nlohmann::ordered_json::array()}};
-  if (!options.common.json) {
+                              {"copy_gigabytes_per_s", bench::copy_gigabytes_per_second()}};
+  if (!quiet) {
     print(fmt::format(
         "one core: {:.0f} Gflop/s of multiply-adds in float, {:.0f} in double; {} threads: {:.2f} times that; "
         "memory {:.1f} GB/s\n",
         floats, doubles, threads, json["fma_scaling"].get<double>(), json["copy_gigabytes_per_s"].get<double>()));
-    print(heading());
   }
-  for (const BenchScene& scene : scenes) {
-    const double peak = scene.precision == Precision::float32 ? floats : doubles;
-    const Row row = measure(scene, peak * scene.threads);
-    json["rows"].push_back(json_of(row));
-    if (!options.common.json) print(text_of(row));
-  }
-  if (options.common.json) print(json.dump(2) + "\n");
+  json["rows"] = measure_rows(scenes.own, floats, doubles, quiet);
+  json["peers"] = measure_all_peers(scenes.peers, quiet);
+  if (quiet) print(json.dump(2) + "\n");
 }
 
 }  // namespace
@@ -213,10 +250,13 @@ Subcommand add_bench(CLI::App& parent) {
   const auto options = std::make_shared<BenchOptions>();
   app->add_option("--mesh", options->meshes, "The paper's benchmark on this shape instead; may be given again")
       ->type_name("FILE");
+  app->add_flag("--integrators", options->integrators,
+                "Instead, the error and time of every integrator and tolerance for a stroke of each tool");
   add_common_options(*app, options->common);
   add_examples(
       *app,
       "  knead bench\n"
+      "  knead bench --integrators\n"
       "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
       "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
       "procedural shapes of the same size take their place.");

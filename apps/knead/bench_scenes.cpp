@@ -75,6 +75,14 @@ std::vector<Vec3d> points_of(const std::filesystem::path& file, std::size_t vert
   return make_shape(ShapeKind::knot, vertices).positions;
 }
 
+// A brush that reaches little of the shape.
+BenchScene brush_scene(const std::string& name, const std::vector<Vec3d>& points) {
+  BenchScene scene = scene_of(name, "brush", points);
+  const Vec3d corner = scene.points[scene.points.size() / 2];
+  scene.flow = flow_of(ImplicitStroke{path_of(corner, 0.25 * scene.size), 0.0227 * scene.size, 0.142 * scene.size});
+  return scene;
+}
+
 }  // namespace
 
 BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
@@ -82,6 +90,16 @@ BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
   const Vec3d c = bounding_box(scene.points).center();
   scene.flow = flow_of(ImplicitStroke{path_of(c, 0.25 * scene.size), 0.071 * scene.size, 0.965 * scene.size});
   return scene;
+}
+
+std::vector<BenchScene> scenes_of_all_tools(const std::string& name, const std::vector<Vec3d>& points) {
+  std::vector<BenchScene> scenes{paper_scene(name, points), brush_scene(name, points)};
+  for (BenchScene& scene : tool_scenes(name, points)) scenes.push_back(std::move(scene));
+  return scenes;
+}
+
+std::vector<Vec3d> standard_points(const std::string& folder, std::string& name) {
+  return points_of(std::filesystem::path(folder) / "armadillo_173k_constructed.ply", 172'974, name);
 }
 
 std::vector<BenchScene> standard_scenes(const std::string& folder) {
@@ -101,9 +119,7 @@ std::vector<BenchScene> standard_scenes(const std::string& folder) {
   accurate.tolerance = 1e-9;
   BenchScene threaded = scenes[2];
   threaded.threads = hardware_threads();
-  BenchScene brush = scene_of(scenes[3].name, "brush", scenes[3].points);
-  const Vec3d corner = brush.points[brush.points.size() / 2];
-  brush.flow = flow_of(ImplicitStroke{path_of(corner, 0.25 * brush.size), 0.0227 * brush.size, 0.142 * brush.size});
+  BenchScene brush = brush_scene(scenes[3].name, scenes[3].points);
   std::vector<BenchScene> tools = tool_scenes(scenes[1].name, scenes[1].points);
   scenes.push_back(std::move(accurate));
   scenes.push_back(std::move(threaded));

@@ -23,9 +23,15 @@ struct BenchScene {
 // diagonal in 20 segments.
 BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points);
 
-// Its four shapes: scans of about their size in the folder, or procedural ones of the same number of vertices where
-// they are absent; then, on some of these, double precision, all threads, a local brush, and one scene for each other
-// tool.
+// On one shape: the paper's benchmark, a local brush, and one stroke of each other tool.
+std::vector<BenchScene> scenes_of_all_tools(const std::string& name, const std::vector<Vec3d>& points);
+
+// The vertices of the third of the shapes below, and what it is called.
+std::vector<Vec3d> standard_points(const std::string& folder, std::string& name);
+
+// The paper's four shapes: scans of about their size in the folder, or procedural ones of the same number of vertices
+// where they are absent; then, on some of these, double precision, all threads, a local brush, and one scene for each
+// other tool.
 std::vector<BenchScene> standard_scenes(const std::string& folder);
 
 }  // namespace knead::command

@@ -1,4 +1,6 @@
 // knead bench.
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "process.h"
@@ -34,6 +36,36 @@ TEST_F(BenchTest, OfAMeshHasEveryKey) {
   EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
   EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
   EXPECT_LT(row.at("reference_max_error").get<double>(), 1e-5);
+}
+
+// Ours keeps what is beyond the brush; those that people would use instead do not.
+TEST_F(BenchTest, ComparesStrokesOnClosedMeshes) {
+  knead_ok({"make", "sphere", "-n", "300", "-o", "s.ply", "-q"});
+  knead_ok({"make", "sphere", "-n", "300", "-o", "p.xyz", "-q"});
+  EXPECT_EQ(json::parse(knead_ok({"bench", "--json", "--mesh", "p.xyz"})).at("peers"), json::array());
+  const json peers = json::parse(knead_ok({"bench", "--json", "--mesh", "s.ply"})).at("peers");
+  ASSERT_EQ(peers.size(), 9u);
+  for (const json& row : peers) {
+    const bool ours = row.at("method") == "knead";
+    EXPECT_GT(row.at("seconds").get<double>(), 0);
+    EXPECT_LT(std::abs(row.at("volume_error").get<double>()), 0.2);
+    EXPECT_EQ(row.at("self_intersections_before"), 0);
+    EXPECT_TRUE(row.at("self_intersections_after").is_number_unsigned());
+    EXPECT_EQ(row.at("motion_beyond_outer").get<double>() == 0, ours) << row;
+  }
+}
+
+TEST_F(BenchTest, SaysWhichIntegratorIsSoonest) {
+  knead_ok({"make", "sphere", "-n", "12", "-o", "s.ply", "-q"});
+  const json bench = json::parse(knead_ok({"bench", "--integrators", "--json", "--mesh", "s.ply"}));
+  EXPECT_GE(bench.at("integrators").size(), 7u * 4 * (4 + 4));  // scenes, methods, tolerances but for slow ones
+  for (const json& run : bench.at("integrators")) {
+    EXPECT_GT(run.at("seconds").get<double>(), 0) << run;
+    EXPECT_LT(run.at("max_error").get<double>(), std::max(1e-6, 10 * run.at("tolerance").get<double>())) << run;
+  }
+  ASSERT_EQ(bench.at("times_to_error").size(), 4u + 6u);
+  for (const json& times : bench.at("times_to_error")) EXPECT_EQ(times.at("seconds").size(), 4u);
+  EXPECT_EQ(bench.at("soonest_by_default"), bench.at("times_to_error")[2].at("soonest"));
 }
 
 TEST_F(BenchTest, RefusesWhatItCannotRead) { EXPECT_EQ(knead({"bench", "--mesh", "absent.ply"}).exit_code, 3); }

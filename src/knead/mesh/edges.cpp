@@ -1,6 +1,7 @@
 #include "knead/mesh/edges.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace knead {
 namespace {
@@ -20,7 +21,38 @@ void for_each_use(const Mesh& mesh, Visit visit) {
   }
 }
 
+// A traversal of an edge of one smaller vertex: the larger one doubled, plus 1 where it goes from small to large.
+using HalfUse = std::uint64_t;
+
+// Whether each edge among these is used more than once, and as often one way as the other but for one.
+bool all_balanced(std::span<HalfUse> uses) {
+  std::sort(uses.begin(), uses.end());
+  for (std::size_t begin = 0; begin < uses.size();) {
+    std::ptrdiff_t upward = 0;
+    std::size_t end = begin;
+    for (; end < uses.size() && uses[end] / 2 == uses[begin] / 2; ++end) upward += uses[end] % 2 == 1 ? 1 : -1;
+    if (end - begin == 1 || std::abs(upward) > 1) return false;
+    begin = end;
+  }
+  return true;
+}
+
 }  // namespace
+
+bool is_closed_and_oriented(const Mesh& mesh) {
+  std::vector<std::size_t> end(mesh.vertex_count() + 1, 0);
+  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low + 1]; });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  std::vector<HalfUse> uses(end.back());
+  // Filling moves each vertex's begin to its end, which is where the next one's was.
+  for_each_use(mesh, [&](const EdgeUse& use) { uses[end[use.low]++] = HalfUse{use.high} * 2 + (use.upward ? 1 : 0); });
+  std::size_t begin = 0;
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (!all_balanced({uses.data() + begin, end[v] - begin})) return false;
+    begin = end[v];
+  }
+  return mesh.face_count() > 0;
+}
 
 std::vector<EdgeUse> edge_uses(const Mesh& mesh) {
   std::vector<std::size_t> begin(mesh.vertex_count() + 1, 0);

@@ -23,6 +23,10 @@ struct EdgeUse {
 // whose successor is the same vertex has no edge. Time: linear, and a sort of the few uses at each vertex.
 std::vector<EdgeUse> edge_uses(const Mesh& mesh);
 
+// Whether there are faces, every edge is traversed more than once, and as often one way as the other but for one
+// traversal: closed() and oriented() of measure(mesh), sooner.
+bool is_closed_and_oriented(const Mesh& mesh);
+
 // Calls visit(uses) once per edge, with all of its uses.
 template <class Visit>
 void for_each_edge(std::span<const EdgeUse> uses, Visit visit) {

@@ -1,5 +1,8 @@
 #include "knead/mesh/flipped.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <vector>
 
 #include "knead/mesh/normals.h"
@@ -14,22 +17,75 @@ bool opposes(const Triangle& t, std::span<const Vec3d> positions, std::span<cons
   return dot(normal, normals[t[0]] + normals[t[1]] + normals[t[2]]) < 0;
 }
 
+// Those of the triangles that oppose the normals of their vertices.
+std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> triangles,
+                               std::span<const Vec3d> positions) {
+  std::vector<Triangle> result;
+  if (triangles.empty()) return result;
+  std::vector<bool> needed(mesh.vertex_count(), false);
+  for (const Triangle& t : triangles) {
+    for (const std::uint32_t v : t) needed[v] = true;
+  }
+  const std::vector<Vec3d> normals = vertex_normals(mesh, positions, needed);
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result),
+               [&](const Triangle& t) { return opposes(t, positions, normals); });
+  return result;
+}
+
+// Which vertices are tame: the faces and triangles around look within 45 degrees of the first of them, less a margin
+// far above rounding. A triangle of three tame vertices opposes nothing, as the normals there are sums of those of
+// faces that look within 90 degrees of where it looks itself. Nearly all vertices of most shapes are tame, and so need
+// no normals, which take angles.
+class TameVertices {
+ public:
+  explicit TameVertices(std::size_t count) : first_(count), tame_(count, 1) {}
+
+  void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
+    const double size2 = norm2(normal);
+    const bool sound = size2 > 1e-140;  // there is area, and squares of squares do not vanish
+    for (const std::uint32_t v : vertices) {
+      if (first_[v] == Vec3d{}) first_[v] = normal;
+      const double along = dot(first_[v], normal);
+      if (!(sound && along > 0 && along * along > 0.51 * norm2(first_[v]) * size2)) tame_[v] = 0;
+    }
+  }
+
+  bool are_all(const Triangle& t) const { return tame_[t[0]] + tame_[t[1]] + tame_[t[2]] == 3; }
+
+ private:
+  std::vector<Vec3d> first_;
+  std::vector<unsigned char> tame_;
+};
+
+TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  TameVertices tame(mesh.vertex_count());
+  std::vector<Triangle> parts;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    tame.add(polygon_normal(after, face), face);
+    if (face.size() <= 3) continue;
+    parts.clear();
+    triangulate_polygon(before, face, parts);
+    for (const Triangle& t : parts) tame.add(polygon_normal(after, t), t);
+  }
+  return tame;
+}
+
+// The triangles that might oppose the normals of their vertices.
+std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  const TameVertices tame = find_tame(mesh, before, after);
+  std::vector<Triangle> result;
+  for_each_triangle(mesh, before, [&](const Triangle& t) {
+    if (!tame.are_all(t)) result.push_back(t);
+  });
+  return result;
+}
+
 }  // namespace
 
 std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
-  const std::vector<Vec3d> normals_before = vertex_normals(mesh, before);
-  const std::vector<Vec3d> normals_after = vertex_normals(mesh, after);
-  std::size_t flipped = 0;
-  std::vector<Triangle> triangles;
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (mesh.face(f).size() < 3) continue;
-    triangles.clear();
-    triangulate_polygon(before, mesh.face(f), triangles);
-    for (const Triangle& t : triangles) {
-      if (opposes(t, after, normals_after) && !opposes(t, before, normals_before)) ++flipped;
-    }
-  }
-  return flipped;
+  const std::vector<Triangle> candidates = opposing(mesh, suspects(mesh, before, after), after);
+  return candidates.size() - opposing(mesh, candidates, before).size();
 }
 
 }  // namespace knead

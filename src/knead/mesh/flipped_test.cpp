@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
+#include "knead/mesh/normals.h"
+#include "knead/mesh/shapes.h"
 #include "knead/mesh/test_shapes.h"
 #include "knead/mesh/triangulate.h"
 
@@ -39,6 +44,55 @@ TEST(CountFlipped, AFlapFoldedOverItsNeighbours) {
   EXPECT_EQ(count_flipped(grid, grid.positions, after), expected);
   EXPECT_EQ(count_flipped(grid, after, after), 0u);
   EXPECT_EQ(count_flipped(grid, after, grid.positions), 0u);
+}
+
+// As it is defined, with the normals of all vertices.
+std::size_t flipped_by_definition(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  const auto opposes = [&](const Triangle& t, std::span<const Vec3d> positions, const std::vector<Vec3d>& normals) {
+    const Vec3d normal = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+    return dot(normal, normals[t[0]] + normals[t[1]] + normals[t[2]]) < 0;
+  };
+  const std::vector<Vec3d> normals_before = vertex_normals(mesh, before);
+  const std::vector<Vec3d> normals_after = vertex_normals(mesh, after);
+  std::size_t count = 0;
+  for_each_triangle(mesh, before, [&](const Triangle& t) {
+    count += opposes(t, after, normals_after) && !opposes(t, before, normals_before) ? 1 : 0;
+  });
+  return count;
+}
+
+// Gentle and wild motions of triangles and quads, of tiny and huge shapes too, with some vertices that coincide.
+TEST(CountFlipped, AsDefinedHoweverMuchMoves) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> number;
+  for (const Mesh& mesh :
+       {quad_torus(40, 20), make_shape(ShapeKind::sphere, 2000), make_shape(ShapeKind::knot, 2000)}) {
+    std::size_t flipped = 0;
+    for (const double size : {1e-90, 1e-40, 1.0, 1e70}) {
+      for (const double motion : {0.001, 0.02, 0.05, 0.1, 1.0}) {
+        std::vector<Vec3d> before = mesh.positions;
+        for (Vec3d& p : before) p *= size;
+        std::vector<Vec3d> after = before;
+        for (Vec3d& p : after) {
+          for (std::size_t k = 0; k < 3; ++k) p[k] += size * motion * number(random);
+        }
+        after[7] = after[8];
+        before[9] = before[10];
+        const std::size_t expected = flipped_by_definition(mesh, before, after);
+        EXPECT_EQ(count_flipped(mesh, before, after), expected) << size << " " << motion;
+        flipped += expected;
+      }
+    }
+    EXPECT_GT(flipped, 1000u);
+  }
+}
+
+TEST(CountFlipped, WhatIsNoNumberIsNotFlipped) {
+  const Mesh torus = quad_torus(40, 20);
+  std::vector<Vec3d> after = torus.positions;
+  after[5].x = std::nan("");
+  after[50].y = HUGE_VAL;
+  EXPECT_EQ(count_flipped(torus, torus.positions, after), flipped_by_definition(torus, torus.positions, after));
 }
 
 }  // namespace

@@ -10,22 +10,6 @@
 namespace knead {
 namespace {
 
-VolumeAndArea sum_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                            const Vec3d& origin) {
-  double volume6 = 0;
-  double area2 = 0;
-  for (const Triangle& t : triangles) {
-    const Vec3d a = positions[t[0]] - origin;
-    const Vec3d b = positions[t[1]] - origin;
-    const Vec3d c = positions[t[2]] - origin;
-    volume6 += dot(a, cross(b, c));
-    area2 += norm(cross(b - a, c - a));
-  }
-  return {volume6 / 6, area2 / 2};
-}
-
-Vec3d center_of(const Box& box) { return box.empty() ? Vec3d{} : box.center(); }
-
 // The tangent of a triangle's smallest angle. That is between the two longest edges, where their dot product is the
 // largest of the three, and at most 60 degrees.
 double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -38,9 +22,6 @@ double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 void count_triangles(const Mesh& mesh, Measures& m) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   m.triangles = triangles.size();
-  const VolumeAndArea sums = sum_triangles(triangles, mesh.positions, center_of(m.box));
-  m.volume = sums.volume;
-  m.area = sums.area;
   double tangent = Box::kInfinity;
   for (const Triangle& t : triangles) {
     const Vec3d& a = mesh.positions[t[0]];
@@ -135,6 +116,9 @@ Measures measure(const Mesh& mesh) {
   m.faces = mesh.face_count();
   m.box = bounding_box(mesh.positions);
   count_triangles(mesh, m);
+  const VolumeAndArea sums = measure_volume_and_area(mesh, mesh.positions);
+  m.volume = sums.volume;
+  m.area = sums.area;
   const std::vector<EdgeUse> uses = edge_uses(mesh);
   count_edges(uses, m);
   DisjointSets fans = find_fans(mesh, uses);
@@ -147,7 +131,18 @@ Measures measure(const Mesh& mesh) {
 }
 
 VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
-  return sum_triangles(triangulate(mesh), positions, center_of(bounding_box(positions)));
+  const Box box = bounding_box(positions);
+  const Vec3d origin = box.empty() ? Vec3d{} : box.center();
+  double volume6 = 0;
+  double area2 = 0;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    const Vec3d a = positions[t[0]] - origin;
+    const Vec3d b = positions[t[1]] - origin;
+    const Vec3d c = positions[t[2]] - origin;
+    volume6 += dot(a, cross(b, c));
+    area2 += norm(cross(b - a, c - a));
+  });
+  return {volume6 / 6, area2 / 2};
 }
 
 std::vector<std::string> describe_oddities(const Measures& m) {

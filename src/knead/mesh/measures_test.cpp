@@ -9,6 +9,7 @@
 #include <random>
 
 #include "knead/io/shape_file.h"
+#include "knead/mesh/edges.h"
 #include "knead/mesh/test_shapes.h"
 #include "support/test_meshes.h"
 
@@ -148,6 +149,27 @@ TEST(Measures, BowTiesAndLooseParts) {
       make_mesh({{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, -1, 0}}, {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}});
   EXPECT_EQ(measure(fan).nonmanifold_edges, 1u);
   EXPECT_FALSE(measure(fan).manifold());
+}
+
+// Few vertices and many faces, so that edges are used by all numbers of faces, in both directions.
+TEST(Measures, ClosedAndOrientedWithoutTheRest) {
+  std::mt19937 random(1);
+  std::size_t sound = 0;
+  for (int round = 0; round < 20'000; ++round) {
+    Mesh mesh;
+    mesh.positions.resize(4 + random() % 3);
+    const std::size_t faces = random() % 9;
+    for (std::size_t f = 0; f < faces; ++f) {
+      std::vector<std::uint32_t> face(3 + random() % 2);
+      for (std::uint32_t& v : face) v = static_cast<std::uint32_t>(random() % mesh.positions.size());
+      mesh.add_face(face);
+    }
+    const Measures measures = measure(mesh);
+    EXPECT_EQ(is_closed_and_oriented(mesh), measures.closed() && measures.oriented()) << round;
+    sound += is_closed_and_oriented(mesh) ? 1 : 0;
+  }
+  EXPECT_GT(sound, 20u);
+  EXPECT_TRUE(is_closed_and_oriented(quad_torus(20, 10)));
 }
 
 TEST(Measures, NothingAtAll) {

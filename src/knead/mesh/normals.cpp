@@ -188,6 +188,10 @@ std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> posit
 
 std::vector<Vec3d> vertex_normals(const Mesh& mesh) { return vertex_normals(mesh, mesh.positions); }
 
+std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& needed) {
+  return mean_normals(mesh, positions, needed, mesh.corner_vertex);
+}
+
 std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> normals,
                                      std::span<const std::uint32_t> corner_normal) {
   std::vector<Vec3d> result(normals.begin(), normals.end());

@@ -14,6 +14,10 @@ namespace knead {
 std::vector<Vec3d> vertex_normals(const Mesh& mesh);
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions);
 
+// The same bits for the vertices that are `needed` (one flag a vertex), in the time that these take and a look at every
+// corner; zero for the others.
+std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& needed);
+
 inline constexpr std::uint32_t kNoNormal = 0xffffffffu;
 
 // Authored normals after the vertices of `mesh` have moved to `after`. Corner c of the mesh uses

@@ -186,5 +186,14 @@ TEST(TransportTangents, WithoutAnAreaAroundStayAcrossTheNormal) {
   }
 }
 
+TEST(VertexNormals, OfSomeHaveTheSameBits) {
+  const Mesh torus = quad_torus(20, 10);
+  const std::vector<Vec3d> all = vertex_normals(torus);
+  std::vector<bool> needed(all.size(), false);
+  for (std::size_t i = 0; i < all.size(); i += 7) needed[i] = true;
+  const std::vector<Vec3d> some = vertex_normals(torus, torus.positions, needed);
+  for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(some[i], needed[i] ? all[i] : Vec3d{}) << i;
+}
+
 }  // namespace
 }  // namespace knead

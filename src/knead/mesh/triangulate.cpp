@@ -127,10 +127,7 @@ void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::
 std::vector<Triangle> triangulate(const Mesh& mesh) {
   std::vector<Triangle> triangles;
   triangles.reserve(mesh.corner_vertex.size());
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> polygon = mesh.face(f);
-    if (polygon.size() >= 3) triangulate_polygon(mesh.positions, polygon, triangles);
-  }
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) { triangles.push_back(t); });
   return triangles;
 }
 

@@ -25,6 +25,21 @@ std::vector<std::uint32_t> triangle_faces(const Mesh& mesh);
 void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon,
                          std::vector<Triangle>& triangles);
 
+// Calls visit(triangle) for the triangles of every face as triangulate() cuts them where the vertices are at
+// `positions`.
+template <class Visit>
+void for_each_triangle(const Mesh& mesh, std::span<const Vec3d> positions, Visit visit) {
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> polygon = mesh.face(f);
+    if (polygon.size() == 3) visit(Triangle{polygon[0], polygon[1], polygon[2]});
+    if (polygon.size() <= 3) continue;
+    triangles.clear();
+    triangulate_polygon(positions, polygon, triangles);
+    for (const Triangle& t : triangles) visit(t);
+  }
+}
+
 // The normal of a closed polygon, twice its area long: sum of the cross products of its corners (Newell).
 Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon);
 

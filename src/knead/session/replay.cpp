@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "knead/io/large_pages.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
@@ -100,7 +101,11 @@ class Replayer {
 
   ReplayResult run() {
     companions_ = companions_of(mesh_.positions, options_.normals, kCompanionReach * diagonal_);
-    shape_ = {mesh_.positions, companions_.points, std::vector<std::uint32_t>(mesh_.positions.size(), 0), {}};
+    reserve_large(shape_.positions, mesh_.positions.size());
+    reserve_large(shape_.steps, mesh_.positions.size());
+    shape_.positions = mesh_.positions;
+    shape_.companions = companions_.points;
+    shape_.steps.resize(mesh_.positions.size(), 0);
     if (!reads_own_surface()) shadow_ = shape_;
     describe_plan();
     std::uint64_t work = 0;
