@@ -108,7 +108,7 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
                              std::holds_alternative<HalfSpace<double>>(sweep.field->region);
     if (!is_distance) return false;
     const bool turns = std::holds_alternative<Rotation<double>>(sweep.field->motion) ||
-                            std::holds_alternative<Twist<double>>(sweep.field->motion);
+                       std::holds_alternative<Twist<double>>(sweep.field->motion);
     if (turns && !or_inside) return false;  // known in closed form there too
     const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
     const Thresholds<double>& thresholds = sweep.field->thresholds;

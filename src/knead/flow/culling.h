@@ -38,7 +38,7 @@ class Culling {
     const Field* field = nullptr;
     Vec3d from;
     Vec3d to;
-    double begin = 0;     // of the time
+    double begin = 0;  // of the time
     double middle = 0.5;
     double half_time = 0;
     double half_way = 0;

@@ -50,9 +50,9 @@ struct alignas(64) Bundle {
   S h[kBundle]{};  // the step, negative backwards in time
   S trial[kBundle]{};
   S shortest[kBundle]{};
-  S steps[kBundle]{};         // accepted
-  Lanes3<S> result{};         // of all path lines that the bundle began with
-  S result_steps[kBundle]{};  // theirs
+  S steps[kBundle]{};                  // accepted
+  Lanes3<S> result{};                  // of all path lines that the bundle began with
+  S result_steps[kBundle]{};           // theirs
   std::uint16_t slot[kBundle]{};       // where a path line's result belongs
   std::uint8_t at_contact[kBundle]{};  // v is known to be 0 there, at the moment when the tool arrives
   Piece pieces[kBundle]{};
@@ -60,8 +60,8 @@ struct alignas(64) Bundle {
   int count = 0;
 };
 
-// v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is 0
-// and not looked at.
+// v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is
+// 0 and not looked at.
 template <class S>
 struct Stage {
   S weights[Tableau::kMaxStages]{};
@@ -74,10 +74,10 @@ struct Stage {
 
 // What a segment asks of a block of points at its beginning.
 struct BlockTask {
-  Coordinates points;          // kBlock of each
-  std::uint64_t members = 0;   // which of them the segment is about
-  double* start = nullptr;     // kBlock
-  bool between = false;        // whether all are known to be between the inner and the outer region
+  Coordinates points;         // kBlock of each
+  std::uint64_t members = 0;  // which of them the segment is about
+  double* start = nullptr;    // kBlock
+  bool between = false;       // whether all are known to be between the inner and the outer region
 };
 
 // Points whose path lines are to be integrated: from the segment's beginning, or from the time in BlockTask::start. All
@@ -160,7 +160,7 @@ struct SegmentTask {
 
 template <class S>
 struct GroupTask {
-  Coordinates points;                     // kGroup of each
+  Coordinates points;                      // kGroup of each
   const std::uint64_t* members = nullptr;  // by block
   const std::uint16_t* blocks = nullptr;   // the live ones
   int block_count = 0;

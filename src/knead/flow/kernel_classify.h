@@ -31,7 +31,8 @@ KNEAD_INLINE Vec3<P> turn_displacement(const Vec3<P>& d, const Vec3<P>& axis, co
   return neg_mul_add(d_perp, half_sine * half_sine * P(2), cross(axis, d) * sincos(angle).sin);
 }
 
-// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis; as in closed_form.cpp.
+// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis; as in
+// closed_form.cpp.
 template <class P>
 KNEAD_INLINE P greatest_over_turn(const Vec3<P>& n, const Vec3<P>& axis, const Vec3<P>& d, const P& phi0,
                                   const P& phi1) {
@@ -210,8 +211,8 @@ KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& r) {
   P turning(0);
   if constexpr (requires { field.exact_region.turn_angle; }) {
     const Vec3<P> lever = cross(Vec3<P>(field.exact_region.turn_axis), d);
-    turning = sqrt(norm2(lever)) * P(field.exact_region.turn_angle < 0 ? -field.exact_region.turn_angle
-                                                                       : field.exact_region.turn_angle);
+    turning = sqrt(norm2(lever)) *
+              P(field.exact_region.turn_angle < 0 ? -field.exact_region.turn_angle : field.exact_region.turn_angle);
   }
   const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
   const P most = (sqrt(P(speed2)) + turning) * P(duration * (1 + 1e-9));

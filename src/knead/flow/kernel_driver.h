@@ -19,7 +19,7 @@ inline constexpr S kThirdOrder = S(1);
 // What is expected of its error before, by the speed and the third power of the way's part of the intermediate region's
 // width: above the tolerance, neither is tried.
 template <class S>
-inline constexpr S kExpected = S(0.73);
+inline constexpr S kExpected = S(0.01);
 // What of Euler's error is expected of it then, times the square of that part: above the tolerance, the third order is
 // not tried.
 template <class S>
@@ -251,8 +251,8 @@ class GroupMover {
   }
 
   // Into h all of the way, and into `trial` the square of which part of the longest step that is: a great number where
-  // it is not worth trying, or the slope does not tell: the point being at rest in space or in the tool's frame. Returns how many lanes may go
-  // their way in one step.
+  // it is not worth trying, or the slope does not tell: the point being at rest in space or in the tool's frame.
+  // Returns how many lanes may go their way in one step.
   KNEAD_INLINE int measure_way(std::size_t i) {
     const P h = P(segment_.end) - P::load(bundle_.t + i);
     h.store(bundle_.h + i);
@@ -305,8 +305,8 @@ class GroupMover {
       Vec3<P> slope = (k0 + k1) * P(0.5);
       const P error2 = norm2((k1 - slope) * by_tolerance) * part2;
       auto good = (part2 <= P(kShortWay<S> * kShortWay<S>)) & (error2 <= one) & (norm2(slope) > zero);
-      const auto hopeful = (part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) &
-                           (error2 * part2 * P(kHopeless<S> * kHopeless<S>) <= one);
+      const auto hopeful =
+          (part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) & (error2 * part2 * P(kHopeless<S> * kHopeless<S>) <= one);
       if constexpr (!with_third) {
         hopeful_ += __builtin_popcount(bits(hopeful) & ~bits(good) & lanes_in_use<P>(i, bundle_.count));
       }
@@ -370,8 +370,8 @@ class GroupMover {
     return active;
   }
 
-  // Of a lane that rests, in space or in the tool's frame: whether it will be moved by the tool again, and from when on.
-  // What it is carried along with the tool is added exactly.
+  // Of a lane that rests, in space or in the tool's frame: whether it will be moved by the tool again, and from when
+  // on. What it is carried along with the tool is added exactly.
   bool goes_on(std::size_t lane) {
     const std::size_t point = point_of(slots_are_lanes_ ? lane : bundle_.slot[lane]);
     double* const to[3] = {group_.points.x + point, group_.points.y + point, group_.points.z + point};
@@ -531,8 +531,8 @@ class GroupMover {
   bool slots_are_lanes_ = true;
   S tool_speed2_ = 0;  // relative to the reach of a step
   S expected_error2_ = 0;
-  int hopeful_ = 0;    // path lines for which the third order is worth trying
-  int begun_ = 0;      // path lines that the bundle began with
+  int hopeful_ = 0;  // path lines for which the third order is worth trying
+  int begun_ = 0;    // path lines that the bundle began with
   std::uint32_t done_[kBundle / P::size] = {};
   alignas(64) S hidden_[kBundle] = {};
 };

@@ -12,7 +12,7 @@ namespace knead::detail {
 
 // S^(-1/m), as inverse_root of one number (field/point_set.h); every lane stops by itself.
 template <class P>
-  requires requires { typename P::Mask; }
+requires requires { typename P::Mask; }
 KNEAD_INLINE P inverse_root(const P& sum, int m) {
   P y = P(1) / sum;
   int q = 1;
@@ -31,8 +31,7 @@ KNEAD_INLINE P inverse_root(const P& sum, int m) {
 
 template <class P, class S>
 KNEAD_INLINE Vec3<P> offset_from(const SetPoints<S>& set, int i, const Vec3<P>& d) {
-  return Vec3<P>(d.x - P(set.numbers[i]), d.y - P(set.numbers[set.count + i]),
-                 d.z - P(set.numbers[2 * set.count + i]));
+  return Vec3<P>(d.x - P(set.numbers[i]), d.y - P(set.numbers[set.count + i]), d.z - P(set.numbers[2 * set.count + i]));
 }
 
 template <class P, class S>

@@ -97,8 +97,7 @@ struct Pack {
   KNEAD_INLINE Pack() : v(S(0)) {}
   KNEAD_INLINE explicit Pack(S value) : v(value) {}
   template <class U>
-    requires std::is_arithmetic_v<U>
-  KNEAD_INLINE explicit Pack(U value) : v(static_cast<S>(value)) {}
+  requires std::is_arithmetic_v<U> KNEAD_INLINE explicit Pack(U value) : v(static_cast<S>(value)) {}
   KNEAD_INLINE explicit Pack(const Batch& batch) : v(batch) {}
 
   KNEAD_INLINE static Pack load(const S* from) { return Pack(Batch::load_unaligned(from)); }
@@ -119,9 +118,7 @@ struct Pack {
     return Pack(xsimd::select(mask.v, a.v, b.v));
   }
   KNEAD_INLINE friend Pack sqrt(const Pack& a) { return Pack(xsimd::sqrt(a.v)); }
-  KNEAD_INLINE friend Pack mul_add(const Pack& a, const Pack& b, const Pack& c) {
-    return Pack(fused(a.v, b.v, c.v));
-  }
+  KNEAD_INLINE friend Pack mul_add(const Pack& a, const Pack& b, const Pack& c) { return Pack(fused(a.v, b.v, c.v)); }
   KNEAD_INLINE friend Pack mul_sub(const Pack& a, const Pack& b, const Pack& c) {
     return Pack(fused_sub(a.v, b.v, c.v));
   }
@@ -150,8 +147,7 @@ struct Lane {
 
   KNEAD_INLINE Lane() = default;
   template <class U>
-    requires std::is_arithmetic_v<U>
-  KNEAD_INLINE explicit Lane(U value) : v(static_cast<S>(value)) {}
+  requires std::is_arithmetic_v<U> KNEAD_INLINE explicit Lane(U value) : v(static_cast<S>(value)) {}
 
   KNEAD_INLINE static Lane load(const S* from) { return Lane(*from); }
   KNEAD_INLINE void store(S* to) const { *to = v; }

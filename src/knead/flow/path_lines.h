@@ -1,5 +1,6 @@
-// Path lines taken one by one, for the fields that have no kernel: large point sets, curves, marked regions, sums, blended
-// fields and the caller's own. Internal to the flow room: instantiated in path_lines_float.cpp and path_lines_double.cpp.
+// Path lines taken one by one, for the fields that have no kernel: large point sets, curves, marked regions, sums,
+// blended fields and the caller's own. Internal to the flow room: instantiated in path_lines_float.cpp and
+// path_lines_double.cpp.
 #pragma once
 
 #include "knead/field/packed_set.h"

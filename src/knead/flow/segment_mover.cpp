@@ -106,7 +106,8 @@ struct OwnedField {
     field.center = from.center;
     field.begin = segment.begin;
     field.end = segment.end;
-    if constexpr (std::is_same_v<M<S>, Strain<S>>) field.whole_strain = exp(motion.matrix * (segment.end - segment.begin));
+    if constexpr (std::is_same_v<M<S>, Strain<S>>)
+      field.whole_strain = exp(motion.matrix * (segment.end - segment.begin));
   }
   OwnedField(const OwnedField&) = delete;
   OwnedField& operator=(const OwnedField&) = delete;
@@ -192,8 +193,8 @@ struct KernelMover {
 
   GroupCounts operator()(const LiveGroup& group) const {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
-    return move(task, {group.points, group.members, group.blocks, group.block_count, group.between, group.steps, group.moved,
-                       bundle.get()});
+    return move(task, {group.points, group.members, group.blocks, group.block_count, group.between, group.steps,
+                       group.moved, bundle.get()});
   }
 };
 

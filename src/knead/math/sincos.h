@@ -39,15 +39,17 @@ SinCos<T> small_sincos(const T& y) {
     s = mul_add(static_cast<T>(1.0 / 362880.0), z, s);
   } else {
     s = static_cast<T>(1.0 / 355687428096000.0);
-    for (const double term : {-1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0,
-                              -1.0 / 5040.0}) {
+    for (const double term :
+         {-1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0, 1.0 / 362880.0, -1.0 / 5040.0}) {
       s = mul_add(s, z, static_cast<T>(term));
     }
     c = static_cast<T>(1.0 / 20922789888000.0);
-    for (const double term : {-1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0}) c = mul_add(c, z, static_cast<T>(term));
+    for (const double term : {-1.0 / 87178291200.0, 1.0 / 479001600.0, -1.0 / 3628800.0})
+      c = mul_add(c, z, static_cast<T>(term));
   }
   s = mul_add(mul_add(s, z, static_cast<T>(1.0 / 120.0)), z, static_cast<T>(-1.0 / 6.0));
-  c = mul_add(mul_add(mul_add(c, z, static_cast<T>(1.0 / 40320.0)), z, static_cast<T>(-1.0 / 720.0)), z, static_cast<T>(1.0 / 24.0));
+  c = mul_add(mul_add(mul_add(c, z, static_cast<T>(1.0 / 40320.0)), z, static_cast<T>(-1.0 / 720.0)), z,
+              static_cast<T>(1.0 / 24.0));
   return {mul_add(y, z * s, y), T(1) - mul_sub(z, static_cast<T>(0.5), z * (z * c))};
 }
 
