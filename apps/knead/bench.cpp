@@ -15,6 +15,7 @@
 #include "bench_scenes.h"
 #include "command.h"
 #include "counted.h"
+#include "knead/flow/simd.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -71,12 +72,12 @@ void measure_errors(const BenchScene& scene, Row& row) {
 Row measure(const BenchScene& scene, double gflops) {
   Row row{&scene};
   AdvectResult result;
-  std::vector<Vec3d> moved;
-  const auto run = [&] {
-    moved = scene.points;
-    result = advect(scene.flow, moved, advect_options(scene));
-  };
-  row.seconds = median_seconds(run);
+  const PointBlocks blocks(scene.points);
+  PointBlocks moved_blocks = blocks;
+  row.seconds = median_seconds([&] { moved_blocks = blocks; },
+                               [&] { result = advect(scene.flow, moved_blocks, advect_options(scene)); });
+  std::vector<Vec3d> moved(scene.points.size());
+  moved_blocks.copy_to(moved);
   const auto count = static_cast<double>(scene.points.size());
   for (std::size_t i = 0; i < moved.size(); ++i) row.touched += moved[i] == scene.points[i] ? 0 : 1;
   const auto steps = static_cast<double>(result.accepted_steps);
@@ -92,9 +93,8 @@ Row measure(const BenchScene& scene, double gflops) {
   row.reference_vertex_steps_per_s = static_cast<double>(reference.accepted_steps) / reference_seconds;
   row.ratio = reference_seconds / static_cast<double>(sample.size()) / (row.seconds / count);
 
-  const Field& field = scene.flow.segments.front().fields.front();
-  const double operations = static_cast<double>(bench::operations_of(field, Vec3d{0.3, 0.2, 0.1} * scene.size));
-  row.peak_fraction = 1e-9 * operations * static_cast<double>(result.evaluations) / row.seconds / gflops;
+  const auto operations = static_cast<double>(bench::operations_of(scene.flow, sample, advect_options(scene)));
+  row.peak_fraction = 1e-9 * operations * count / static_cast<double>(sample.size()) / row.seconds / gflops;
   measure_errors(scene, row);
   return row;
 }
@@ -227,7 +227,7 @@ void run_bench(const BenchOptions& options) {
   const int threads = hardware_threads();
   const double floats = bench::fma_gflops(Precision::float32, 1);
   const double doubles = bench::fma_gflops(Precision::float64, 1);
-  nlohmann::ordered_json json{{"simd", "scalar"},
+  nlohmann::ordered_json json{{"simd", simd_name()},
                               {"threads", threads},
                               {"fma_gflops", floats},
                               {"fma_scaling", bench::fma_gflops(Precision::float32, threads) / floats},

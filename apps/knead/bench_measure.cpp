@@ -14,12 +14,17 @@ std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count
 }
 
 double median_seconds(const std::function<void()>& run) {
+  return median_seconds([] {}, run);
+}
+
+double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run) {
   constexpr double kLongest = 2;
   constexpr double kShortest = 0.05;
   constexpr std::size_t kMost = 25;
   std::vector<double> times;
   double sum = 0;
   do {
+    prepare();
     const Clock clock;
     run();
     times.push_back(clock.seconds());

@@ -15,6 +15,9 @@ std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count
 // Of three runs; of up to 25 where these are shorter than 0.05 s together, and of fewer where they take over 2 s.
 double median_seconds(const std::function<void()>& run);
 
+// The same, each run after one of `prepare`, whose time does not count.
+double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run);
+
 // Where the flow takes the points, to 1e-12 of `size` a path line and segment.
 std::vector<Vec3d> exact_positions(const Flow& flow, std::vector<Vec3d> points, double size);
 

@@ -1,5 +1,6 @@
 #include "bench_scenes.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -83,6 +84,20 @@ BenchScene brush_scene(const std::string& name, const std::vector<Vec3d>& points
   return scene;
 }
 
+// A brush's one short step on a fine shape, which about 9000 vertices feel whatever their number.
+BenchScene small_brush(std::size_t vertices) {
+  constexpr std::size_t kTouched = 9000;
+  BenchScene scene =
+      scene_of("knot " + std::to_string(vertices), "brush", make_shape(ShapeKind::knot, vertices).positions);
+  const Vec3d c = scene.points[scene.points.size() / 3];
+  std::vector<double> distances;
+  for (const Vec3d& p : scene.points) distances.push_back(norm(p - c));
+  std::nth_element(distances.begin(), distances.begin() + kTouched, distances.end());
+  const double outer = distances[kTouched];
+  scene.flow = flow_of(ImplicitStroke{{c, c + Vec3d{0.03, 0.03, 0.03} * outer}, 0.16 * outer, outer});
+  return scene;
+}
+
 }  // namespace
 
 BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
@@ -120,10 +135,11 @@ std::vector<BenchScene> standard_scenes(const std::string& folder) {
   BenchScene threaded = scenes[2];
   threaded.threads = hardware_threads();
   BenchScene brush = brush_scene(scenes[3].name, scenes[3].points);
-  std::vector<BenchScene> tools = tool_scenes(scenes[1].name, scenes[1].points);
   scenes.push_back(std::move(accurate));
   scenes.push_back(std::move(threaded));
   scenes.push_back(std::move(brush));
+  for (const std::size_t vertices : {40'000, 4'000'000}) scenes.push_back(small_brush(vertices));
+  std::vector<BenchScene> tools = tool_scenes(scenes[1].name, scenes[1].points);
   for (BenchScene& scene : tools) scenes.push_back(std::move(scene));
   return scenes;
 }

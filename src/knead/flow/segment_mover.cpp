@@ -7,7 +7,6 @@
 
 #include "knead/flow/contact.h"
 #include "knead/flow/culling.h"
-#include "knead/flow/kernels_in_use.h"
 
 namespace knead::detail {
 
@@ -164,8 +163,8 @@ struct KernelMover {
   GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&) = nullptr;
   std::shared_ptr<const void> field;
 
-  KernelMover(const Segment& segment, const AdvectOptions& options) : method(method_of<S>(options.integrator)) {
-    const Kernels<S>& kernels = kernels_in_use().in<S>();
+  KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
+      : method(method_of<S>(options.integrator)) {
     with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
                                            auto region_tag, const auto& region) {
       task.kernel = kernels.fields[motion_kind][region_kind];
@@ -200,8 +199,8 @@ struct KernelMover {
 };
 
 template <class S>
-SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options) {
-  const auto mover = std::make_shared<const KernelMover<S>>(segment, options);
+SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
+  const auto mover = std::make_shared<const KernelMover<S>>(segment, options, kernels.in<S>());
   return [mover](const LiveGroup& group) { return (*mover)(group); };
 }
 
@@ -230,12 +229,12 @@ bool has_kernel(const Segment& segment) {
          !std::holds_alternative<CustomMotion>(first.motion);
 }
 
-SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options) {
+SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
   if (!has_kernel(segment)) {
     return in_float ? path_lines_in<float>(segment, options) : path_lines_in<double>(segment, options);
   }
-  return in_float ? kernel_mover<float>(segment, options) : kernel_mover<double>(segment, options);
+  return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }
 
 }  // namespace knead::detail

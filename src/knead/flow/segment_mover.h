@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "knead/flow/advect.h"
-#include "knead/flow/kernel.h"
+#include "knead/flow/kernels_in_use.h"
 
 namespace knead::detail {
 
@@ -23,7 +23,8 @@ struct LiveGroup {
 using SegmentMover = std::function<GroupCounts(const LiveGroup& group)>;
 
 // The segment must outlive what is returned. Of the options progress and steps are not looked at.
-SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options);
+SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options,
+                                const KernelTable& kernels = kernels_in_use());
 
 // For segments whose fields have no kernel.
 template <class S>

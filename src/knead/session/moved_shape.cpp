@@ -2,13 +2,36 @@
 
 namespace knead::session_detail {
 
+namespace {
+
+AdvectResult move_points(const Flow& flow, const AdvectOptions& options, std::vector<Vec3d>& points,
+                         std::optional<PointBlocks>& blocks) {
+  if (!blocks) blocks.emplace(points);
+  const AdvectResult result = advect(flow, *blocks, options);
+  blocks->update(points);
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> steps_of(const MovedShape& shape) {
+  std::vector<std::uint32_t> steps = shape.blocks ? shape.blocks->steps() : std::vector<std::uint32_t>{};
+  steps.resize(shape.positions.size());
+  for (std::size_t i = 0; i < shape.earlier_steps.size(); ++i) steps[i] += shape.earlier_steps[i];
+  return steps;
+}
+
+void forget_blocks(MovedShape& shape) {
+  shape.earlier_steps = steps_of(shape);
+  shape.blocks.reset();
+  shape.companion_blocks.reset();
+}
+
 void move(const Flow& flow, const MoveOptions& options, MovedShape& shape) {
   if (flow.segments.empty()) return;
-  AdvectOptions vertices = options.vertices;
-  vertices.steps = shape.steps;
-  shape.counts += advect(flow, shape.positions, vertices);
+  shape.counts += move_points(flow, options.vertices, shape.positions, shape.blocks);
   if (shape.counts.status != AdvectStatus::done || shape.companions.empty()) return;
-  shape.counts.status = advect(flow, shape.companions, options.companions).status;
+  shape.counts.status = move_points(flow, options.companions, shape.companions, shape.companion_blocks).status;
 }
 
 }  // namespace knead::session_detail

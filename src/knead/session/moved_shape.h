@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "knead/flow/advect.h"
@@ -10,10 +11,19 @@ namespace knead::session_detail {
 
 struct MovedShape {
   std::vector<Vec3d> positions;
-  std::vector<Vec3d> companions;     // NormalCompanions::points
-  std::vector<std::uint32_t> steps;  // accepted steps of each vertex; empty: not counted
-  AdvectResult counts;               // of the vertices; the status also of the companions
+  std::vector<Vec3d> companions;  // NormalCompanions::points
+  AdvectResult counts;            // of the vertices; the status also of the companions
+  // The same points laid out for moving, from the first move on; and the steps taken before, empty for none.
+  std::optional<PointBlocks> blocks{};
+  std::optional<PointBlocks> companion_blocks{};
+  std::vector<std::uint32_t> earlier_steps{};
 };
+
+// The accepted steps of each vertex.
+std::vector<std::uint32_t> steps_of(const MovedShape& shape);
+
+// To be called where positions or companions are changed otherwise than by move.
+void forget_blocks(MovedShape& shape);
 
 struct MoveOptions {
   AdvectOptions vertices;  // steps is not looked at

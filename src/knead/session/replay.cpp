@@ -102,10 +102,8 @@ class Replayer {
   ReplayResult run() {
     companions_ = companions_of(mesh_.positions, options_.normals, kCompanionReach * diagonal_);
     reserve_large(shape_.positions, mesh_.positions.size());
-    reserve_large(shape_.steps, mesh_.positions.size());
     shape_.positions = mesh_.positions;
     shape_.companions = companions_.points;
-    shape_.steps.resize(mesh_.positions.size(), 0);
     if (!reads_own_surface()) shadow_ = shape_;
     describe_plan();
     std::uint64_t work = 0;
@@ -173,8 +171,8 @@ class Replayer {
   }
 
   void take_result() {
+    result_.steps = steps_of(shape_);
     result_.positions = std::move(shape_.positions);
-    result_.steps = std::move(shape_.steps);
     result_.accepted_steps = shape_.counts.accepted_steps;
     result_.rejected_steps = shape_.counts.rejected_steps;
     result_.evaluations = shape_.counts.evaluations;
@@ -258,7 +256,8 @@ class Replayer {
       if (back.members[companions_.vertex[i / 4]]) shape.companions[i] = moved.companions[i];
     }
     shape.counts = moved.counts;
-    if (!shape.steps.empty()) shape.steps = std::move(moved.steps);
+    forget_blocks(shape);
+    shape.earlier_steps = steps_of(moved);
   }
 
   // The shape as a stroke with a barrel, of one segment, leaves it backwards if everything moves, and what does.
@@ -284,7 +283,7 @@ class Replayer {
     const double to = std::min(moment * static_cast<double>(stroke.flow.segments.size()), stroke.segments());
     advance(stroke, options_.inverse ? std::min(std::ceil(to), at_) : std::floor(to));
     if (shape_.counts.status != AdvectStatus::done) return;
-    MovedShape frame{shape_.positions, shape_.companions, {}, {}};
+    MovedShape frame = shape_;
     move_between(stroke, at_, to, frame);
     shape_.counts.status = frame.counts.status;
     if (shape_.counts.status == AdvectStatus::done) deliver(frame);
