@@ -164,7 +164,7 @@ std::vector<Vec3d> points_about(Random& random, const Segment& segment, int coun
 TEST(OneHash, PointsAloneGoTheSameWayAsTogether) {
   Random random(84);
   std::vector<NamedSegment> segments;
-  for (int round = 0; round < 5; ++round) {
+  for (int round = 0; round < 3; ++round) {
     for (const NamedSegment& named : all_segments(random)) segments.push_back(named);
   }
   for (const NamedSegment& named : segments) {
