@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/flow/simd.h"
 #include "knead/io/shape_file.h"
 #include "knead/session/replay.h"
 #include "process.h"
@@ -49,6 +50,21 @@ TEST_F(DeformTest, AgreesWithTheLibrary) {
   const ReplayResult result = replay(shape.mesh, read_session(path("two.knead")));
   EXPECT_EQ(read("b.ply"), serialize_shape("ply", shape, result.positions));
   EXPECT_GT(largest_distance("a.ply", "b.ply"), 0.1);
+}
+
+TEST_F(DeformTest, TheInstructionSetIsChosenByTheEnvironment) {
+  knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "-q", "--report", "b.json"});
+  const Outcome scalar = knead({"deform", "a.ply", "two.knead", "-o", "c.ply", "-q", "--report", "c.json"},
+                               {.environment = {"KNEAD_SIMD=scalar"}});
+  EXPECT_EQ(scalar.exit_code, 0) << scalar.err;
+  EXPECT_EQ(read("b.ply"), read("c.ply"));
+  EXPECT_EQ(json::parse(read("b.json")).at("simd"), simd_name());
+  EXPECT_EQ(json::parse(read("c.json")).at("simd"), "scalar");
+  for (const std::string session : {"none.knead", "two.knead"}) {
+    expect_error(knead({"deform", "a.ply", session, "-o", "d.ply"}, {.environment = {"KNEAD_SIMD=nonsense"}}), 3,
+                 "knead: KNEAD_SIMD is nonsense, which this machine does not have; use one of scalar");
+    EXPECT_FALSE(std::filesystem::exists(path("d.ply")));
+  }
 }
 
 TEST_F(DeformTest, ThreadsAndOutputFolderDoNotMatter) {

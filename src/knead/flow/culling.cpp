@@ -13,6 +13,10 @@ namespace {
 // Bounds are computed with rounding of their own.
 constexpr double kRounding = 1e-9;
 
+double rounding(const Field& field, const Surround& ball) {
+  return kRounding * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
+}
+
 double distance_to_segment(const Vec3d& x, const Vec3d& a, const Vec3d& b) {
   const Vec3d e = b - a;
   const double length2 = norm2(e);
@@ -96,9 +100,8 @@ Culling::Culling(const Segment& segment) {
 
 bool Culling::misses(const Sweep& sweep, const Surround& ball) const {
   const Field& field = *sweep.field;
-  const double outer = field.thresholds.outer;
   const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
-  return least > outer + kRounding * (std::abs(outer) + norm(ball.center - field.center) + ball.radius);
+  return least > field.thresholds.outer + rounding(field, ball);
 }
 
 bool Culling::covers(const Surround& ball, bool or_inside) const {
@@ -112,7 +115,9 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
     if (turns && !or_inside) return false;  // known in closed form there too
     const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
     const Thresholds<double>& thresholds = sweep.field->thresholds;
-    return at_center + ball.radius < thresholds.outer && (or_inside || at_center - ball.radius >= thresholds.inner);
+    // With a margin: what is classified point by point may be rounded to the other side of a threshold.
+    const double radius = ball.radius + rounding(*sweep.field, ball);
+    return at_center + radius < thresholds.outer && (or_inside || at_center - radius >= thresholds.inner);
   };
   return std::any_of(sweeps_.begin(), sweeps_.end(), covered);
 }

@@ -122,9 +122,13 @@ struct SetPoints {
   const S* numbers = nullptr;  // x of all points, y of all, z of all
   int count = 0;
   int exponent = 8;
-  S scale{1};        // what distances are measured by
-  Vec3d middle;      // relative to the field's centre at the segment's beginning: a ball around it with the radius
-  double reach = 0;  // `reach` holds every resting point that the support reaches during the segment
+  S scale{1};  // what distances are measured by
+  // The ball around `middle`, relative to the field's centre at the segment's beginning, with the radius `reach` that
+  // goes the tool's way passes over every resting point that the support reaches.
+  Vec3d middle;
+  double reach = 0;
+  Vec3d way;
+  double per_way2 = 0;  // 1 / |way|^2, or 0 where there is no way
 };
 
 // How a method steps, in the scalar S.

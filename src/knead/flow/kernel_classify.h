@@ -65,7 +65,10 @@ KNEAD_INLINE P measure(const KernelField<S, M, Ball>& /*field*/, const Vec3<P>& 
 template <class P, template <class> class M, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, SetPoints>& field, const Vec3<P>& d, const P& /*t*/) {
   const SetPoints<double>& set = field.exact_region;
-  return select(norm2(d - Vec3<P>(set.middle)) < P(set.reach * set.reach), P(-1e300), P(1e300));
+  const Vec3<P> from = d - Vec3<P>(set.middle);
+  const Vec3<P> way(set.way);
+  const P along = minimum(maximum(dot(from, way) * P(set.per_way2), P(0)), P(1));
+  return select(norm2(neg_mul_add(way, along, from)) < P(set.reach * set.reach), P(-1e300), P(1e300));
 }
 
 // The measure of a value of r.

@@ -25,6 +25,12 @@ KNEAD_INLINE std::uint32_t bits_of(const xsimd::batch_bool<S, Arch>& mask) {
   } else {
     return static_cast<std::uint32_t>(_mm256_movemask_pd(mask.data));
   }
+#elif defined(__aarch64__)
+  if constexpr (sizeof(S) == 4) {
+    return vaddvq_u32(vandq_u32(mask.data, uint32x4_t{1, 2, 4, 8}));
+  } else {
+    return static_cast<std::uint32_t>(vaddvq_u64(vandq_u64(mask.data, uint64x2_t{1, 2})));
+  }
 #else
   bool lanes[xsimd::batch_bool<S, Arch>::size];
   mask.store_unaligned(lanes);
@@ -34,7 +40,7 @@ KNEAD_INLINE std::uint32_t bits_of(const xsimd::batch_bool<S, Arch>& mask) {
 #endif
 }
 
-// Rounded once. For AVX-512 xsimd 8.1 has a product and a sum, rounded twice.
+// Rounded once. For AVX-512 xsimd 8.1 has a product and a sum, rounded twice, and the same for some of NEON's.
 template <class Batch>
 KNEAD_INLINE Batch fused(const Batch& a, const Batch& b, const Batch& c) {
 #if defined(__AVX512F__)
@@ -42,6 +48,12 @@ KNEAD_INLINE Batch fused(const Batch& a, const Batch& b, const Batch& c) {
     return _mm512_fmadd_ps(a, b, c);
   } else {
     return _mm512_fmadd_pd(a, b, c);
+  }
+#elif defined(__aarch64__)
+  if constexpr (std::is_same_v<typename Batch::value_type, float>) {
+    return vfmaq_f32(c, a, b);
+  } else {
+    return vfmaq_f64(c, a, b);
   }
 #else
   return xsimd::fma(a, b, c);
@@ -56,6 +68,12 @@ KNEAD_INLINE Batch fused_sub(const Batch& a, const Batch& b, const Batch& c) {
   } else {
     return _mm512_fmsub_pd(a, b, c);
   }
+#elif defined(__aarch64__)
+  if constexpr (std::is_same_v<typename Batch::value_type, float>) {
+    return vfmaq_f32(vnegq_f32(c), a, b);
+  } else {
+    return vfmaq_f64(vnegq_f64(c), a, b);
+  }
 #else
   return xsimd::fms(a, b, c);
 #endif
@@ -69,9 +87,32 @@ KNEAD_INLINE Batch neg_fused(const Batch& a, const Batch& b, const Batch& c) {
   } else {
     return _mm512_fnmadd_pd(a, b, c);
   }
+#elif defined(__aarch64__)
+  if constexpr (std::is_same_v<typename Batch::value_type, float>) {
+    return vfmsq_f32(c, a, b);
+  } else {
+    return vfmsq_f64(c, a, b);
+  }
 #else
   return xsimd::fnma(a, b, c);
 #endif
+}
+
+// Rounded as division and square root of one number are. xsimd 8.1 has approximations of them for NEON's float.
+template <class Batch>
+KNEAD_INLINE Batch divided(const Batch& a, const Batch& b) {
+#if defined(__aarch64__)
+  if constexpr (std::is_same_v<typename Batch::value_type, float>) return vdivq_f32(a, b);
+#endif
+  return a / b;
+}
+
+template <class Batch>
+KNEAD_INLINE Batch square_root(const Batch& a) {
+#if defined(__aarch64__)
+  if constexpr (std::is_same_v<typename Batch::value_type, float>) return vsqrtq_f32(a);
+#endif
+  return xsimd::sqrt(a);
 }
 
 template <class S, class Arch>
@@ -106,7 +147,7 @@ struct Pack {
   KNEAD_INLINE friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v + b.v); }
   KNEAD_INLINE friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v - b.v); }
   KNEAD_INLINE friend Pack operator*(const Pack& a, const Pack& b) { return Pack(a.v * b.v); }
-  KNEAD_INLINE friend Pack operator/(const Pack& a, const Pack& b) { return Pack(a.v / b.v); }
+  KNEAD_INLINE friend Pack operator/(const Pack& a, const Pack& b) { return Pack(divided(a.v, b.v)); }
   KNEAD_INLINE friend Pack operator-(const Pack& a) { return Pack(Batch(S(-0.0)) - a.v); }
   KNEAD_INLINE friend Mask operator<(const Pack& a, const Pack& b) { return {a.v < b.v}; }
   KNEAD_INLINE friend Mask operator>(const Pack& a, const Pack& b) { return {a.v > b.v}; }
@@ -117,7 +158,7 @@ struct Pack {
   KNEAD_INLINE friend Pack select(const Mask& mask, const Pack& a, const Pack& b) {
     return Pack(xsimd::select(mask.v, a.v, b.v));
   }
-  KNEAD_INLINE friend Pack sqrt(const Pack& a) { return Pack(xsimd::sqrt(a.v)); }
+  KNEAD_INLINE friend Pack sqrt(const Pack& a) { return Pack(square_root(a.v)); }
   KNEAD_INLINE friend Pack mul_add(const Pack& a, const Pack& b, const Pack& c) { return Pack(fused(a.v, b.v, c.v)); }
   KNEAD_INLINE friend Pack mul_sub(const Pack& a, const Pack& b, const Pack& c) {
     return Pack(fused_sub(a.v, b.v, c.v));
@@ -136,11 +177,20 @@ struct Pack {
   }
 };
 
+struct LaneMask {
+  bool v = false;
+
+  KNEAD_INLINE friend LaneMask operator&(LaneMask a, LaneMask b) { return {a.v && b.v}; }
+  KNEAD_INLINE friend LaneMask operator|(LaneMask a, LaneMask b) { return {a.v || b.v}; }
+  KNEAD_INLINE friend LaneMask operator!(LaneMask a) { return {!a.v}; }
+  KNEAD_INLINE friend std::uint32_t bits(LaneMask a) { return a.v ? 1 : 0; }
+};
+
 // One number, with the multiply-adds of packs: what a machine without wide registers computes with.
 template <class S>
 struct Lane {
   using Scalar = S;
-  using Mask = bool;
+  using Mask = LaneMask;
   static constexpr std::size_t size = 1;
 
   S v = 0;
@@ -157,13 +207,13 @@ struct Lane {
   KNEAD_INLINE friend Lane operator*(const Lane& a, const Lane& b) { return Lane(a.v * b.v); }
   KNEAD_INLINE friend Lane operator/(const Lane& a, const Lane& b) { return Lane(a.v / b.v); }
   KNEAD_INLINE friend Lane operator-(const Lane& a) { return Lane(-a.v); }
-  KNEAD_INLINE friend bool operator<(const Lane& a, const Lane& b) { return a.v < b.v; }
-  KNEAD_INLINE friend bool operator>(const Lane& a, const Lane& b) { return a.v > b.v; }
-  KNEAD_INLINE friend bool operator<=(const Lane& a, const Lane& b) { return a.v <= b.v; }
-  KNEAD_INLINE friend bool operator>=(const Lane& a, const Lane& b) { return a.v >= b.v; }
-  KNEAD_INLINE friend bool operator==(const Lane& a, const Lane& b) { return a.v == b.v; }
+  KNEAD_INLINE friend LaneMask operator<(const Lane& a, const Lane& b) { return {a.v < b.v}; }
+  KNEAD_INLINE friend LaneMask operator>(const Lane& a, const Lane& b) { return {a.v > b.v}; }
+  KNEAD_INLINE friend LaneMask operator<=(const Lane& a, const Lane& b) { return {a.v <= b.v}; }
+  KNEAD_INLINE friend LaneMask operator>=(const Lane& a, const Lane& b) { return {a.v >= b.v}; }
+  KNEAD_INLINE friend LaneMask operator==(const Lane& a, const Lane& b) { return {a.v == b.v}; }
 
-  KNEAD_INLINE friend Lane select(bool mask, const Lane& a, const Lane& b) { return mask ? a : b; }
+  KNEAD_INLINE friend Lane select(LaneMask mask, const Lane& a, const Lane& b) { return mask.v ? a : b; }
   KNEAD_INLINE friend Lane sqrt(const Lane& a) { return Lane(std::sqrt(a.v)); }
   KNEAD_INLINE friend Lane mul_add(const Lane& a, const Lane& b, const Lane& c) {
     return Lane(std::fma(a.v, b.v, c.v));
@@ -176,8 +226,6 @@ struct Lane {
   }
   KNEAD_INLINE friend Lane round_to_integer(const Lane& a) { return Lane(knead::round_to_integer(a.v)); }
 };
-
-KNEAD_INLINE std::uint32_t bits(bool mask) { return mask ? 1 : 0; }
 
 }  // namespace knead::detail
 

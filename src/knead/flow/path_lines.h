@@ -59,7 +59,7 @@ class PathLines {
         method_(tableau(options.integrator)),
         coefficients_(method_),
         tolerance_(options.tolerance),
-        kernel_(std::forward<Arguments>(arguments)...) {}
+        kernel_{std::forward<Arguments>(arguments)...} {}
 
   GroupCounts operator()(const LiveGroup& group) const {
     PathLine<S, Kernel> line(segment_, kernel_, method_, coefficients_, tolerance_);

@@ -70,14 +70,15 @@ void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set
   to.scale = static_cast<S>(outer);
 }
 
-// The ball of which SetPoints tells, for resting points: it moves by the tool's way, so is as much larger.
+// The ball of which SetPoints tells, and its way.
 template <class S>
 void surround(SetPoints<S>& to, const PointSet<double>& set, const Segment& segment) {
   const Surround elements = surround_of(set);
   const double outer = segment.fields.front().thresholds.outer;
-  const double way = norm(segment.displacement) * std::abs(segment.end - segment.begin);
   to.middle = elements.center;
-  to.reach = (elements.radius + support_reach(set, outer) + way) * (1 + 1e-4);
+  to.reach = elements.radius + support_reach(set, outer) * (1 + 1e-4);
+  to.way = segment.displacement * (segment.end - segment.begin);
+  to.per_way2 = norm2(to.way) > 0 ? 1 / norm2(to.way) : 0;
 }
 
 // A kernel's field and everything that it points to; never copied.

@@ -4,7 +4,9 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/advect_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/closed_form_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/contact_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/golden_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/set_cells_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/simd_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tableau_test.cpp)

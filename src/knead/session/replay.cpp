@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "knead/flow/simd.h"
 #include "knead/io/large_pages.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
@@ -90,6 +91,7 @@ class Replayer {
  public:
   Replayer(const Mesh& mesh, const Session& session, const ReplayOptions& options)
       : mesh_(mesh), session_(session), options_(options), plan_(make_plan(session, options)) {
+    simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
     const double diagonal = bounding_box(mesh.positions).diagonal();
     diagonal_ = diagonal > 0 ? diagonal : 1;
     move_ = move_options(options, diagonal_);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "knead/flow/simd.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/flipped.h"
@@ -80,6 +81,7 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
   report.rejected_steps = result.rejected_steps;
   report.seconds = seconds;
   report.threads = options.threads == 0 ? hardware_threads() : options.threads;
+  report.simd = simd_name();
   report.precision = options.precision;
   report.tolerance = options.tolerance;
   add_displacements(mesh, result.positions, report);

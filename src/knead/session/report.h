@@ -33,7 +33,7 @@ struct Report {
   std::uint64_t rejected_steps = 0;
   ReportSeconds seconds;
   int threads = 0;
-  std::string simd = "scalar";
+  std::string simd;  // simd_name()
   std::string backend = "cpu";
   Precision precision = Precision::float32;
   double tolerance = 0;  // relative to the box diagonal

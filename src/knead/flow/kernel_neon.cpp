@@ -1,0 +1,11 @@
+#include "knead/flow/kernel_source.h"
+
+namespace knead::detail {
+
+KernelTable neon_kernels() {
+  using Float = Pack<float, xsimd::neon64>;
+  using Double = Pack<double, xsimd::neon64>;
+  return {"neon", kernels_of<Float, Double>(), kernels_of<Double, Double>()};
+}
+
+}  // namespace knead::detail
