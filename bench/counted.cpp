@@ -18,7 +18,7 @@ std::uint64_t operations = 0;
 template <class S>
 struct CountedLane {
   using Scalar = S;
-  using Mask = bool;
+  using Mask = detail::LaneMask;
   static constexpr std::size_t size = 1;
 
   S v = 0;
@@ -36,13 +36,13 @@ struct CountedLane {
   friend CountedLane operator*(const CountedLane& a, const CountedLane& b) { return count(a.v * b.v, 1); }
   friend CountedLane operator/(const CountedLane& a, const CountedLane& b) { return count(a.v / b.v, 1); }
   friend CountedLane operator-(const CountedLane& a) { return CountedLane(-a.v); }
-  friend bool operator<(const CountedLane& a, const CountedLane& b) { return a.v < b.v; }
-  friend bool operator>(const CountedLane& a, const CountedLane& b) { return a.v > b.v; }
-  friend bool operator<=(const CountedLane& a, const CountedLane& b) { return a.v <= b.v; }
-  friend bool operator>=(const CountedLane& a, const CountedLane& b) { return a.v >= b.v; }
-  friend bool operator==(const CountedLane& a, const CountedLane& b) { return a.v == b.v; }
+  friend Mask operator<(const CountedLane& a, const CountedLane& b) { return {a.v < b.v}; }
+  friend Mask operator>(const CountedLane& a, const CountedLane& b) { return {a.v > b.v}; }
+  friend Mask operator<=(const CountedLane& a, const CountedLane& b) { return {a.v <= b.v}; }
+  friend Mask operator>=(const CountedLane& a, const CountedLane& b) { return {a.v >= b.v}; }
+  friend Mask operator==(const CountedLane& a, const CountedLane& b) { return {a.v == b.v}; }
 
-  friend CountedLane select(bool mask, const CountedLane& a, const CountedLane& b) { return mask ? a : b; }
+  friend CountedLane select(Mask mask, const CountedLane& a, const CountedLane& b) { return mask.v ? a : b; }
   friend CountedLane sqrt(const CountedLane& a) { return count(std::sqrt(a.v), 1); }
   friend CountedLane mul_add(const CountedLane& a, const CountedLane& b, const CountedLane& c) {
     return count(std::fma(a.v, b.v, c.v), 2);

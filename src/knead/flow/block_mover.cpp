@@ -20,6 +20,8 @@ bool within(const Cylinder& cylinder, const Vec3d& x) {
 
 // Culling is tried again with a new box where the old one has grown to this part of its size.
 constexpr double kStale = 0.25;
+// And to find that points need not be classified, at this multiple.
+constexpr double kVeryStale = 1;
 
 }  // namespace
 
@@ -116,9 +118,7 @@ void BlockMover::move_group(const ReadySegment& segment, Work& work) {
     const std::size_t points = std::min(kBlock, blocks_.size() - (first + block) * kBlock);
     work.members[block] = points == kBlock ? ~std::uint64_t{0} : (std::uint64_t{1} << points) - 1;
     work.moved[block] = 0;
-    if (segment.culling.covers(ball_of(blocks_.blocks_[first + block]), false)) {
-      work.live.between |= std::uint64_t{1} << block;
-    }
+    if (is_between(segment, first + block)) work.live.between |= std::uint64_t{1} << block;
   }
   if (work.live.block_count == 0) return;
   if (segment.segment->cylinder) choose_members(segment, work);
@@ -147,6 +147,15 @@ bool BlockMover::is_missed(const ReadySegment& segment, std::size_t block) {
   if (bounds.slack <= kStale * norm(bounds.half) || segment.culling.covers(ball_of(bounds), true)) return false;
   blocks_.fit_block(block);
   return segment.culling.misses(ball_of(bounds));
+}
+
+// Whether all points of the block are known to be in the intermediate region.
+bool BlockMover::is_between(const ReadySegment& segment, std::size_t block) {
+  PointBlocks::Bounds& bounds = blocks_.blocks_[block];
+  if (segment.culling.covers(ball_of(bounds), false)) return true;
+  if (bounds.slack <= kVeryStale * norm(bounds.half)) return false;
+  blocks_.fit_block(block);
+  return segment.culling.covers(ball_of(bounds), false);
 }
 
 // Of a segment with a cylinder: the points that are in it at t = 0.

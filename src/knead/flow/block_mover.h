@@ -40,6 +40,7 @@ class BlockMover {
   void move_group(const ReadySegment& segment, Work& work);
   static Surround ball_of(const PointBlocks::Bounds& bounds);
   bool is_missed(const ReadySegment& segment, std::size_t block);
+  bool is_between(const ReadySegment& segment, std::size_t block);
   void choose_members(const ReadySegment& segment, Work& work) const;
   bool is_stopped() const;
 

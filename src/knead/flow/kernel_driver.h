@@ -20,6 +20,10 @@ inline constexpr S kThirdOrder = S(1);
 // width: above the tolerance, neither is tried.
 template <class S>
 inline constexpr S kExpected = S(0.01);
+// Where it is expected to be below this part of the tolerance, and the second order is not allowed, the third is
+// evaluated without a look at Euler's error. That changes no result.
+template <class S>
+inline constexpr S kConfident = S(0.1);
 // What of Euler's error is expected of it then, times the square of that part: above the tolerance, the third order is
 // not tried.
 template <class S>
@@ -190,17 +194,22 @@ class GroupMover {
     evaluate(stage, bundle_.count);
     find_hidden_speeds(true);
     int candidates = 0;
+    hopeful_ = 0;
+    leads_to_third_ = true;
     for (std::size_t i = 0; i < lanes(); i += P::size) candidates += measure_way(i);
     int done = 0;
     fill(done_, std::uint32_t{0}, kBundle / P::size);
-    hopeful_ = 0;
     if (candidates > 0) {
       stage.weights[0] = S(1);
       stage.count = 1;
       stage.c = S(1);
       stage.out = 1;
       evaluate(stage, candidates);
-      done = judge<false>();
+      if (leads_to_third_) {
+        hopeful_ = candidates;
+      } else {
+        done = judge<false>();
+      }
     }
     if (hopeful_ > 0) {
       stage.weights[0] = stage.weights[1] = S(0.25);
@@ -208,8 +217,9 @@ class GroupMover {
       stage.count = 2;
       stage.c = S(0.5);
       stage.out = 2;
-      evaluate(stage, hopeful_);
+      evaluate(stage, 0);
       done = judge<true>();
+      counts_.evaluations += static_cast<std::uint64_t>(hopeful_);
     }
     counts_.accepted += static_cast<std::uint64_t>(done);
     if (done == bundle_.count) return true;
@@ -267,6 +277,8 @@ class GroupMover {
     const P expected2 = part2 * part2 * part2 * speed2 * P(expected_error2_);
     part2 = select(expected2 <= P(1), part2, P(1e9));
     part2.store(bundle_.trial + i);
+    leads_to_third_ = leads_to_third_ && bits(part2 <= P(kShortWay<S> * kShortWay<S>)) == 0 &&
+                      bits(expected2 > P(kConfident<S> * kConfident<S>)) == 0;
     const std::uint32_t rests = resting(i) | carried(i);
     for (std::size_t lane = 0; rests != 0 && lane < P::size; ++lane) {
       if ((rests >> lane & 1) != 0) bundle_.trial[i + lane] = S(1e9);
@@ -295,6 +307,7 @@ class GroupMover {
   template <bool with_third>
   int judge() {
     int count = 0;
+    hopeful_ = 0;
     const P one(1);
     const P by_tolerance(S(1) / segment_.tolerance);
     for (std::size_t i = 0; i < lanes(); i += P::size) {
@@ -307,9 +320,7 @@ class GroupMover {
       auto good = (part2 <= P(kShortWay<S> * kShortWay<S>)) & (error2 <= one) & (norm2(slope) > zero);
       const auto hopeful =
           (part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) & (error2 * part2 * P(kHopeless<S> * kHopeless<S>) <= one);
-      if constexpr (!with_third) {
-        hopeful_ += __builtin_popcount(bits(hopeful) & ~bits(good) & lanes_in_use<P>(i, bundle_.count));
-      }
+      hopeful_ += __builtin_popcount(bits(hopeful) & ~bits(good) & lanes_in_use<P>(i, bundle_.count));
       if constexpr (with_third) {
         const Vec3<P> change = (load<P>(bundle_.k[2], i) - slope) * P(2.0 / 3);
         const Vec3<P> third = slope + change;
@@ -531,8 +542,9 @@ class GroupMover {
   bool slots_are_lanes_ = true;
   S tool_speed2_ = 0;  // relative to the reach of a step
   S expected_error2_ = 0;
-  int hopeful_ = 0;  // path lines for which the third order is worth trying
-  int begun_ = 0;    // path lines that the bundle began with
+  bool leads_to_third_ = true;  // whether the second order need not be judged before
+  int hopeful_ = 0;             // path lines for which the third order is worth trying
+  int begun_ = 0;               // path lines that the bundle began with
   std::uint32_t done_[kBundle / P::size] = {};
   alignas(64) S hidden_[kBundle] = {};
 };
