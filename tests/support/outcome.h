@@ -47,8 +47,8 @@ struct Outcome {
   }
   friend bool operator==(const Outcome&, const Outcome&) = default;
   friend std::ostream& operator<<(std::ostream& out, const Outcome& outcome) {
-    const std::vector<std::uint64_t> steps(outcome.steps.begin(), outcome.steps.end());
-    return out << "points " << std::hex << hash(outcome.points) << ", steps " << hash(steps) << std::dec << ", "
+    const std::vector<std::uint64_t> counts(outcome.steps.begin(), outcome.steps.end());
+    return out << "points " << std::hex << hash(outcome.points) << ", steps " << hash(counts) << std::dec << ", "
                << outcome.accepted << " accepted, " << outcome.rejected << " rejected, " << outcome.evaluations
                << " evaluations, status " << static_cast<int>(outcome.status);
   }

@@ -34,7 +34,8 @@ struct Vec3 {
   friend constexpr Vec3 operator*(const Vec3& a, const T& s) { return {a.x * s, a.y * s, a.z * s}; }
   friend constexpr Vec3 operator*(const T& s, const Vec3& a) { return a * s; }
   friend constexpr Vec3 operator/(const Vec3& a, const T& s) { return {a.x / s, a.y / s, a.z / s}; }
-  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+  // Not defaulted: clang would ask at once for a comparison of packs that it can compute beforehand.
+  friend constexpr bool operator==(const Vec3& a, const Vec3& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 };
 
 using Vec3d = Vec3<double>;
