@@ -19,7 +19,7 @@ template <class S>
 struct CountedLane {
   using Scalar = S;
   using Mask = detail::LaneMask;
-  static constexpr std::size_t size = 1;
+  static constexpr std::size_t kSize = 1;
 
   S v = 0;
 

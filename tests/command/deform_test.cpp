@@ -54,14 +54,17 @@ TEST_F(DeformTest, AgreesWithTheLibrary) {
 
 TEST_F(DeformTest, TheInstructionSetIsChosenByTheEnvironment) {
   knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "-q", "--report", "b.json"});
-  const Outcome scalar = knead({"deform", "a.ply", "two.knead", "-o", "c.ply", "-q", "--report", "c.json"},
-                               {.environment = {"KNEAD_SIMD=scalar"}});
-  EXPECT_EQ(scalar.exit_code, 0) << scalar.err;
+  RunOptions scalar;
+  scalar.environment = {"KNEAD_SIMD=scalar"};
+  const Outcome done = knead({"deform", "a.ply", "two.knead", "-o", "c.ply", "-q", "--report", "c.json"}, scalar);
+  EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(read("b.ply"), read("c.ply"));
   EXPECT_EQ(json::parse(read("b.json")).at("simd"), simd_name());
   EXPECT_EQ(json::parse(read("c.json")).at("simd"), "scalar");
+  RunOptions nonsense;
+  nonsense.environment = {"KNEAD_SIMD=nonsense"};
   for (const std::string session : {"none.knead", "two.knead"}) {
-    expect_error(knead({"deform", "a.ply", session, "-o", "d.ply"}, {.environment = {"KNEAD_SIMD=nonsense"}}), 3,
+    expect_error(knead({"deform", "a.ply", session, "-o", "d.ply"}, nonsense), 3,
                  "knead: KNEAD_SIMD is nonsense, which this machine does not have; use one of scalar");
     EXPECT_FALSE(std::filesystem::exists(path("d.ply")));
   }

@@ -21,7 +21,7 @@ struct ReadySegment {
   std::unique_ptr<const Segment> to_start;
   SegmentMover move_to_start;
 
-  ReadySegment(const Segment& segment, const AdvectOptions& options);
+  ReadySegment(const Segment& of, const AdvectOptions& options);
 };
 
 class BlockMover {

@@ -1,3 +1,9 @@
+#if defined(__GNUC__) && !defined(__clang__)
+// g++ 12's own headers of AVX-512 read registers that they leave undefined on purpose.
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
+
 #include "knead/flow/kernel_source.h"
 
 namespace knead::detail {

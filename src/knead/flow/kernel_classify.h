@@ -226,13 +226,13 @@ KNEAD_INLINE Arrival<P> arrival(const F& field, const Vec3<P>& d, const P& r) {
 template <class P>
 KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, const BlockTask& task, std::size_t i,
                             double& most) {
-  double by[3][P::size];
+  double by[3][P::kSize];
   displacement.x.store(by[0]);
   displacement.y.store(by[1]);
   displacement.z.store(by[2]);
   double* const to[3] = {task.points.x + i, task.points.y + i, task.points.z + i};
   for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t k = 0; k < P::size; ++k) {
+    for (std::size_t k = 0; k < P::kSize; ++k) {
       const double add = (lanes >> k & 1) != 0 ? by[axis][k] : 0.0;
       to[axis][k] = add == 0 ? to[axis][k] : to[axis][k] + add;
       const double size = add < 0 ? -add : add;
@@ -247,8 +247,8 @@ template <class P, class Field>
   const P begin(field.begin);
   const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
   Classified result;
-  for (std::size_t i = 0; i < kBlock; i += P::size) {
-    const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::size) - 1);
+  for (std::size_t i = 0; i < kBlock; i += P::kSize) {
+    const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::kSize) - 1);
     if (members == 0) continue;
     const Vec3<P> x = load<P>(task.points, i);
     const Vec3<P> d = x - Vec3<P>(field.center) - Vec3<P>(field.exact_displacement * field.begin);

@@ -53,8 +53,8 @@ KNEAD_INLINE Vec3<P> select_each(const typename P::Mask& mask, const Vec3<P>& a,
 template <class P>
 KNEAD_INLINE std::uint32_t lanes_in_use(std::size_t i, int count) {
   const std::size_t rest = static_cast<std::size_t>(count) - i;
-  const std::uint32_t all = static_cast<std::uint32_t>((std::uint64_t{1} << P::size) - 1);
-  return rest >= P::size ? all : (std::uint32_t{1} << rest) - 1;
+  const std::uint32_t all = static_cast<std::uint32_t>((std::uint64_t{1} << P::kSize) - 1);
+  return rest >= P::kSize ? all : (std::uint32_t{1} << rest) - 1;
 }
 
 template <class P>
@@ -196,9 +196,9 @@ class GroupMover {
     int candidates = 0;
     hopeful_ = 0;
     leads_to_third_ = true;
-    for (std::size_t i = 0; i < lanes(); i += P::size) candidates += measure_way(i);
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) candidates += measure_way(i);
     int done = 0;
-    fill(done_, std::uint32_t{0}, kBundle / P::size);
+    fill(done_, std::uint32_t{0}, kBundle / P::kSize);
     if (candidates > 0) {
       stage.weights[0] = S(1);
       stage.count = 1;
@@ -230,7 +230,7 @@ class GroupMover {
     return false;
   }
 
-  bool is_done(std::size_t lane) const { return (done_[lane / P::size] >> lane % P::size & 1) != 0; }
+  bool is_done(std::size_t lane) const { return (done_[lane / P::kSize] >> lane % P::kSize & 1) != 0; }
 
   // Takes what is done out of the bundle.
   void drop_done() {
@@ -280,7 +280,7 @@ class GroupMover {
     leads_to_third_ = leads_to_third_ && bits(part2 <= P(kShortWay<S> * kShortWay<S>)) == 0 &&
                       bits(expected2 > P(kConfident<S> * kConfident<S>)) == 0;
     const std::uint32_t rests = resting(i) | carried(i);
-    for (std::size_t lane = 0; rests != 0 && lane < P::size; ++lane) {
+    for (std::size_t lane = 0; rests != 0 && lane < P::kSize; ++lane) {
       if ((rests >> lane & 1) != 0) bundle_.trial[i + lane] = S(1e9);
     }
     const std::uint32_t may = bits(part2 <= P(kMiddleWay<S> * kMiddleWay<S>)) & ~rests;
@@ -290,7 +290,7 @@ class GroupMover {
   // Lanes where v is 0 for another reason than that a tool is just arriving.
   KNEAD_INLINE std::uint32_t resting(std::size_t i) const {
     std::uint32_t rests = bits(equal(load<P>(bundle_.k[0], i), Vec3<P>{P(0), P(0), P(0)}));
-    for (std::size_t k = 0; rests != 0 && k < P::size; ++k) {
+    for (std::size_t k = 0; rests != 0 && k < P::kSize; ++k) {
       if (bundle_.at_contact[i + k] != 0) rests &= ~(std::uint32_t{1} << k);
     }
     return rests;
@@ -310,7 +310,7 @@ class GroupMover {
     hopeful_ = 0;
     const P one(1);
     const P by_tolerance(S(1) / segment_.tolerance);
-    for (std::size_t i = 0; i < lanes(); i += P::size) {
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const Vec3<P> k0 = load<P>(bundle_.k[0], i);
       const Vec3<P> k1 = load<P>(bundle_.k[1], i);
       const P part2 = P::load(bundle_.trial + i);
@@ -329,8 +329,8 @@ class GroupMover {
         good = good | (hopeful & (third_error2 <= one) & (norm2(third) > zero));
       }
       store(slope * P::load(bundle_.h + i), bundle_.result, i);
-      done_[i / P::size] = bits(good) & lanes_in_use<P>(i, bundle_.count);
-      count += __builtin_popcount(done_[i / P::size]);
+      done_[i / P::kSize] = bits(good) & lanes_in_use<P>(i, bundle_.count);
+      count += __builtin_popcount(done_[i / P::kSize]);
     }
     return count;
   }
@@ -338,7 +338,7 @@ class GroupMover {
   // All that is left of the bundle, by steps whose error is estimated.
   void integrate() {
     for (int axis = 0; axis < 3; ++axis) fill(bundle_.moved[axis], S(-0.0), kBundle);
-    for (std::size_t i = 0; i < lanes(); i += P::size) {
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const P way = P(segment_.end) - P::load(bundle_.t + i);
       maximum(way, -way).store(bundle_.trial + i);
     }
@@ -351,9 +351,9 @@ class GroupMover {
         return;
       }
       find_hidden_speeds(false);
-      for (std::size_t i = 0; i < lanes(); i += P::size) choose_step(i);
+      for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
       for (int k = 1; k < method.stage_count; ++k) evaluate(method.stages[k], active);
-      for (std::size_t i = 0; i < lanes(); i += P::size) finish_step(i);
+      for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i);
       fill(bundle_.at_contact, std::uint8_t{0}, lanes());
       if (!method.first_same_as_last) evaluate(Stage<S>{}, active);
     }
@@ -363,18 +363,18 @@ class GroupMover {
   // are still on their way.
   int settle() {
     int active = 0;
-    for (std::size_t i = 0; i < lanes(); i += P::size) {
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const std::uint32_t used = lanes_in_use<P>(i, bundle_.count);
-      done_[i / P::size] = bits(P::load(bundle_.t + i) == P(segment_.end));
-      const std::uint32_t candidates = (resting(i) | carried(i)) & used & ~done_[i / P::size];
-      for (std::size_t k = 0; candidates != 0 && k < P::size; ++k) {
-        if ((candidates >> k & 1) != 0 && !goes_on(i + k)) done_[i / P::size] |= std::uint32_t{1} << k;
+      done_[i / P::kSize] = bits(P::load(bundle_.t + i) == P(segment_.end));
+      const std::uint32_t candidates = (resting(i) | carried(i)) & used & ~done_[i / P::kSize];
+      for (std::size_t k = 0; candidates != 0 && k < P::kSize; ++k) {
+        if ((candidates >> k & 1) != 0 && !goes_on(i + k)) done_[i / P::kSize] |= std::uint32_t{1} << k;
       }
-      active += __builtin_popcount(used & ~done_[i / P::size]);
+      active += __builtin_popcount(used & ~done_[i / P::kSize]);
     }
     if (active == 0) {
       keep_results();
-    } else if (active <= bundle_.count - std::max(static_cast<int>(P::size), bundle_.count / 4)) {
+    } else if (active <= bundle_.count - std::max(static_cast<int>(P::kSize), bundle_.count / 4)) {
       keep_results();
       drop_done();
     }
@@ -480,7 +480,7 @@ class GroupMover {
   }
 
   void copy_numbers(const S* from, S* to) const {
-    for (std::size_t i = 0; i < lanes(); i += P::size) P::load(from + i).store(to + i);
+    for (std::size_t i = 0; i < lanes(); i += P::kSize) P::load(from + i).store(to + i);
   }
 
   std::size_t point_of(std::size_t slot) const {
@@ -518,13 +518,13 @@ class GroupMover {
     for (int axis = 0; axis < 3; ++axis) {
       const S* const by = bundle_.result[axis];
       std::size_t i = 0;
-      for (; i + P::size <= count; i += P::size) {
+      for (; i + P::kSize <= count; i += P::kSize) {
         const P result = P::load(by + i);
         greatest = maximum(greatest, maximum(result, -result));
       }
       for (; i < count; ++i) most = std::max(most, by[i] < S(0) ? -by[i] : by[i]);
     }
-    S lane[P::size];
+    S lane[P::kSize];
     greatest.store(lane);
     for (const S size : lane) most = std::max(most, size);
     return static_cast<double>(most);
@@ -545,7 +545,7 @@ class GroupMover {
   bool leads_to_third_ = true;  // whether the second order need not be judged before
   int hopeful_ = 0;             // path lines for which the third order is worth trying
   int begun_ = 0;               // path lines that the bundle began with
-  std::uint32_t done_[kBundle / P::size] = {};
+  std::uint32_t done_[kBundle / P::kSize] = {};
   alignas(64) S hidden_[kBundle] = {};
 };
 

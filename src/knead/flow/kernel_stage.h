@@ -108,7 +108,7 @@ template <class P, class Field, class S>
 [[gnu::flatten]] void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
   const Field field = *static_cast<const Field*>(data);  // a copy: what is stored below does not change it
   const auto count = static_cast<std::size_t>(bundle.count);
-  for (std::size_t i = 0; i < count; i += P::size) {
+  for (std::size_t i = 0; i < count; i += P::kSize) {
     P t = P::load(bundle.t + i);
     Vec3<P> d = load<P>(bundle.base, i);
     if (!stage.from_start) d = d + load<P>(bundle.moved, i);
@@ -127,7 +127,7 @@ template <class P, class Field, class S>
 [[gnu::flatten]] void turning_speed(const void* data, const Bundle<S>& bundle, bool from_start, S* speeds) {
   const Field field = *static_cast<const Field*>(data);
   const auto count = static_cast<std::size_t>(bundle.count);
-  for (std::size_t i = 0; i < count; i += P::size) {
+  for (std::size_t i = 0; i < count; i += P::kSize) {
     const P t = P::load(bundle.t + i);
     Vec3<P> at = load<P>(bundle.base, i);
     if (!from_start) at = at + load<P>(bundle.moved, i);

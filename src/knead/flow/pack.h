@@ -131,7 +131,7 @@ struct Pack {
   using Scalar = S;
   using Mask = PackMask<S, Arch>;
   using Batch = xsimd::batch<S, Arch>;
-  static constexpr std::size_t size = Batch::size;
+  static constexpr std::size_t kSize = Batch::size;
 
   Batch v;
 
@@ -191,7 +191,7 @@ template <class S>
 struct Lane {
   using Scalar = S;
   using Mask = LaneMask;
-  static constexpr std::size_t size = 1;
+  static constexpr std::size_t kSize = 1;
 
   S v = 0;
 

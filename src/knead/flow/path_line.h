@@ -112,8 +112,8 @@ class PathLine {
         tableau_(tableau),
         coefficients_(coefficients),
         tolerance_(static_cast<S>(kSafety * tolerance)),
-        direction_(segment.end >= segment.begin ? 1.0 : -1.0) {
-    reach_ = static_cast<S>(reach_of_step(segment));
+        direction_(segment.end >= segment.begin ? 1.0 : -1.0),
+        reach_(static_cast<S>(reach_of_step(segment))) {
     if (segment.time_law == TimeLaw::swept) tool_velocity_ = Vec3<S>(segment.displacement);
     tool_speed_ = norm(tool_velocity_);
     carries_ = carries(segment);

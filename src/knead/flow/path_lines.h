@@ -11,9 +11,6 @@
 
 namespace knead::detail {
 
-template <class S>
-SegmentMover path_lines_in(const Segment& segment, const AdvectOptions& options);
-
 extern template SegmentMover path_lines_in<float>(const Segment&, const AdvectOptions&);
 extern template SegmentMover path_lines_in<double>(const Segment&, const AdvectOptions&);
 

@@ -111,6 +111,7 @@ struct OwnedField {
   }
   OwnedField(const OwnedField&) = delete;
   OwnedField& operator=(const OwnedField&) = delete;
+  ~OwnedField() = default;
 };
 
 template <template <class> class R>
@@ -160,17 +161,16 @@ template <class S>
 struct KernelMover {
   Method<S> method;
   SegmentTask<S> task;
-  GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&) = nullptr;
+  GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
   std::shared_ptr<const void> field;
 
   KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
-      : method(method_of<S>(options.integrator)) {
+      : method(method_of<S>(options.integrator)), move(kernels.move) {
     with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
                                            auto region_tag, const auto& region) {
       task.kernel = kernels.fields[motion_kind][region_kind];
       field = own(segment, motion, region_tag, region, task);
     });
-    move = kernels.move;
     task.method = &method;
     task.center = segment.fields.front().center;
     task.displacement = segment.displacement;
@@ -190,6 +190,7 @@ struct KernelMover {
   }
   KernelMover(const KernelMover&) = delete;
   KernelMover& operator=(const KernelMover&) = delete;
+  ~KernelMover() = default;
 
   GroupCounts operator()(const LiveGroup& group) const {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
