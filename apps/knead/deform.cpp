@@ -29,7 +29,7 @@ struct DeformOptions {
   std::string session;
   std::string output;
   double tolerance = 1e-5;
-  std::string integrator = "dp54";
+  std::string integrator = "tsit5";
   std::string precision = "float";
   std::string backend = "cpu";
   std::optional<int> threads;

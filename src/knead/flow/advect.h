@@ -24,7 +24,7 @@ struct Progress {
 
 struct AdvectOptions {
   double tolerance = 1e-5;  // position error of one path line over one segment, a length > 0
-  Integrator integrator = Integrator::dormand_prince;
+  Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
   int threads = 0;  // 0: all
   Progress* progress = nullptr;

@@ -16,7 +16,7 @@ namespace knead {
 
 struct ReplayOptions {
   double tolerance = 1e-5;  // position error of one path line over one segment, relative to the shape's box diagonal
-  Integrator integrator = Integrator::dormand_prince;
+  Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
   int threads = 0;               // 0: all
   bool inverse = false;          // the strokes backwards, latest first: takes a deformed shape back
