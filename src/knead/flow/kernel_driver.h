@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "knead/flow/kernel_classify.h"
+#include "knead/flow/kernel_points.h"
 
 namespace knead::detail {
 
@@ -13,9 +13,6 @@ template <class S>
 inline constexpr S kShortWay = S(1.0 / 16);
 template <class S>
 inline constexpr S kMiddleWay = S(1);
-// What of the second method's error is expected of the third, per part of the longest step.
-template <class S>
-inline constexpr S kThirdOrder = S(1);
 // What is expected of its error before, by the speed and the third power of the way's part of the intermediate region's
 // width: above the tolerance, neither is tried.
 template <class S>
@@ -63,7 +60,7 @@ class GroupMover {
 
  public:
   GroupMover(const SegmentTask<S>& segment, const GroupTask<S>& group)
-      : segment_(segment), group_(group), bundle_(*group.bundle) {
+      : segment_(segment), group_(group), bundle_(*group.bundle), points_(segment, group) {
     const S speed = segment.tool_speed / segment.reach;
     tool_speed2_ = speed * speed;
     const S part = segment.reach / segment.width;
@@ -72,7 +69,7 @@ class GroupMover {
   }
 
   GroupCounts run() {
-    clear();
+    points_.clear();
     alignas(64) double start[kBlock];
     for (int i = 0; i < group_.block_count; ++i) {
       const std::size_t first = group_.blocks[i] * kBlock;
@@ -85,83 +82,23 @@ class GroupMover {
       } else {
         found = segment_.kernel.classify(segment_.field, task);
       }
-      if (found.undecided != 0) decide(task, found);
-      note_moved(first, found.moved);
+      if (found.undecided != 0) points_.decide(task, found);
+      points_.note_moved(first, found.moved);
       if ((found.inside | found.later) == 0) continue;
       if (bundle_.count + kBlock > kBundle) flush();
-      append(first, start, found);
+      points_.append(first, start, found);
     }
     flush();
     return counts_;
   }
 
  private:
-  void clear() {
-    bundle_.count = 0;
-    bundle_.piece_count = 0;
-  }
-
-  void decide(const BlockTask& task, Classified& found) {
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      if ((found.undecided >> i & 1) == 0) continue;
-      const Vec3d x{task.points.x[i], task.points.y[i], task.points.z[i]};
-      const double t = segment_.next_contact(segment_.segment, x, static_cast<double>(segment_.begin));
-      if (t > 1) continue;
-      task.start[i] = t;
-      found.later |= std::uint64_t{1} << i;
-    }
-  }
-
-  // Appends the points of a block to the bundle, in runs of neighbours.
-  void append(std::size_t first, const double* start, const Classified& found) {
-    const std::uint64_t taken = found.inside | found.later;
-    for (std::uint64_t rest = taken; rest != 0;) {
-      const auto begin = static_cast<std::size_t>(__builtin_ctzll(rest));
-      const std::uint64_t gaps = ~(rest >> begin);  // shifted in zeros are gaps too
-      const std::size_t count = gaps == 0 ? kBlock : static_cast<std::size_t>(__builtin_ctzll(gaps));
-      append_run(first + begin, count);
-      rest = begin + count == kBlock ? 0 : rest >> (begin + count) << (begin + count);
-    }
-    if (found.later == 0) return;
-    std::size_t lane = static_cast<std::size_t>(bundle_.count) - static_cast<std::size_t>(__builtin_popcountll(taken));
-    for (std::size_t i = 0; i < kBlock; ++i) {
-      if ((taken >> i & 1) == 0) continue;
-      if ((found.later >> i & 1) != 0) {
-        bundle_.t[lane] = static_cast<S>(start[i]);
-        bundle_.at_contact[lane] = 1;
-      }
-      ++lane;
-    }
-  }
-
-  void append_run(std::size_t point, std::size_t count) {
-    const auto lane = static_cast<std::size_t>(bundle_.count);
-    copy(group_.points.x + point, segment_.center.x, bundle_.base[0] + lane, count);
-    copy(group_.points.y + point, segment_.center.y, bundle_.base[1] + lane, count);
-    copy(group_.points.z + point, segment_.center.z, bundle_.base[2] + lane, count);
-    fill(bundle_.t + lane, segment_.begin, count);
-    fill(bundle_.at_contact + lane, std::uint8_t{0}, count);
-    bundle_.pieces[bundle_.piece_count++] = {static_cast<std::uint16_t>(lane), static_cast<std::uint16_t>(point),
-                                             static_cast<std::uint16_t>(count)};
-    bundle_.count += static_cast<int>(count);
-  }
-
-  static void copy(const double* from, double origin, S* to, std::size_t count) {
-    for (std::size_t k = 0; k < count; ++k) to[k] = static_cast<S>(from[k] - origin);
-  }
-
-  template <class T>
-  static void fill(T* to, T value, std::size_t count) {
-    for (std::size_t k = 0; k < count; ++k) to[k] = value;
-  }
-
   void flush() {
     if (bundle_.count == 0) return;
-    begun_ = bundle_.count;
     const bool all = go_short_ways();
     if (!all) integrate();
-    scatter(all);
-    clear();
+    points_.scatter(all);
+    points_.clear();
   }
 
   std::size_t lanes() const { return static_cast<std::size_t>(bundle_.count); }
@@ -324,7 +261,7 @@ class GroupMover {
       if constexpr (with_third) {
         const Vec3<P> change = (load<P>(bundle_.k[2], i) - slope) * P(2.0 / 3);
         const Vec3<P> third = slope + change;
-        const P third_error2 = norm2(change * (by_tolerance * P(kThirdOrder<S>))) * part2;
+        const P third_error2 = norm2(change * by_tolerance) * part2;
         slope = select_each(good, slope, third);
         good = good | (hopeful & (third_error2 <= one) & (norm2(third) > zero));
       }
@@ -384,7 +321,7 @@ class GroupMover {
   // Of a lane that rests, in space or in the tool's frame: whether it will be moved by the tool again, and from when
   // on. What it is carried along with the tool is added exactly.
   bool goes_on(std::size_t lane) {
-    const std::size_t point = point_of(slots_are_lanes_ ? lane : bundle_.slot[lane]);
+    const std::size_t point = points_.point_of(slots_are_lanes_ ? lane : bundle_.slot[lane]);
     double* const to[3] = {group_.points.x + point, group_.points.y + point, group_.points.z + point};
     const S t = bundle_.t[lane];
     bundle_.t[lane] = segment_.end;
@@ -398,7 +335,7 @@ class GroupMover {
         const double by = segment_.displacement[static_cast<std::size_t>(axis)] * rest;
         *to[axis] += by;
         const double before = bundle_.moved[axis][lane];
-        note_moved(point, (by < 0 ? -by : by) + (before < 0 ? -before : before));
+        points_.note_moved(point, (by < 0 ? -by : by) + (before < 0 ? -before : before));
       }
       return false;
     }
@@ -483,68 +420,16 @@ class GroupMover {
     for (std::size_t i = 0; i < lanes(); i += P::kSize) P::load(from + i).store(to + i);
   }
 
-  std::size_t point_of(std::size_t slot) const {
-    int k = 0;
-    while (slot >= bundle_.pieces[k].lane + std::size_t{bundle_.pieces[k].count}) ++k;
-    return bundle_.pieces[k].point + slot - bundle_.pieces[k].lane;
-  }
-
-  // Adds the results to the points. What has not moved has moved by -0, which changes no bits.
-  void scatter(bool in_one_step) {
-    const double most = greatest_result();
-    for (int k = 0; k < bundle_.piece_count; ++k) {
-      const Piece& piece = bundle_.pieces[k];
-      note_moved(piece.point, most);
-      add_to(group_.points.x + piece.point, bundle_.result[0] + piece.lane, piece.count);
-      add_to(group_.points.y + piece.point, bundle_.result[1] + piece.lane, piece.count);
-      add_to(group_.points.z + piece.point, bundle_.result[2] + piece.lane, piece.count);
-      std::uint32_t* const steps = group_.steps + piece.point;
-      for (std::size_t i = 0; in_one_step && i < piece.count; ++i) ++steps[i];
-      for (std::size_t i = 0; !in_one_step && i < piece.count; ++i) {
-        steps[i] += static_cast<std::uint32_t>(bundle_.result_steps[piece.lane + i]);
-      }
-    }
-  }
-
-  static void add_to(double* to, const S* by, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<double>(by[i]);
-  }
-
-  // The greatest coordinate of a result.
-  double greatest_result() const {
-    P greatest(0);
-    S most = 0;
-    const auto count = static_cast<std::size_t>(begun_);
-    for (int axis = 0; axis < 3; ++axis) {
-      const S* const by = bundle_.result[axis];
-      std::size_t i = 0;
-      for (; i + P::kSize <= count; i += P::kSize) {
-        const P result = P::load(by + i);
-        greatest = maximum(greatest, maximum(result, -result));
-      }
-      for (; i < count; ++i) most = std::max(most, by[i] < S(0) ? -by[i] : by[i]);
-    }
-    S lane[P::kSize];
-    greatest.store(lane);
-    for (const S size : lane) most = std::max(most, size);
-    return static_cast<double>(most);
-  }
-
-  void note_moved(std::size_t point, double by) {
-    double& moved = group_.moved[point / kBlock];
-    moved = by > moved ? by : moved;
-  }
-
   const SegmentTask<S>& segment_;
   const GroupTask<S>& group_;
   Bundle<S>& bundle_;
+  BundlePoints<P> points_;
   GroupCounts counts_;
   bool slots_are_lanes_ = true;
   S tool_speed2_ = 0;  // relative to the reach of a step
   S expected_error2_ = 0;
   bool leads_to_third_ = true;  // whether the second order need not be judged before
   int hopeful_ = 0;             // path lines for which the third order is worth trying
-  int begun_ = 0;               // path lines that the bundle began with
   std::uint32_t done_[kBundle / P::kSize] = {};
   alignas(64) S hidden_[kBundle] = {};
 };
