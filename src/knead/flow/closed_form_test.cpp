@@ -28,6 +28,9 @@ TEST(ClosedForm, IsWhatIntegrationFinds) {
         const Vec3d integrated =
             test::moved(Flow{{test::without_closed_form(segment)}}, {x}, test::precisely(1e-11))[0];
         EXPECT_LT(norm(x + *displacement - integrated), 1e-9) << name;
+        // The kernels have them too, for whole blocks.
+        const Vec3d moved = test::moved(Flow{{segment}}, {x}, test::precisely(1e-11))[0];
+        EXPECT_LT(norm(x + *displacement - moved), 1e-12) << name;
       }
     }
   }
@@ -46,6 +49,7 @@ TEST(ClosedForm, AnglesOfManyTurnsAreNotMistaken) {
     if (const std::optional<Vec3d> displacement = closed_form(twist, x)) {
       const Vec3d integrated = test::moved(Flow{{test::without_closed_form(twist)}}, {x}, test::precisely(1e-11))[0];
       EXPECT_LT(norm(x + *displacement - integrated), 1e-8);
+      EXPECT_LT(norm(x + *displacement - test::moved(Flow{{twist}}, {x}, test::precisely(1e-11))[0]), 1e-12);
     }
   }
 }
