@@ -1,6 +1,7 @@
 // Sine and cosine from + - * only, so that every compiler, machine and SIMD width gets the same bits (libm's differ).
 #pragma once
 
+#include <initializer_list>
 #include <type_traits>
 
 #include "knead/math/scalar.h"

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -15,12 +16,13 @@ namespace knead {
 
 // What is asked of a remeshed surface. What is left out follows from the shape: see resolve().
 struct RemeshSettings {
-  std::optional<double> max_edge;       // longer edges are split; a length > 0
-  std::optional<double> max_angle_deg;  // edges whose end normals the deformation turns apart by more are split; (0, 180]
-  std::optional<double> max_chord;      // edges whose middle is farther from its true image are split; a fraction of
-                                        // the box diagonal, in (0, 1)
-  std::optional<double> min_edge;       // shorter edges are collapsed where the surface is flat; a length >= 0
-  std::optional<int> iterations;        // rounds of flips, collapses and diffusion; 0 to 100
+  std::optional<double> max_edge;  // longer edges are split; a length > 0
+  std::optional<double>
+      max_angle_deg;                // edges whose end normals the deformation turns apart by more are split; (0, 180]
+  std::optional<double> max_chord;  // edges whose middle is farther from its true image are split; a fraction of
+                                    // the box diagonal, in (0, 1)
+  std::optional<double> min_edge;   // shorter edges are collapsed where the surface is flat; a length >= 0
+  std::optional<int> iterations;    // rounds of flips, collapses and diffusion; 0 to 100
 
   friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
 };
@@ -57,6 +59,9 @@ struct Deformation {
   std::function<void(std::span<Vec3d>)> carry;
   // Whether a point in the ball may be moved at all; must not say false where one is. Empty: any may be.
   std::function<bool(const Vec3d& center, double radius)> may_move{};
+  // The size of the smallest part of a surface that it might move by itself: faces that are larger, and that may be
+  // moved, are searched for such parts. A length; infinity: none is searched.
+  double feature = std::numeric_limits<double>::infinity();
 };
 
 struct RemeshOptions {
@@ -73,17 +78,17 @@ struct RemeshCounts {
   std::size_t splits = 0;
   std::size_t collapses = 0;
   std::size_t flips = 0;
-  std::size_t crossings = 0;         // pairs in which a touched triangle takes part, left as the result stands
-  double missing_volume = 0;         // what the chords of the refined mesh missed: true volume - that of its triangles
-  double compensated_volume = 0;     // what the compensation gave back
-  bool complete = true;              // false: a limit on vertices or rounds came first; edges above the targets remain
+  std::size_t crossings = 0;      // pairs in which a touched triangle takes part, left as the result stands
+  double missing_volume = 0;      // what the chords of the refined mesh missed: true volume - that of its triangles
+  double compensated_volume = 0;  // what the compensation gave back
+  bool complete = true;           // false: a limit on vertices or rounds came first; edges above the targets remain
 };
 
 struct Remeshed {
-  Mesh mesh;                              // the shape after, its attributes interpolated
-  std::vector<std::uint32_t> face_source; // for each face the face of the mesh before that it lies in
+  Mesh mesh;                                 // the shape after, its attributes interpolated
+  std::vector<std::uint32_t> face_source;    // for each face the face of the mesh before that it lies in
   std::vector<std::uint32_t> vertex_source;  // for each vertex the vertex of the mesh before, or kNewVertex
-  std::vector<bool> moved;                // for each vertex: whether the deformation moves the surface there
+  std::vector<bool> moved;                   // for each vertex: whether the deformation moves the surface there
   RemeshCounts counts;
 };
 inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
