@@ -70,7 +70,9 @@ struct RemeshOptions {
   bool single_precision = true;  // crossings are judged of the positions rounded to float, as most files hold them
   bool whole = false;            // improve the whole surface, not only what moved
   double crease_angle_deg = 40;  // edges of a greater dihedral on the undeformed mesh are creases
-  int threads = 0;               // 0: all
+  // One for each face, or empty: edges between faces of different labels (materials, groups) are treated like seams.
+  std::span<const std::uint32_t> face_labels{};
+  int threads = 0;  // 0: all
 };
 
 // What was done, and what is left.

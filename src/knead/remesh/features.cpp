@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "knead/mesh/edges.h"
+#include "knead/remesh/patch.h"
+#include "knead/remesh/shape.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+constexpr std::size_t kFewestEdges = 5;  // of a crease
+
+// The face's normal, of a thin face that of the one beyond its longest edge.
+std::vector<Vec3d> steady_normals(const Surface& s) {
+  std::vector<Vec3d> normals(s.face_count());
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    std::size_t face = f;
+    if (quality(s, face, s.before) < kThin) {
+      const std::uint32_t beyond = s.opposite[longest_edge(s, face, s.before)];
+      if (beyond != kNone) face = beyond / 3;
+    }
+    const Vec3d n = area_vector(s, face, s.before);
+    const double size = norm(n);
+    if (size > 0) normals[f] = n / size;
+  }
+  return normals;
+}
+
+bool differ_at_corners(const Surface& s, std::uint32_t h, std::uint32_t o) {
+  const auto same = [&](std::uint32_t a, std::uint32_t b) {
+    const auto x = s.corner_values.of(a);
+    return std::equal(x.begin(), x.end(), s.corner_values.of(b).begin());
+  };
+  return !same(h, Surface::next(o)) || !same(Surface::next(h), o);
+}
+
+// Whether the faces carry different labels: given ones, or whole numbers as attributes.
+bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32_t f, std::uint32_t g) {
+  if (f == g) return false;
+  if (!options.face_labels.empty() && options.face_labels[f] != options.face_labels[g]) return true;
+  for (const Attribute& attribute : mesh.attributes) {
+    const bool is_label = attribute.domain == Domain::face && attribute.type != NumberType::float32 &&
+                          attribute.type != NumberType::float64;
+    const auto n = static_cast<std::ptrdiff_t>(attribute.components);
+    if (is_label && !std::equal(attribute.values.begin() + f * n, attribute.values.begin() + (f + 1) * n,
+                                attribute.values.begin() + g * n)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The half-edges of creases, smaller of each edge, without those of which few hang together.
+std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
+  const std::vector<Vec3d> normals = steady_normals(s);
+  const double most = std::cos(angle_deg * std::numbers::pi / 180);
+  std::vector<std::uint32_t> found;
+  DisjointSets sets(s.vertex_count());
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    const std::uint32_t o = s.opposite[h];
+    if (o == kNone || o < h || dot(normals[h / 3], normals[o / 3]) >= most) continue;
+    found.push_back(h);
+    sets.join(s.origin(h), s.target(h));
+  }
+  std::vector<std::size_t> size(s.vertex_count(), 0);
+  for (const std::uint32_t h : found) ++size[sets.find(s.origin(h))];
+  std::erase_if(found, [&](std::uint32_t h) { return size[sets.find(s.origin(h))] < kFewestEdges; });
+  return found;
+}
+
+}  // namespace
+
+void mark_features(const Mesh& mesh, const RemeshOptions& options, Surface& s) {
+  for (const std::uint32_t h : find_creases(s, options.crease_angle_deg)) s.set_edge(h, kFeature);
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    const std::uint32_t o = s.opposite[h];
+    if (o == kNone || o < h) continue;
+    if (differ_at_corners(s, h, o) || differ_in_label(mesh, options, s.face_source[h / 3], s.face_source[o / 3])) {
+      s.set_edge(h, kFeature);
+    }
+  }
+}
+
+}  // namespace knead::remesh_detail

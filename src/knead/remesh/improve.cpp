@@ -1,0 +1,128 @@
+#include "knead/remesh/improve.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "knead/remesh/improver.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+double tangent_of(double degrees) { return std::tan(degrees * std::numbers::pi / 180); }
+
+// Below which smallest angle triangles are worked at: by flips; by moving vertices; by collapses of edges that are
+// longer than min_edge; and with more tolerance.
+const double kFlipBelow = tangent_of(35);
+const double kMoveBelow = tangent_of(28);
+const double kPoor = tangent_of(15);
+const double kBad = tangent_of(10);
+constexpr double kTolerance = 0.5;       // of max_chord
+constexpr double kTightTolerance = 0.1;  // the same, for collapses that no triangle needs
+constexpr double kBadTolerance = 2;      // the same, for bad triangles
+constexpr int kLastRounds = 6;           // of work at the worst triangles
+
+double edge_quality(const Surface& s, std::uint32_t h) {
+  const double q = quality(s, h / 3, s.after);
+  const std::uint32_t o = s.opposite[h];
+  return o == kNone ? q : std::min(q, quality(s, o / 3, s.after));
+}
+
+bool flip_round(Improver& improver, double tolerance) {
+  Surface& s = improver.surface();
+  bool changed = false;
+  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || edge_quality(s, h) > kFlipBelow) continue;
+    changed = improver.flip_edge(h, tolerance) || changed;
+  }
+  return changed;
+}
+
+void collapse_short_edges(Improver& improver, double shortest, double tolerance) {
+  Surface& s = improver.surface();
+  std::vector<std::pair<double, std::uint32_t>> shortest_first;
+  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone) continue;
+    const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
+    if (length2 < shortest * shortest) shortest_first.emplace_back(length2, e);
+  }
+  std::sort(shortest_first.begin(), shortest_first.end());
+  for (const auto& [length, e] : shortest_first) {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
+    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), tolerance);
+  }
+}
+
+void move_round(Improver& improver, double tolerance) {
+  Surface& s = improver.surface();
+  std::vector<bool> poor(s.vertex_count(), false);
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f) || quality(s, f, s.after) > kMoveBelow) continue;
+    for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
+  }
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if (poor[v]) improver.move_vertex(v, tolerance);
+  }
+}
+
+// The edges of a face, shortest first.
+std::array<std::uint32_t, 3> edges_by_length(const Surface& s, std::uint32_t f) {
+  std::array<std::uint32_t, 3> edges{3 * f, 3 * f + 1, 3 * f + 2};
+  const auto length2 = [&](std::uint32_t h) { return norm2(s.after[s.target(h)] - s.after[s.origin(h)]); };
+  std::sort(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) { return length2(a) < length2(b); });
+  return edges;
+}
+
+// Whatever helps one triangle: its longest edge flipped, an edge collapsed, a vertex moved.
+bool mend(Improver& improver, std::uint32_t f, double tolerance) {
+  Surface& s = improver.surface();
+  const double was = quality(s, f, s.after);
+  const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
+  if (improver.flip_edge(edges[2], tolerance)) return true;
+  for (const std::uint32_t h : edges) {
+    if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), tolerance)) return true;
+  }
+  for (const std::uint32_t v : s.triangle(f)) {
+    if (improver.move_vertex(v, tolerance)) return true;
+  }
+  return false;
+}
+
+bool mend_round(Improver& improver, double below, double tolerance) {
+  Surface& s = improver.surface();
+  std::vector<std::pair<double, std::uint32_t>> worst_first;
+  for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f)) continue;
+    const double q = quality(s, f, s.after);
+    if (q < below) worst_first.emplace_back(q, f);
+  }
+  std::sort(worst_first.begin(), worst_first.end());
+  bool changed = false;
+  for (const auto& [q, f] : worst_first) {
+    if (s.is_alive(f) && quality(s, f, s.after) < below) changed = mend(improver, f, tolerance) || changed;
+  }
+  return changed;
+}
+
+}  // namespace
+
+ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
+  Improver improver(surface, improvement);
+  const double chord = improvement.targets.max_chord;
+  for (int i = 0; i < improvement.targets.iterations; ++i) {
+    flip_round(improver, kTolerance * chord);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, kTightTolerance * chord);
+    move_round(improver, kTolerance * chord);
+  }
+  const int rounds = improvement.targets.iterations > 0 ? kLastRounds : 0;
+  for (int i = 0; i < rounds && mend_round(improver, kPoor, kTolerance * chord); ++i) continue;
+  for (int i = 0; i < rounds && mend_round(improver, kBad, kBadTolerance * chord); ++i) continue;
+  improver.settle();
+  return improver.counts();
+}
+
+}  // namespace knead::remesh_detail

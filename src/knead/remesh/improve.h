@@ -1,0 +1,34 @@
+// Better triangles at the same volume. Internal to the remesh room.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "knead/remesh/remesh.h"
+#include "knead/remesh/surface.h"
+
+namespace knead::remesh_detail {
+
+// What improving is to do and where.
+struct Improvement {
+  RemeshTargets targets;
+  std::vector<bool> locked;  // of the first vertices: nothing at them is changed
+};
+
+struct ImprovementCounts {
+  std::size_t flips = 0;
+  std::size_t collapses = 0;
+};
+
+// Rounds of flips, collapses and diffusion, in the region of the surface after the deformation, and at last of whatever
+// helps the worst triangles. The enclosed volume stays as it is, to the rounding: vertices move across their star's
+// area vector, edges collapse on the plane that keeps the volume, and what flips and other collapses change is given
+// back by the vertices around (after Kuprat et al., J. Comput. Phys. 172, 2001). Nothing moves farther from the planes
+// of the faces there than half of max_chord.
+ImprovementCounts improve(Surface& surface, const Improvement& improvement);
+
+// The paper's way (section 5.2): diffusion with projection back onto the surface as it was given, collapses at
+// midpoints. Loses volume.
+ImprovementCounts improve_as_in_the_paper(Surface& surface, const Improvement& improvement);
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,279 @@
+#include "knead/remesh/improver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace knead::remesh_detail {
+
+namespace {
+
+const double kMostTurn = std::cos(std::numbers::pi / 6);      // of a face by one change
+const double kMostFold = std::cos(std::numbers::pi * 2 / 9);  // between the two faces of an edge that is flipped
+constexpr double kGain = 1 + 1e-6;
+
+double det(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
+
+double cosine(const Vec3d& a, const Vec3d& b) {
+  const double sizes = std::sqrt(norm2(a) * norm2(b));
+  return sizes > 0 ? dot(a, b) / sizes : -1;
+}
+
+}  // namespace
+
+Improver::Improver(Surface& surface, const Improvement& improvement)
+    : s_(surface), targets_(improvement.targets), locked_(improvement.locked) {
+  locked_.resize(s_.vertex_count(), false);
+}
+
+bool Improver::is_open(std::uint32_t v) const {
+  return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved) && !locked_[v];
+}
+
+Freedom Improver::freedom(std::uint32_t v) const {
+  if (!is_open(v)) return Freedom::none;
+  const int features = feature_degree(s_, v);
+  if (features == 0) return Freedom::free;
+  if (features != 2) return Freedom::none;
+  bool on_boundary = false;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    on_boundary = on_boundary || s_.opposite[h] == kNone || s_.opposite[Surface::previous(h)] == kNone;
+  });
+  return on_boundary ? Freedom::none : Freedom::on_crease;
+}
+
+std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vertices) const {
+  std::vector<std::uint32_t> found;
+  for (const std::uint32_t v : vertices) {
+    if (freedom(v) == Freedom::free) found.push_back(v);
+  }
+  return found;
+}
+
+bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices, double tolerance) {
+  const std::vector<std::uint32_t> moving = movable(vertices);
+  Vec3d sum{};
+  for (const std::uint32_t v : moving) sum += star_vector(s_, v);
+  const double size2 = norm2(sum);
+  if (!(size2 > 0)) return volume == 0;
+  const Vec3d d = sum * (volume / size2);
+  if (norm(d) > tolerance) return false;
+  const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, kMostTurn) < 0; };
+  if (std::any_of(moving.begin(), moving.end(), turns)) return false;
+  for (const std::uint32_t v : moving) s_.after[v] += d;
+  return true;
+}
+
+bool Improver::flip_edge(std::uint32_t h, double tolerance) {
+  const std::uint32_t o = s_.opposite[h];
+  if (o == kNone || s_.edge_has(h, kFeature) || s_.edge_has(h, kLocked)) return false;
+  const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
+  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return locked_[w] || !s_.has(w, kRegion); })) return false;
+  const Vec3d& a = s_.after[v[0]];
+  const Vec3d& b = s_.after[v[1]];
+  const Vec3d& c = s_.after[v[2]];
+  const Vec3d& d = s_.after[v[3]];
+  const double was = std::min(quality(a, b, c), quality(b, a, d));
+  if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
+  const Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
+  if (cosine(cross(c - d, a - d), sum) < kMostFold || cosine(cross(d - c, b - c), sum) < kMostFold) return false;
+  const double volume = det(c - a, d - a, b - a);
+  const double span = norm(cross(b - a, d - c));
+  if (std::abs(volume) > tolerance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
+  if (are_neighbours(s_, v[2], v[3])) return false;
+  flip(s_, h);
+  if (!give_back(-volume, v, tolerance)) {
+    flip(s_, h);
+    return false;
+  }
+  ++counts_.flips;
+  return true;
+}
+
+// Whether the two features at a vertex of a crease lie on one line.
+bool Improver::is_straight(std::uint32_t v, double tolerance) const {
+  std::vector<Vec3d> ends;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (s_.edge_has(h, kFeature)) ends.push_back(s_.after[s_.target(h)] - s_.after[v]);
+  });
+  if (ends.size() != 2) return false;
+  const Vec3d chord = ends[1] - ends[0];
+  const double length = norm(chord);
+  return length > 0 && dot(ends[0], ends[1]) < 0 && norm(cross(ends[0], chord)) <= tolerance * length;
+}
+
+// Which vertex of the edge goes and where the other then stands; the places that keep the volume, or a crease, alone.
+std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, double tolerance) const {
+  const std::uint32_t a = s_.origin(h);
+  const std::uint32_t b = s_.target(h);
+  const Freedom of_a = freedom(a);
+  const Freedom of_b = freedom(b);
+  const bool along = s_.edge_has(h, kFeature);
+  const auto into = [&](std::uint32_t e) {
+    Merge merge;
+    merge.halfedge = e;
+    merge.place = s_.after[s_.target(e)];
+    return merge;
+  };
+  if (along) {
+    if (of_a == Freedom::on_crease && is_straight(a, tolerance / 6)) return into(h);
+    if (of_b == Freedom::on_crease && is_straight(b, tolerance / 6)) return into(s_.opposite[h]);
+    return std::nullopt;
+  }
+  if (of_a == Freedom::free && of_b == Freedom::free) {
+    Merge merge = into(h);
+    merge.place = (s_.after[a] + s_.after[b]) * 0.5;
+    merge.t = 0.5;
+    return merge;
+  }
+  if (of_a == Freedom::free && !locked_[b]) return into(h);
+  if (of_b == Freedom::free && !locked_[a]) return into(s_.opposite[h]);
+  return std::nullopt;
+}
+
+// Moves a place within an edge to where the volume is kept, or notes what is missing of it; finds the quality of what
+// then stands around, -1 where the surface would turn or move too far.
+void Improver::evaluate_merge(Merge& merge, double tolerance) const {
+  const std::uint32_t h = merge.halfedge;
+  const std::uint32_t a = s_.origin(h);
+  const std::uint32_t b = s_.target(h);
+  const Vec3d origin = merge.place;
+  Vec3d ring{};
+  double volume = 0;
+  const auto is_dying = [&](std::uint32_t face) {
+    return face == h / 3 || (s_.opposite[h] != kNone && face == s_.opposite[h] / 3);
+  };
+  for (const std::uint32_t v : {a, b}) {
+    s_.for_each_outgoing(v, [&](std::uint32_t e) {
+      if (v == b && is_dying(e / 3)) return;  // seen from a
+      const Vec3d x = s_.after[s_.target(e)] - origin;
+      const Vec3d y = s_.after[s_.apex(e)] - origin;
+      volume += det(s_.after[v] - origin, x, y);
+      if (!is_dying(e / 3)) ring += cross(x, y);
+    });
+  }
+  merge.volume = volume;
+  if (merge.t != 0 && norm2(ring) > 0) {
+    merge.place += ring * (volume / norm2(ring));
+    merge.volume = 0;
+  }
+  const Vec3d mean = star_vector(s_, a) + star_vector(s_, b);
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::uint32_t v : {a, b}) {
+    if (plane_distance(s_, v, merge.place) > tolerance) least = -1;
+    s_.for_each_outgoing(v, [&](std::uint32_t e) {
+      if (is_dying(e / 3) || least < 0) return;
+      const Vec3d& x = s_.after[s_.target(e)];
+      const Vec3d& y = s_.after[s_.apex(e)];
+      const double turned = turn(area_vector(s_, e / 3, s_.after), cross(x - merge.place, y - merge.place),
+                                 quality(s_, e / 3, s_.after), mean);
+      const bool is_long = norm2(x - merge.place) > targets_.max_edge * targets_.max_edge;
+      least = turned < kMostTurn || is_long ? -1 : std::min(least, quality(merge.place, x, y));
+    });
+  }
+  merge.quality = least;
+}
+
+bool Improver::collapse_edge(std::uint32_t h, double least_quality, double tolerance) {
+  if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  std::optional<Merge> merge = plan_merge(h, tolerance);
+  if (!merge || locked_[s_.origin(h)] || locked_[s_.target(h)]) return false;
+  evaluate_merge(*merge, tolerance);
+  if (merge->quality < least_quality || !can_collapse(s_, merge->halfedge)) return false;
+  std::vector<std::uint32_t> ring;  // of the removed vertex: gives the volume back
+  const std::uint32_t gone = s_.origin(merge->halfedge);
+  const std::uint32_t kept = s_.target(merge->halfedge);
+  s_.for_each_outgoing(gone, [&](std::uint32_t e) {
+    if (s_.target(e) != kept) ring.push_back(s_.target(e));
+  });
+  if (std::any_of(ring.begin(), ring.end(), [&](std::uint32_t v) { return locked_[v]; })) return false;
+  if (merge->volume != 0 && movable(ring).empty()) return false;
+  collapse(s_, merge->halfedge, merge->place, merge->t);
+  if (!give_back(merge->volume, ring, tolerance)) owed_ += merge->volume;
+  ++counts_.collapses;
+  return true;
+}
+
+bool Improver::move_vertex(std::uint32_t v, double tolerance) {
+  if (freedom(v) != Freedom::free) return false;
+  bool is_locked = false;
+  Vec3d sum{};
+  double count = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    is_locked = is_locked || locked_[s_.target(h)];
+    sum += s_.after[s_.target(h)];
+    ++count;
+  });
+  const Vec3d star = star_vector(s_, v);
+  const double size2 = norm2(star);
+  if (is_locked || !(size2 > 0)) return false;
+  Vec3d d = sum / count - s_.after[v];
+  d -= star * (dot(d, star) / size2);
+  double best = star_quality(s_, v, s_.after[v], -1) * kGain;
+  std::optional<Vec3d> place;
+  for (const double share : {1.0, 0.5, 0.25}) {
+    const Vec3d p = s_.after[v] + d * share;
+    const double q = star_quality(s_, v, p, kMostTurn);
+    if (q <= best || plane_distance(s_, v, p) > tolerance) continue;
+    best = q;
+    place = p;
+  }
+  if (!place) return false;
+  carry_values(v, *place);
+  s_.after[v] = *place;
+  return true;
+}
+
+// The values at the point of the star that p is above.
+void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
+  if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
+  const Vec3d normal = star_vector(s_, v);
+  std::uint32_t best = s_.outgoing[v];
+  double least = -std::numeric_limits<double>::infinity();
+  std::array<double, 3> weights{1, 0, 0};
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d& a = s_.after[v];
+    const Vec3d& b = s_.after[s_.target(h)];
+    const Vec3d& c = s_.after[s_.apex(h)];
+    const double area = det(b - a, c - a, normal);
+    if (!(area > 0)) return;
+    const std::array<double, 3> at{det(b - p, c - p, normal) / area, det(c - p, a - p, normal) / area,
+                                   det(a - p, b - p, normal) / area};
+    const double inside = *std::min_element(at.begin(), at.end());
+    if (inside <= least) return;
+    least = inside;
+    weights = at;
+    best = h;
+  });
+  const auto mix = [&](Values& values, std::uint32_t a, std::uint32_t b, std::uint32_t c, auto store) {
+    for (std::size_t i = 0; i < values.stride; ++i) {
+      const double x = values.of(a)[i];
+      const double y = values.of(b)[i];
+      const double z = values.of(c)[i];
+      store(i, x == y && y == z ? x : weights[0] * x + weights[1] * y + weights[2] * z);
+    }
+  };
+  mix(s_.vertex_values, v, s_.target(best), s_.apex(best),
+      [&](std::size_t i, double value) { s_.vertex_values.of(v)[i] = value; });
+  mix(s_.corner_values, best, Surface::next(best), Surface::previous(best), [&](std::size_t i, double value) {
+    s_.for_each_outgoing(v, [&](std::uint32_t h) { s_.corner_values.of(h)[i] = value; });
+  });
+}
+
+void Improver::settle() {
+  std::vector<std::uint32_t> free;
+  double area = 0;
+  for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {
+    if (freedom(v) != Freedom::free || !s_.has(v, kMoved)) continue;
+    free.push_back(v);
+    area += norm(star_vector(s_, v));
+  }
+  if (!(area > 0)) return;
+  for (const std::uint32_t v : free) {
+    const Vec3d star = star_vector(s_, v);
+    if (norm2(star) > 0) s_.after[v] += star * (owed_ / (area * norm(star)));
+  }
+  owed_ = 0;
+}
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,60 @@
+// The moves that improve triangles without changing the volume. Internal to the remesh room.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "knead/remesh/improve.h"
+#include "knead/remesh/shape.h"
+
+namespace knead::remesh_detail {
+
+// The kinds of vertices, by what may move them.
+enum class Freedom { free, on_crease, none };
+
+class Improver {
+ public:
+  Improver(Surface& surface, const Improvement& improvement);
+
+  Freedom freedom(std::uint32_t v) const;
+
+  // Each does its change where that raises the least quality around to more than it was, and keeps to the bounds;
+  // whether it did. `tolerance`: how far the surface may move, a length.
+  bool flip_edge(std::uint32_t h, double tolerance);
+  bool collapse_edge(std::uint32_t h, double least_quality, double tolerance);
+  bool move_vertex(std::uint32_t v, double tolerance);
+
+  // Spreads what could not be given back on the spot over all vertices that are free to move.
+  void settle();
+
+  Surface& surface() { return s_; }
+  const ImprovementCounts& counts() const { return counts_; }
+
+ private:
+  struct Merge {
+    std::uint32_t halfedge = kNone;  // whose origin goes
+    Vec3d place{};
+    double quality = -1;
+    double volume = 0;  // six times what has to be given back
+    double t = 0;       // of the edge, from the vertex that stays
+  };
+
+  bool is_open(std::uint32_t v) const;
+  std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
+  // Moves all of these by one vector, so that six times the volume grows by `volume`. False where it would take more
+  // than the tolerance, or turn a face.
+  bool give_back(double volume, std::span<const std::uint32_t> vertices, double tolerance);
+  std::optional<Merge> plan_merge(std::uint32_t h, double tolerance) const;
+  void evaluate_merge(Merge& merge, double tolerance) const;
+  bool is_straight(std::uint32_t v, double tolerance) const;
+  void carry_values(std::uint32_t v, const Vec3d& p);
+
+  Surface& s_;
+  RemeshTargets targets_;
+  std::vector<bool> locked_;
+  ImprovementCounts counts_;
+  double owed_ = 0;  // six times the volume that is to be given back
+};
+
+}  // namespace knead::remesh_detail

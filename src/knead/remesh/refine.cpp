@@ -1,0 +1,201 @@
+#include "knead/remesh/refine.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "knead/remesh/face_samples.h"
+#include "knead/remesh/shape.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+constexpr int kMostRounds = 60;
+constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: how far the chord of a feature may be off
+constexpr double kCapCosine = -0.6;        // of 127 degrees: longest edges of such triangles are split first
+constexpr double kShortestShare = 1e-2;    // of max_chord: edges are not split below
+constexpr std::size_t kMostVertices = 4'000'000;
+
+// Means of the faces' normals around each vertex, by their areas.
+std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& positions) {
+  std::vector<Vec3d> normals(s.vertex_count());
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    const Vec3d n = area_vector(s, f, positions);
+    for (const std::uint32_t v : s.triangle(f)) normals[v] += n;
+  }
+  return normals;
+}
+
+double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+
+}  // namespace
+
+Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole)
+    : s_(surface), deformation_(deformation), targets_(targets), whole_(whole) {
+  shortest_ = kShortestShare * targets.max_chord;
+  most_vertices_ = std::max(kMostVertices, 4 * surface.vertex_count());
+  deviation_.resize(s_.halfedge.size());
+  for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
+    if ((s_.edge_flags[e] & kLocked) == 0) fresh_.push_back(e);
+  }
+}
+
+bool Refinement::refine() {
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (!split_round({})) return true;
+    if (s_.vertex_count() > most_vertices_) return false;
+  }
+  return false;
+}
+
+bool Refinement::refine_faces(std::span<const std::uint32_t> faces) {
+  std::vector<bool> forced(s_.halfedge.size(), false);
+  for (const std::uint32_t f : faces) {
+    for (std::uint32_t h = 3 * f; h < 3 * f + 3; ++h) {
+      forced[s_.edge[h]] = true;
+      untested_.push_back(s_.edge[h]);
+    }
+  }
+  split_round(forced);
+  return refine();
+}
+
+double Refinement::length2(std::uint32_t e, const std::vector<Vec3d>& positions) const {
+  const std::uint32_t h = s_.halfedge[e];
+  return norm2(positions[s_.target(h)] - positions[s_.origin(h)]);
+}
+
+void Refinement::carry_middles() {
+  std::vector<Vec3d> points(fresh_.size());
+  for (std::size_t i = 0; i < fresh_.size(); ++i) {
+    const std::uint32_t h = s_.halfedge[fresh_[i]];
+    points[i] = (s_.before[s_.origin(h)] + s_.before[s_.target(h)]) * 0.5;
+  }
+  deformation_.carry(points);
+  for (std::size_t i = 0; i < fresh_.size(); ++i) {
+    const std::uint32_t h = s_.halfedge[fresh_[i]];
+    const Vec3d chord = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
+    deviation_[fresh_[i]] = points[i] - chord;
+  }
+  untested_.insert(untested_.end(), fresh_.begin(), fresh_.end());
+  fresh_.clear();
+}
+
+// Whether the edge may be split: not locked, not too short.
+bool Refinement::is_open(std::uint32_t e) const {
+  return (s_.edge_flags[e] & kLocked) == 0 &&
+         std::min(length2(e, s_.before), length2(e, s_.after)) > 4 * shortest_ * shortest_;
+}
+
+bool Refinement::is_moved(std::uint32_t e) const {
+  const std::uint32_t a = s_.origin(s_.halfedge[e]);
+  const std::uint32_t b = s_.target(s_.halfedge[e]);
+  return deviation_[e] != Vec3d{} || s_.before[a] != s_.after[a] || s_.before[b] != s_.after[b];
+}
+
+bool Refinement::is_above(std::uint32_t e, const std::vector<Vec3d>& normals_before,
+                          const std::vector<Vec3d>& normals_after) const {
+  const bool is_feature = (s_.edge_flags[e] & kFeature) != 0;
+  const double chord = targets_.max_chord * (is_feature ? kFeatureShare : 1.0);
+  if (norm2(deviation_[e]) > chord * chord) return true;
+  const bool moves = is_moved(e);
+  if (!moves && !whole_) return false;
+  const double size2 = length2(e, s_.after);
+  if (size2 > targets_.max_edge * targets_.max_edge) return true;
+  // Boundaries are split by what their two ends say alone: coincident ones are then split alike.
+  if (!moves || (s_.edge_flags[e] & kBoundary) != 0 || size2 < targets_.min_edge * targets_.min_edge) return false;
+  const std::uint32_t a = s_.origin(s_.halfedge[e]);
+  const std::uint32_t b = s_.target(s_.halfedge[e]);
+  return angle_between(normals_after[a], normals_after[b]) >
+         targets_.max_angle + angle_between(normals_before[a], normals_before[b]);
+}
+
+std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forced) {
+  std::vector<std::uint32_t> marked;
+  if (untested_.empty()) return marked;
+  const std::vector<Vec3d> normals_before = mean_normals(s_, s_.before);
+  const std::vector<Vec3d> normals_after = mean_normals(s_, s_.after);
+  std::sort(untested_.begin(), untested_.end());
+  untested_.erase(std::unique(untested_.begin(), untested_.end()), untested_.end());
+  for (const std::uint32_t e : untested_) {
+    if (!is_open(e)) continue;
+    if ((e < forced.size() && forced[e]) || is_above(e, normals_before, normals_after)) marked.push_back(e);
+  }
+  untested_.clear();
+  return marked;
+}
+
+// The longest edges of faces that are large beside the deformation and bend between their edges' middles.
+std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
+  std::vector<std::uint32_t> edges;
+  if (!std::isfinite(deformation_.feature)) return edges;
+  FaceSamples samples(deformation_);
+  for (std::uint32_t f = 0; f < s_.face_count(); ++f) {
+    const auto [a, b, c] = s_.triangle(f);
+    samples.add(f, {s_.before[a], s_.before[b], s_.before[c]}, {s_.after[a], s_.after[b], s_.after[c]});
+  }
+  for (const std::uint32_t f : samples.faces_off(targets_.max_chord)) {
+    const std::uint32_t longest = s_.edge[longest_edge(s_, f, s_.after)];
+    if (is_open(longest)) edges.push_back(longest);
+  }
+  std::sort(edges.begin(), edges.end());
+  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  return edges;
+}
+
+// Where a marked edge is not the longest of a triangle with a very obtuse angle, the longest is split too: halving the
+// others alone would make triangles flatter for ever.
+void Refinement::add_longest_of_caps(std::vector<std::uint32_t>& marked) const {
+  const std::size_t count = marked.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t first = s_.halfedge[marked[i]];
+    for (const std::uint32_t h : {first, s_.opposite[first]}) {
+      if (h == kNone) continue;
+      const std::uint32_t longest = longest_edge(s_, h / 3, s_.after);
+      if (longest == h || s_.edge_has(longest, kBoundary) || !is_open(s_.edge[longest])) continue;
+      const Vec3d& apex = s_.after[s_.apex(longest)];
+      const Vec3d u = s_.after[s_.origin(longest)] - apex;
+      const Vec3d v = s_.after[s_.target(longest)] - apex;
+      if (dot(u, v) < kCapCosine * norm(u) * norm(v)) marked.push_back(s_.edge[longest]);
+    }
+  }
+  std::sort(marked.begin(), marked.end());
+  marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
+}
+
+void Refinement::split_edge(std::uint32_t e) {
+  const std::uint32_t h = s_.halfedge[e];
+  const std::uint32_t a = s_.origin(h);
+  const std::uint32_t b = s_.target(h);
+  const Vec3d before = (s_.before[a] + s_.before[b]) * 0.5;
+  const Vec3d after = (s_.after[a] + s_.after[b]) * 0.5 + deviation_[e];
+  const bool moves = is_moved(e);
+  const std::uint32_t m = split(s_, h, before, after);
+  if (moves) {
+    s_.set(m, kMoved);
+    s_.set(m, kRegion);
+  }
+  fresh_.push_back(e);
+  for (std::size_t n = deviation_.size(); n < s_.halfedge.size(); ++n) fresh_.push_back(static_cast<std::uint32_t>(n));
+  deviation_.resize(s_.halfedge.size());
+  deviation_[e] = {};
+  ++splits_;
+}
+
+bool Refinement::split_round(const std::vector<bool>& forced) {
+  carry_middles();
+  std::vector<std::uint32_t> marked = find_marked(forced);
+  if (marked.empty()) marked = find_edges_of_large_faces();
+  if (marked.empty()) return false;
+  add_longest_of_caps(marked);
+  std::vector<std::pair<double, std::uint32_t>> longest_first;
+  longest_first.reserve(marked.size());
+  for (const std::uint32_t e : marked) longest_first.emplace_back(-length2(e, s_.after), e);
+  std::sort(longest_first.begin(), longest_first.end());
+  for (const auto& [length, e] : longest_first) split_edge(e);
+  std::sort(fresh_.begin(), fresh_.end());
+  fresh_.erase(std::unique(fresh_.begin(), fresh_.end()), fresh_.end());
+  return true;
+}
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,40 @@
+#include "knead/remesh/shape.h"
+
+namespace knead::remesh_detail {
+
+double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, double most_turn) {
+  const Vec3d mean = star_vector(s, v);
+  double least = std::numeric_limits<double>::infinity();
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (least < 0) return;
+    const Vec3d& b = s.after[s.target(h)];
+    const Vec3d& c = s.after[s.apex(h)];
+    const double turned = turn(area_vector(s, h / 3, s.after), cross(b - p, c - p), quality(s, h / 3, s.after), mean);
+    least = turned < most_turn ? -1 : std::min(least, quality(p, b, c));
+  });
+  return least;
+}
+
+double turn(const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
+  const Vec3d& reference = quality_was < kThin ? mean : was;
+  const double sizes = std::sqrt(norm2(reference) * norm2(is));
+  return sizes > 0 ? dot(reference, is) / sizes : -1;
+}
+
+double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
+  double most = 0;
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (quality(s, h / 3, s.after) < kThin) return;
+    const Vec3d n = area_vector(s, h / 3, s.after);
+    most = std::max(most, std::abs(dot(n, p - s.after[v])) / norm(n));
+  });
+  return most;
+}
+
+bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
+  bool found = false;
+  s.for_each_outgoing(v, [&](std::uint32_t h) { found = found || s.target(h) == w || s.apex(h) == w; });
+  return found;
+}
+
+}  // namespace knead::remesh_detail

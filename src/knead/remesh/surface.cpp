@@ -1,0 +1,277 @@
+#include "knead/remesh/surface.h"
+
+#include <algorithm>
+
+namespace knead::remesh_detail {
+
+namespace {
+
+std::uint32_t append_face(Surface& s, std::uint32_t face) {
+  const auto first = static_cast<std::uint32_t>(s.corner.size());
+  s.corner.resize(first + 3, kNone);
+  s.opposite.resize(first + 3, kNone);
+  s.edge.resize(first + 3, kNone);
+  s.face_source.push_back(s.face_source[face]);
+  s.corner_values.resize(first + 3);
+  return first;
+}
+
+std::uint32_t append_edge(Surface& s, std::uint8_t flags) {
+  s.halfedge.push_back(kNone);
+  s.edge_flags.push_back(flags);
+  return static_cast<std::uint32_t>(s.edge_flags.size() - 1);
+}
+
+void set_edge(Surface& s, std::uint32_t h, std::uint32_t edge) {
+  s.edge[h] = edge;
+  s.halfedge[edge] = h;
+}
+
+void pair(Surface& s, std::uint32_t a, std::uint32_t b) {
+  if (a != kNone) s.opposite[a] = b;
+  if (b != kNone) s.opposite[b] = a;
+}
+
+// Moves what half-edge `from` is to `to`, in another face: its corner, its opposite and its edge.
+void move_halfedge(Surface& s, std::uint32_t from, std::uint32_t to) {
+  s.corner[to] = s.corner[from];
+  set_edge(s, to, s.edge[from]);
+  pair(s, to, s.opposite[from]);
+  s.corner_values.copy(from, to);
+  if (s.outgoing[s.corner[from]] == from) s.outgoing[s.corner[from]] = to;
+}
+
+// One side of a split: the face of h keeps the half of the edge at its origin, a new face gets the other; returns the
+// half-edge from m in the new face.
+std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
+  const std::uint32_t k = append_face(s, h / 3);
+  const std::uint32_t n = Surface::next(h);
+  const std::uint32_t p = Surface::previous(h);
+  s.corner[k] = m;
+  s.corner_values.blend(h, n, 0.5, k);
+  move_halfedge(s, n, k + 1);
+  s.corner[k + 2] = s.corner[p];
+  s.corner_values.copy(p, k + 2);
+  s.corner[n] = m;
+  s.corner_values.copy(k, n);
+  const std::uint32_t across = append_edge(s, 0);
+  set_edge(s, n, across);
+  set_edge(s, k + 2, across);
+  pair(s, n, k + 2);
+  return k;
+}
+
+}  // namespace
+
+void Values::copy(std::size_t from, std::size_t to) {
+  for (std::size_t i = 0; i < stride; ++i) numbers[to * stride + i] = numbers[from * stride + i];
+}
+
+void Values::blend(std::size_t a, std::size_t b, double t, std::size_t to) {
+  for (std::size_t i = 0; i < stride; ++i) {
+    const double from = numbers[a * stride + i];
+    const double at = numbers[b * stride + i];
+    numbers[to * stride + i] = from == at ? from : (1 - t) * from + t * at;
+  }
+}
+
+Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions) {
+  const auto [a, b, c] = surface.triangle(face);
+  return cross(positions[b] - positions[a], positions[c] - positions[a]);
+}
+
+Vec3d star_vector(const Surface& surface, std::uint32_t v) {
+  Vec3d sum{};
+  surface.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(surface, h / 3, surface.after); });
+  return sum;
+}
+
+int feature_degree(const Surface& surface, std::uint32_t v) {
+  int count = 0;
+  surface.for_each_outgoing(v, [&](std::uint32_t h) {
+    count += surface.edge_has(h, kFeature) ? 1 : 0;
+    const std::uint32_t in = Surface::previous(h);
+    if (surface.opposite[in] == kNone && surface.edge_has(in, kFeature)) ++count;
+  });
+  return count;
+}
+
+std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3d& after) {
+  const auto m = static_cast<std::uint32_t>(s.vertex_count());
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  s.before.push_back(before);
+  s.after.push_back(after);
+  s.vertex_flags.push_back(static_cast<std::uint8_t>((s.vertex_flags[a] | s.vertex_flags[b]) & kRegion));
+  s.vertex_values.resize(m + std::size_t{1});
+  s.vertex_values.blend(a, b, 0.5, m);
+  s.outgoing.push_back(kNone);
+  const std::uint32_t o = s.opposite[h];
+  const std::uint32_t far = append_edge(s, s.edge_flags[s.edge[h]]);
+  const std::uint32_t near = s.edge[h];
+  const std::uint32_t k = split_side(s, h, m);
+  set_edge(s, k, far);
+  set_edge(s, h, near);
+  s.outgoing[m] = k;
+  if (o == kNone) {
+    s.opposite[h] = kNone;
+    s.opposite[k] = kNone;
+    return m;
+  }
+  const std::uint32_t l = split_side(s, o, m);
+  set_edge(s, l, near);
+  set_edge(s, o, far);
+  pair(s, h, l);
+  pair(s, k, o);
+  return m;
+}
+
+void flip(Surface& s, std::uint32_t h) {
+  const std::uint32_t o = s.opposite[h];
+  // The half-edges h: a -> b, b -> c, c -> a, and o: b -> a, a -> d, d -> b become h: d -> c, c -> a, a -> d, and
+  // o: c -> d, d -> b, b -> c.
+  const std::array<std::uint32_t, 6> slots{h, Surface::next(h), Surface::previous(h),
+                                           o, Surface::next(o), Surface::previous(o)};
+  constexpr std::array<std::size_t, 6> from{5, 2, 4, 2, 5, 1};  // whose corner each slot gets
+  struct Outer {
+    std::uint32_t corner, opposite, edge;
+  };
+  std::array<Outer, 6> was{};
+  std::vector<double> values;
+  for (std::size_t i = 0; i < 6; ++i) {
+    was[i] = {s.corner[slots[i]], s.opposite[slots[i]], s.edge[slots[i]]};
+    const std::span<const double> row = s.corner_values.of(slots[i]);
+    values.insert(values.end(), row.begin(), row.end());
+  }
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::uint32_t to = slots[i];
+    const Outer& source = was[from[i]];
+    s.corner[to] = source.corner;
+    s.outgoing[source.corner] = to;
+    const auto row = values.begin() + static_cast<std::ptrdiff_t>(from[i] * s.corner_values.stride);
+    std::copy(row, row + static_cast<std::ptrdiff_t>(s.corner_values.stride), s.corner_values.of(to).begin());
+    if (i % 3 == 0) continue;  // the diagonal itself
+    set_edge(s, to, source.edge);
+    pair(s, to, source.opposite);
+  }
+}
+
+bool can_collapse(const Surface& s, std::uint32_t h) {
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  const std::uint32_t o = s.opposite[h];
+  const std::array<std::uint32_t, 2> apexes{s.apex(h), o == kNone ? kNone : s.apex(o)};
+  std::array<std::uint32_t, 64> ring{};
+  std::size_t count = 0;
+  bool a_on_boundary = false;
+  bool b_on_boundary = false;
+  const auto visit_ring = [&](std::uint32_t v, bool& on_boundary, auto visit) {
+    s.for_each_outgoing(v, [&](std::uint32_t e) {
+      visit(s.target(e));
+      if (s.opposite[e] == kNone) on_boundary = true;
+      if (s.opposite[Surface::previous(e)] != kNone) return;
+      on_boundary = true;
+      visit(s.apex(e));
+    });
+  };
+  visit_ring(a, a_on_boundary, [&](std::uint32_t v) {
+    if (count < ring.size()) ring[count] = v;
+    ++count;
+  });
+  if (count > ring.size()) return false;
+  std::size_t common = 0;
+  std::size_t b_count = 0;
+  bool linked = true;
+  visit_ring(b, b_on_boundary, [&](std::uint32_t v) {
+    ++b_count;
+    if (std::find(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(count), v) ==
+        ring.begin() + static_cast<std::ptrdiff_t>(count)) {
+      return;
+    }
+    ++common;
+    linked = linked && (v == apexes[0] || v == apexes[1]);
+  });
+  const std::size_t faces = o == kNone ? 1 : 2;
+  if (!linked || common != faces) return false;
+  if (o != kNone && (a_on_boundary || b_on_boundary)) return false;
+  if (count + b_count < 5 + faces) return false;  // the new star keeps three neighbours
+  // An apex must keep three faces, and its edges one of theirs.
+  for (const std::uint32_t e : {h, o}) {
+    if (e == kNone) continue;
+    if (s.opposite[Surface::next(e)] == kNone && s.opposite[Surface::previous(e)] == kNone) return false;
+    std::size_t degree = 0;
+    s.for_each_outgoing(s.apex(e), [&](std::uint32_t) { ++degree; });
+    if (degree < 4) return false;
+  }
+  return true;
+}
+
+void collapse(Surface& s, std::uint32_t h, const Vec3d& after, double t) {
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  s.halfedge[s.edge[h]] = kNone;
+  s.vertex_values.blend(b, a, t, b);
+  // The values at the corners of the removed vertex and of the one that stays, on each side: what lies beyond the
+  // edge's own faces follows the side that it hangs on without crossing a feature.
+  std::vector<std::uint32_t> at_a;
+  std::vector<std::uint32_t> at_b;
+  s.for_each_outgoing(a, [&](std::uint32_t e) { at_a.push_back(e); });
+  s.for_each_outgoing(b, [&](std::uint32_t e) { at_b.push_back(e); });
+  const std::uint32_t o = s.opposite[h];
+  if (s.corner_values.stride > 0) {
+    const std::uint32_t left_b = Surface::next(h);
+    const std::uint32_t right_a = o == kNone ? h : Surface::next(o);
+    const std::uint32_t right_b = o == kNone ? left_b : o;
+    const auto same = [&](std::uint32_t c, std::uint32_t d) {
+      return std::equal(s.corner_values.of(c).begin(), s.corner_values.of(c).end(), s.corner_values.of(d).begin());
+    };
+    std::vector<std::pair<std::uint32_t, bool>> right;  // corners, and whether they take the right side's values
+    for (const std::uint32_t c : at_a) right.emplace_back(c, !same(c, h) && same(c, right_a));
+    for (const std::uint32_t c : at_b) right.emplace_back(c, !same(c, left_b) && same(c, right_b));
+    Values sides{s.corner_values.stride, {}};
+    sides.resize(2);
+    for (std::size_t i = 0; i < sides.stride; ++i) {
+      const auto mix = [&](std::uint32_t of_b, std::uint32_t of_a) {
+        const double from = s.corner_values.of(of_b)[i];
+        const double at = s.corner_values.of(of_a)[i];
+        return from == at ? from : (1 - t) * from + t * at;
+      };
+      sides.of(0)[i] = mix(left_b, h);
+      sides.of(1)[i] = mix(right_b, right_a);
+    }
+    for (const auto& [c, is_right] : right) {
+      const std::span<const double> side = sides.of(is_right ? 1 : 0);
+      std::copy(side.begin(), side.end(), s.corner_values.of(c).begin());
+    }
+  }
+  for (const std::uint32_t e : at_a) s.corner[e] = b;
+  const auto remove_face = [&](std::uint32_t e) {
+    const std::uint32_t n = Surface::next(e);
+    const std::uint32_t p = Surface::previous(e);
+    const std::uint32_t x = s.opposite[n];
+    const std::uint32_t y = s.opposite[p];
+    const std::uint32_t kept_edge = s.edge[p];
+    const std::uint32_t gone_edge = s.edge[n];
+    s.edge_flags[kept_edge] = static_cast<std::uint8_t>(s.edge_flags[kept_edge] | s.edge_flags[gone_edge]);
+    s.halfedge[gone_edge] = kNone;
+    pair(s, x, y);
+    for (const std::uint32_t kept : {x, y}) {
+      if (kept == kNone) continue;
+      set_edge(s, kept, kept_edge);
+      s.outgoing[s.corner[kept]] = kept;
+      s.outgoing[s.corner[Surface::next(kept)]] = Surface::next(kept);
+    }
+    for (const std::uint32_t gone : {e, n, p}) {
+      s.corner[gone] = kNone;
+      s.opposite[gone] = kNone;
+    }
+  };
+  remove_face(h);
+  if (o != kNone) remove_face(o);
+  s.vertex_flags[b] = static_cast<std::uint8_t>(s.vertex_flags[b] | (s.vertex_flags[a] & (kMoved | kRegion)));
+  s.set(a, kRemoved);
+  s.outgoing[a] = kNone;
+  s.after[b] = after;
+}
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,124 @@
+// Triangles that can be split, flipped and collapsed, at two places at once: before and after a deformation. Internal
+// to the remesh room.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/math/vec3.h"
+
+namespace knead::remesh_detail {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+// Numbers carried along by vertices or corners: `stride` for each.
+struct Values {
+  std::size_t stride = 0;
+  std::vector<double> numbers;
+
+  std::span<double> of(std::size_t i) { return {numbers.data() + i * stride, stride}; }
+  std::span<const double> of(std::size_t i) const { return {numbers.data() + i * stride, stride}; }
+  void resize(std::size_t count) { numbers.resize(count * stride); }
+  void copy(std::size_t from, std::size_t to);
+  // Sets `to` to (1 - t) a + t b.
+  void blend(std::size_t a, std::size_t b, double t, std::size_t to);
+};
+
+enum EdgeFlag : std::uint8_t {
+  kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
+  kBoundary = 2,  // of one face: split, but never collapsed, so that coincident boundaries stay together
+  kLocked = 4,    // never split: an edge of the surface that goes on elsewhere, or of more than two faces
+};
+
+enum VertexFlag : std::uint8_t {
+  kFixed = 1,    // neither moved nor removed
+  kMoved = 2,    // the deformation moves the surface there
+  kRegion = 4,   // where triangles are to be improved
+  kRemoved = 8,  // by a collapse
+};
+
+// Half-edge 3 f + i of face f leads from its corner i to the next. A removed face has kNone for corners. Edges keep
+// their numbers while their half-edges change; of an edge that is split, the half at the origin keeps it.
+struct Surface {
+  std::vector<std::uint32_t> corner;       // three a face: the vertex at which the half-edge begins
+  std::vector<std::uint32_t> opposite;     // of each half-edge, kNone at a boundary
+  std::vector<std::uint32_t> edge;         // of each half-edge: its edge
+  std::vector<std::uint32_t> halfedge;     // of each edge: one of its half-edges, kNone for a removed edge
+  std::vector<std::uint8_t> edge_flags;    // of each edge
+  std::vector<std::uint32_t> face_source;  // of each face: given by whoever made the surface, inherited by splits
+  std::vector<std::uint32_t> outgoing;     // of each vertex: some half-edge that begins there
+  std::vector<std::uint8_t> vertex_flags;  // of each vertex
+  std::vector<Vec3d> before;               // of each vertex; means nothing once triangles are improved
+  std::vector<Vec3d> after;
+  Values vertex_values;
+  Values corner_values;
+
+  std::size_t face_count() const { return face_source.size(); }
+  std::size_t vertex_count() const { return after.size(); }
+  bool is_alive(std::size_t face) const { return corner[3 * face] != kNone; }
+  std::uint32_t origin(std::uint32_t h) const { return corner[h]; }
+  std::uint32_t target(std::uint32_t h) const { return corner[next(h)]; }
+  std::uint32_t apex(std::uint32_t h) const { return corner[previous(h)]; }
+
+  static constexpr std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static constexpr std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+  std::array<std::uint32_t, 3> triangle(std::size_t f) const {
+    return {corner[3 * f], corner[3 * f + 1], corner[3 * f + 2]};
+  }
+
+  // Calls visit(h) for the half-edges that begin at v, of one fan.
+  template <class Visit>
+  void for_each_outgoing(std::uint32_t v, Visit visit) const {
+    const std::uint32_t first = outgoing[v];
+    std::uint32_t h = first;
+    do {
+      visit(h);
+      h = opposite[previous(h)];
+    } while (h != kNone && h != first);
+    if (h == first) return;
+    for (h = opposite[first]; h != kNone; h = opposite[h]) {
+      h = next(h);
+      visit(h);
+    }
+  }
+
+  bool has(std::uint32_t v, VertexFlag flag) const { return (vertex_flags[v] & flag) != 0; }
+  bool edge_has(std::uint32_t h, EdgeFlag flag) const { return (edge_flags[edge[h]] & flag) != 0; }  // of a half-edge
+  void set(std::uint32_t v, VertexFlag flag) { vertex_flags[v] = static_cast<std::uint8_t>(vertex_flags[v] | flag); }
+  void set_edge(std::uint32_t h, EdgeFlag flag) {
+    edge_flags[edge[h]] = static_cast<std::uint8_t>(edge_flags[edge[h]] | flag);
+  }
+};
+
+// Fills `opposite`, `outgoing` and the flags of edges and vertices that follow from the corners: boundaries, edges of
+// more than two faces or of two that disagree which side is out (locked, features), vertices of several fans (fixed).
+void connect(Surface& surface);
+
+// Twice the area of the face times its normal.
+Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions);
+
+// The sum of the faces' area vectors around v: the volume grows by dot(star, d) / 6 when v moves by d.
+Vec3d star_vector(const Surface& surface, std::uint32_t v);
+
+// How many feature edges end at v.
+int feature_degree(const Surface& surface, std::uint32_t v);
+
+// Splits the edge of half-edge h in its middle; the new vertex, whose number is returned, stands at the given places.
+std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);
+
+// Turns the edge of h, which has two faces, into the other diagonal of their quadrilateral. h and its opposite then
+// are the half-edges of that. Values of corners go with their vertices.
+void flip(Surface& surface, std::uint32_t h);
+
+// Whether the edge of h can be collapsed and leave a manifold as it was (link condition; Dey et al. 1999).
+bool can_collapse(const Surface& surface, std::uint32_t h);
+
+// Collapses the edge of h into its target, which moves to `after`; the origin is removed. Its values become
+// (1 - t) times the target's plus t times the origin's, per side where they differ.
+void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
+
+}  // namespace knead::remesh_detail
