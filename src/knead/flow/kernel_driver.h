@@ -250,7 +250,10 @@ class GroupMover {
     for (std::size_t i = 0; i < lanes(); i += P::kSize) {
       const Vec3<P> k0 = load<P>(bundle_.k[0], i);
       const Vec3<P> k1 = load<P>(bundle_.k[1], i);
-      const P part2 = P::load(bundle_.trial + i);
+      // The part by the speed where the way leads, too: at its beginning a turning tool may be all but at rest.
+      const P h = P::load(bundle_.h + i);
+      const P speed2_there = norm2((k1 - Vec3<P>(segment_.tool_velocity)) * P(S(1) / segment_.reach));
+      const P part2 = maximum(P::load(bundle_.trial + i), h * h * speed2_there);
       const P zero(0);
       Vec3<P> slope = (k0 + k1) * P(0.5);
       const P error2 = norm2((k1 - slope) * by_tolerance) * part2;

@@ -136,7 +136,7 @@ class PathLine {
   std::optional<Vec3d> short_way(const Vec3<S>& first, const Vec3<S>& second) const {
     const double duration = segment_.end - segment_.begin;
     if (carries_ && first == tool_velocity_) return segment_.displacement * duration;
-    const S part = part_of_longest(first);
+    const S part = std::max(part_of_longest(first), part_of_longest(second));
     if (!(part <= S(kShortWay)) || !is_accurate(first, second, part)) return std::nullopt;
     return Vec3d((first + second) * (S(0.5) * static_cast<S>(duration)));
   }
@@ -195,7 +195,9 @@ class PathLine {
     const S signed_h = static_cast<S>(direction_ * h);
     evaluate_stage(1, segment_.end, k_[0] * signed_h, stats);
     if (k_[0] == Vec3<S>{} && k_[1] == Vec3<S>{}) return false;  // the tool may have come and gone between
-    if (!is_accurate(k_[0], k_[1], part)) return false;
+    // Where the way leads the tool may be faster: at its beginning a turning one may be all but at rest.
+    const S part_there = std::max(part, static_cast<S>(h) * norm(k_[1] - tool_velocity_) / reach_);
+    if (!(part_there <= S(kShortWay)) || !is_accurate(k_[0], k_[1], part_there)) return false;
     moved_ = (k_[0] + k_[1]) * (S(0.5) * signed_h);
     ++stats.accepted;
     return true;
