@@ -18,10 +18,14 @@ const double kFlipBelow = tangent_of(35);
 const double kMoveBelow = tangent_of(28);
 const double kPoor = tangent_of(15);
 const double kBad = tangent_of(10);
-constexpr double kTolerance = 0.5;       // of max_chord
-constexpr double kTightTolerance = 0.1;  // the same, for collapses that no triangle needs
-constexpr double kBadTolerance = 2;      // the same, for bad triangles
-constexpr int kLastRounds = 6;           // of work at the worst triangles
+constexpr double kTight = 0.1;  // of max_chord, for collapses that no triangle needs
+constexpr int kLastRounds = 6;  // of work at the worst triangles, with each of the bounds
+
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+
+Bounds bounds_of(double distance, double turn_deg, double fold_deg, double steady_deg) {
+  return {distance, {cosine_of(turn_deg), tangent_of(steady_deg)}, cosine_of(fold_deg)};
+}
 
 double edge_quality(const Surface& s, std::uint32_t h) {
   const double q = quality(s, h / 3, s.after);
@@ -29,18 +33,18 @@ double edge_quality(const Surface& s, std::uint32_t h) {
   return o == kNone ? q : std::min(q, quality(s, o / 3, s.after));
 }
 
-bool flip_round(Improver& improver, double tolerance) {
+bool flip_round(Improver& improver, const Bounds& bounds) {
   Surface& s = improver.surface();
   bool changed = false;
   for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || edge_quality(s, h) > kFlipBelow) continue;
-    changed = improver.flip_edge(h, tolerance) || changed;
+    changed = improver.flip_edge(h, bounds) || changed;
   }
   return changed;
 }
 
-void collapse_short_edges(Improver& improver, double shortest, double tolerance) {
+void collapse_short_edges(Improver& improver, double shortest, const Bounds& bounds) {
   Surface& s = improver.surface();
   std::vector<std::pair<double, std::uint32_t>> shortest_first;
   for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
@@ -53,11 +57,11 @@ void collapse_short_edges(Improver& improver, double shortest, double tolerance)
   for (const auto& [length, e] : shortest_first) {
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
-    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), tolerance);
+    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), bounds);
   }
 }
 
-void move_round(Improver& improver, double tolerance) {
+void move_round(Improver& improver, const Bounds& bounds) {
   Surface& s = improver.surface();
   std::vector<bool> poor(s.vertex_count(), false);
   for (std::size_t f = 0; f < s.face_count(); ++f) {
@@ -65,7 +69,7 @@ void move_round(Improver& improver, double tolerance) {
     for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
   }
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    if (poor[v]) improver.move_vertex(v, tolerance);
+    if (poor[v]) improver.move_vertex(v, bounds);
   }
 }
 
@@ -78,21 +82,21 @@ std::array<std::uint32_t, 3> edges_by_length(const Surface& s, std::uint32_t f) 
 }
 
 // Whatever helps one triangle: its longest edge flipped, an edge collapsed, a vertex moved.
-bool mend(Improver& improver, std::uint32_t f, double tolerance) {
+bool mend(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
   const double was = quality(s, f, s.after);
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
-  if (improver.flip_edge(edges[2], tolerance)) return true;
+  if (improver.flip_edge(edges[2], bounds)) return true;
   for (const std::uint32_t h : edges) {
-    if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), tolerance)) return true;
+    if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
-    if (improver.move_vertex(v, tolerance)) return true;
+    if (improver.move_vertex(v, bounds)) return true;
   }
   return false;
 }
 
-bool mend_round(Improver& improver, double below, double tolerance) {
+bool mend_round(Improver& improver, double below, const Bounds& bounds) {
   Surface& s = improver.surface();
   std::vector<std::pair<double, std::uint32_t>> worst_first;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
@@ -103,7 +107,7 @@ bool mend_round(Improver& improver, double below, double tolerance) {
   std::sort(worst_first.begin(), worst_first.end());
   bool changed = false;
   for (const auto& [q, f] : worst_first) {
-    if (s.is_alive(f) && quality(s, f, s.after) < below) changed = mend(improver, f, tolerance) || changed;
+    if (s.is_alive(f) && quality(s, f, s.after) < below) changed = mend(improver, f, bounds) || changed;
   }
   return changed;
 }
@@ -113,14 +117,19 @@ bool mend_round(Improver& improver, double below, double tolerance) {
 ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   Improver improver(surface, improvement);
   const double chord = improvement.targets.max_chord;
+  const Bounds usual = bounds_of(0.5 * chord, 30, 40, 3);
+  const Bounds tight = bounds_of(kTight * chord, 30, 40, 3);
   for (int i = 0; i < improvement.targets.iterations; ++i) {
-    flip_round(improver, kTolerance * chord);
-    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, kTightTolerance * chord);
-    move_round(improver, kTolerance * chord);
+    flip_round(improver, usual);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, tight);
+    move_round(improver, usual);
   }
   const int rounds = improvement.targets.iterations > 0 ? kLastRounds : 0;
-  for (int i = 0; i < rounds && mend_round(improver, kPoor, kTolerance * chord); ++i) continue;
-  for (int i = 0; i < rounds && mend_round(improver, kBad, kBadTolerance * chord); ++i) continue;
+  for (int i = 0; i < rounds && mend_round(improver, kPoor, usual); ++i) continue;
+  // What is bad may cost more: such triangles are few, and small.
+  for (const Bounds& bounds : {bounds_of(chord, 50, 60, 10), bounds_of(2 * chord, 80, 80, 20)}) {
+    for (int i = 0; i < rounds && mend_round(improver, kBad, bounds); ++i) continue;
+  }
   improver.settle();
   return improver.counts();
 }

@@ -8,8 +8,6 @@ namespace knead::remesh_detail {
 
 namespace {
 
-const double kMostTurn = std::cos(std::numbers::pi / 6);      // of a face by one change
-const double kMostFold = std::cos(std::numbers::pi * 2 / 9);  // between the two faces of an edge that is flipped
 constexpr double kGain = 1 + 1e-6;
 
 double det(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
@@ -50,21 +48,21 @@ std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vert
   return found;
 }
 
-bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices, double tolerance) {
+bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
   const std::vector<std::uint32_t> moving = movable(vertices);
   Vec3d sum{};
   for (const std::uint32_t v : moving) sum += star_vector(s_, v);
   const double size2 = norm2(sum);
   if (!(size2 > 0)) return volume == 0;
   const Vec3d d = sum * (volume / size2);
-  if (norm(d) > tolerance) return false;
-  const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, kMostTurn) < 0; };
+  if (norm(d) > bounds.distance) return false;
+  const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, bounds.turn) < 0; };
   if (std::any_of(moving.begin(), moving.end(), turns)) return false;
   for (const std::uint32_t v : moving) s_.after[v] += d;
   return true;
 }
 
-bool Improver::flip_edge(std::uint32_t h, double tolerance) {
+bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
   if (o == kNone || s_.edge_has(h, kFeature) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
@@ -75,14 +73,17 @@ bool Improver::flip_edge(std::uint32_t h, double tolerance) {
   const Vec3d& d = s_.after[v[3]];
   const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
-  const Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
-  if (cosine(cross(c - d, a - d), sum) < kMostFold || cosine(cross(d - c, b - c), sum) < kMostFold) return false;
+  Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
+  if (was < bounds.turn.steady) {
+    for (const std::uint32_t w : v) sum += star_vector(s_, w);
+  }
+  if (cosine(cross(c - d, a - d), sum) < bounds.fold || cosine(cross(d - c, b - c), sum) < bounds.fold) return false;
   const double volume = det(c - a, d - a, b - a);
   const double span = norm(cross(b - a, d - c));
-  if (std::abs(volume) > tolerance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
+  if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
   if (are_neighbours(s_, v[2], v[3])) return false;
   flip(s_, h);
-  if (!give_back(-volume, v, tolerance)) {
+  if (!give_back(-volume, v, bounds)) {
     flip(s_, h);
     return false;
   }
@@ -103,7 +104,7 @@ bool Improver::is_straight(std::uint32_t v, double tolerance) const {
 }
 
 // Which vertex of the edge goes and where the other then stands; the places that keep the volume, or a crease, alone.
-std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, double tolerance) const {
+std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, const Bounds& bounds) const {
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
   const Freedom of_a = freedom(a);
@@ -116,8 +117,8 @@ std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, double tole
     return merge;
   };
   if (along) {
-    if (of_a == Freedom::on_crease && is_straight(a, tolerance / 6)) return into(h);
-    if (of_b == Freedom::on_crease && is_straight(b, tolerance / 6)) return into(s_.opposite[h]);
+    if (of_a == Freedom::on_crease && is_straight(a, bounds.distance / 6)) return into(h);
+    if (of_b == Freedom::on_crease && is_straight(b, bounds.distance / 6)) return into(s_.opposite[h]);
     return std::nullopt;
   }
   if (of_a == Freedom::free && of_b == Freedom::free) {
@@ -133,7 +134,7 @@ std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, double tole
 
 // Moves a place within an edge to where the volume is kept, or notes what is missing of it; finds the quality of what
 // then stands around, -1 where the surface would turn or move too far.
-void Improver::evaluate_merge(Merge& merge, double tolerance) const {
+void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
   const std::uint32_t h = merge.halfedge;
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
@@ -160,25 +161,25 @@ void Improver::evaluate_merge(Merge& merge, double tolerance) const {
   const Vec3d mean = star_vector(s_, a) + star_vector(s_, b);
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t v : {a, b}) {
-    if (plane_distance(s_, v, merge.place) > tolerance) least = -1;
+    if (plane_distance(s_, v, merge.place) > bounds.distance) least = -1;
     s_.for_each_outgoing(v, [&](std::uint32_t e) {
       if (is_dying(e / 3) || least < 0) return;
       const Vec3d& x = s_.after[s_.target(e)];
       const Vec3d& y = s_.after[s_.apex(e)];
-      const double turned = turn(area_vector(s_, e / 3, s_.after), cross(x - merge.place, y - merge.place),
+      const bool too_far = turns(bounds.turn, area_vector(s_, e / 3, s_.after), cross(x - merge.place, y - merge.place),
                                  quality(s_, e / 3, s_.after), mean);
       const bool is_long = norm2(x - merge.place) > targets_.max_edge * targets_.max_edge;
-      least = turned < kMostTurn || is_long ? -1 : std::min(least, quality(merge.place, x, y));
+      least = too_far || is_long ? -1 : std::min(least, quality(merge.place, x, y));
     });
   }
   merge.quality = least;
 }
 
-bool Improver::collapse_edge(std::uint32_t h, double least_quality, double tolerance) {
+bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
   if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
-  std::optional<Merge> merge = plan_merge(h, tolerance);
+  std::optional<Merge> merge = plan_merge(h, bounds);
   if (!merge || locked_[s_.origin(h)] || locked_[s_.target(h)]) return false;
-  evaluate_merge(*merge, tolerance);
+  evaluate_merge(*merge, bounds);
   if (merge->quality < least_quality || !can_collapse(s_, merge->halfedge)) return false;
   std::vector<std::uint32_t> ring;  // of the removed vertex: gives the volume back
   const std::uint32_t gone = s_.origin(merge->halfedge);
@@ -189,12 +190,12 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, double toler
   if (std::any_of(ring.begin(), ring.end(), [&](std::uint32_t v) { return locked_[v]; })) return false;
   if (merge->volume != 0 && movable(ring).empty()) return false;
   collapse(s_, merge->halfedge, merge->place, merge->t);
-  if (!give_back(merge->volume, ring, tolerance)) owed_ += merge->volume;
+  if (!give_back(merge->volume, ring, bounds)) owed_ += merge->volume;
   ++counts_.collapses;
   return true;
 }
 
-bool Improver::move_vertex(std::uint32_t v, double tolerance) {
+bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
   if (freedom(v) != Freedom::free) return false;
   bool is_locked = false;
   Vec3d sum{};
@@ -209,12 +210,12 @@ bool Improver::move_vertex(std::uint32_t v, double tolerance) {
   if (is_locked || !(size2 > 0)) return false;
   Vec3d d = sum / count - s_.after[v];
   d -= star * (dot(d, star) / size2);
-  double best = star_quality(s_, v, s_.after[v], -1) * kGain;
+  double best = star_quality(s_, v, s_.after[v], {}) * kGain;
   std::optional<Vec3d> place;
   for (const double share : {1.0, 0.5, 0.25}) {
     const Vec3d p = s_.after[v] + d * share;
-    const double q = star_quality(s_, v, p, kMostTurn);
-    if (q <= best || plane_distance(s_, v, p) > tolerance) continue;
+    const double q = star_quality(s_, v, p, bounds.turn);
+    if (q <= best || plane_distance(s_, v, p) > bounds.distance) continue;
     best = q;
     place = p;
   }

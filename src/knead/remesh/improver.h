@@ -10,6 +10,13 @@
 
 namespace knead::remesh_detail {
 
+// How far one change may go.
+struct Bounds {
+  double distance = 0;  // of what moves from the planes of the faces there, a length
+  TurnLimit turn{};     // of a face
+  double fold = 1;      // cosine of the greatest angle between a face that a flip makes and the two that were there
+};
+
 // The kinds of vertices, by what may move them.
 enum class Freedom { free, on_crease, none };
 
@@ -20,10 +27,10 @@ class Improver {
   Freedom freedom(std::uint32_t v) const;
 
   // Each does its change where that raises the least quality around to more than it was, and keeps to the bounds;
-  // whether it did. `tolerance`: how far the surface may move, a length.
-  bool flip_edge(std::uint32_t h, double tolerance);
-  bool collapse_edge(std::uint32_t h, double least_quality, double tolerance);
-  bool move_vertex(std::uint32_t v, double tolerance);
+  // whether it did.
+  bool flip_edge(std::uint32_t h, const Bounds& bounds);
+  bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
+  bool move_vertex(std::uint32_t v, const Bounds& bounds);
 
   // Spreads what could not be given back on the spot over all vertices that are free to move.
   void settle();
@@ -44,9 +51,9 @@ class Improver {
   std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
   // Moves all of these by one vector, so that six times the volume grows by `volume`. False where it would take more
   // than the tolerance, or turn a face.
-  bool give_back(double volume, std::span<const std::uint32_t> vertices, double tolerance);
-  std::optional<Merge> plan_merge(std::uint32_t h, double tolerance) const;
-  void evaluate_merge(Merge& merge, double tolerance) const;
+  bool give_back(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
+  std::optional<Merge> plan_merge(std::uint32_t h, const Bounds& bounds) const;
+  void evaluate_merge(Merge& merge, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);
 

@@ -102,7 +102,7 @@ bool Refinement::is_above(std::uint32_t e, const std::vector<Vec3d>& normals_bef
   if (!moves && !whole_) return false;
   const double size2 = length2(e, s_.after);
   if (size2 > targets_.max_edge * targets_.max_edge) return true;
-  // Boundaries are split by what their two ends say alone: coincident ones are then split alike.
+  // Boundaries are split by what their two ends say alone: coincident ones then are split alike.
   if (!moves || (s_.edge_flags[e] & kBoundary) != 0 || size2 < targets_.min_edge * targets_.min_edge) return false;
   const std::uint32_t a = s_.origin(s_.halfedge[e]);
   const std::uint32_t b = s_.target(s_.halfedge[e]);

@@ -2,23 +2,23 @@
 
 namespace knead::remesh_detail {
 
-double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, double most_turn) {
+bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
+  const Vec3d& reference = quality_was < limit.steady ? mean : was;
+  return !(dot(reference, is) >= limit.cosine * std::sqrt(norm2(reference) * norm2(is))) || !(norm2(is) > 0);
+}
+
+double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit) {
   const Vec3d mean = star_vector(s, v);
   double least = std::numeric_limits<double>::infinity();
   s.for_each_outgoing(v, [&](std::uint32_t h) {
     if (least < 0) return;
     const Vec3d& b = s.after[s.target(h)];
     const Vec3d& c = s.after[s.apex(h)];
-    const double turned = turn(area_vector(s, h / 3, s.after), cross(b - p, c - p), quality(s, h / 3, s.after), mean);
-    least = turned < most_turn ? -1 : std::min(least, quality(p, b, c));
+    const bool too_far =
+        turns(limit, area_vector(s, h / 3, s.after), cross(b - p, c - p), quality(s, h / 3, s.after), mean);
+    least = too_far ? -1 : std::min(least, quality(p, b, c));
   });
   return least;
-}
-
-double turn(const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
-  const Vec3d& reference = quality_was < kThin ? mean : was;
-  const double sizes = std::sqrt(norm2(reference) * norm2(is));
-  return sizes > 0 ? dot(reference, is) / sizes : -1;
 }
 
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {

@@ -45,13 +45,18 @@ inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<
 // Below this quality (3 degrees) a triangle's normal is chance.
 inline const double kThin = std::tan(std::numbers::pi / 60);
 
-// The cosine between a face's normal before a change and after it; where it was thin, from the mean of its
-// surroundings.
-double turn(const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
+// How far faces may turn: by an angle of at most this cosine, from their own normals, or, where these are unsteady
+// because their quality is below `steady`, from the mean of their surroundings.
+struct TurnLimit {
+  double cosine = -1;
+  double steady = kThin;
+};
 
-// The least quality of the faces around v, were it at p; negative where one of them would turn by more than the angle
-// of cosine `most_turn`.
-double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, double most_turn);
+// Whether a face of that quality turns too far.
+bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
+
+// The least quality of the faces around v, were it at p; negative where one of them would turn too far.
+double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit);
 
 // How far p is from the planes of the faces around v, at most; thin faces are left out.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
