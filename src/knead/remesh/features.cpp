@@ -11,7 +11,8 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::size_t kFewestEdges = 5;  // of a crease
+constexpr std::size_t kFewestEdges = 5;                   // of a crease
+const double kStraight = std::cos(std::numbers::pi / 4);  // the angle by which a crease may turn at a vertex
 
 // The face's normal, of a thin face that of the one beyond its longest edge.
 std::vector<Vec3d> steady_normals(const Surface& s) {
@@ -53,18 +54,37 @@ bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32
   return false;
 }
 
-// The half-edges of creases, smaller of each edge, without those of which few hang together.
+// Whether another of the edges at v goes on about where the edge of h ends there.
+bool goes_on(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, std::uint32_t v) {
+  const std::uint32_t w = s.origin(h) == v ? s.target(h) : s.origin(h);
+  const Vec3d along = s.before[v] - s.before[w];
+  bool found = false;
+  s.for_each_outgoing(v, [&](std::uint32_t e) {
+    const std::uint32_t x = s.target(e);
+    if (!sharp[s.edge[e]] || x == w) return;
+    const Vec3d on = s.before[x] - s.before[v];
+    found = found || dot(along, on) >= kStraight * norm(along) * norm(on);
+  });
+  return found;
+}
+
+// The half-edges of creases: edges of a sharp dihedral that one at least of their ends continues, where enough of them
+// hang together. What else is sharp is noise of a rough surface.
 std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
   const std::vector<Vec3d> normals = steady_normals(s);
   const double most = std::cos(angle_deg * std::numbers::pi / 180);
+  std::vector<bool> sharp(s.halfedge.size(), false);
   std::vector<std::uint32_t> found;
-  DisjointSets sets(s.vertex_count());
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
     if (o == kNone || o < h || dot(normals[h / 3], normals[o / 3]) >= most) continue;
     found.push_back(h);
-    sets.join(s.origin(h), s.target(h));
+    sharp[s.edge[h]] = true;
   }
+  std::erase_if(
+      found, [&](std::uint32_t h) { return !goes_on(s, sharp, h, s.origin(h)) && !goes_on(s, sharp, h, s.target(h)); });
+  DisjointSets sets(s.vertex_count());
+  for (const std::uint32_t h : found) sets.join(s.origin(h), s.target(h));
   std::vector<std::size_t> size(s.vertex_count(), 0);
   for (const std::uint32_t h : found) ++size[sets.find(s.origin(h))];
   std::erase_if(found, [&](std::uint32_t h) { return size[sets.find(s.origin(h))] < kFewestEdges; });

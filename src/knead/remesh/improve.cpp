@@ -112,7 +112,23 @@ bool mend_round(Improver& improver, double below, const Bounds& bounds) {
   return changed;
 }
 
+Bounds widest_bounds(double chord) { return bounds_of(2 * chord, 80, 80, 20); }
+
 }  // namespace
+
+ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces) {
+  Improver improver(surface, improvement);
+  const Bounds bounds = widest_bounds(improvement.targets.max_chord);
+  for (const std::uint32_t f : faces) {
+    if (!surface.is_alive(f)) continue;
+    const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
+    if (improver.collapse_edge(edges[0], kBad, bounds) || improver.collapse_edge(edges[1], kBad, bounds)) continue;
+    if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
+    for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
+  }
+  improver.settle();
+  return improver.counts();
+}
 
 ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   Improver improver(surface, improvement);
@@ -127,7 +143,7 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   const int rounds = improvement.targets.iterations > 0 ? kLastRounds : 0;
   for (int i = 0; i < rounds && mend_round(improver, kPoor, usual); ++i) continue;
   // What is bad may cost more: such triangles are few, and small.
-  for (const Bounds& bounds : {bounds_of(chord, 50, 60, 10), bounds_of(2 * chord, 80, 80, 20)}) {
+  for (const Bounds& bounds : {bounds_of(chord, 50, 60, 10), widest_bounds(chord)}) {
     for (int i = 0; i < rounds && mend_round(improver, kBad, bounds); ++i) continue;
   }
   improver.settle();

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include "knead/remesh/remesh.h"
@@ -26,6 +28,10 @@ struct ImprovementCounts {
 // back by the vertices around (after Kuprat et al., J. Comput. Phys. 172, 2001). Nothing moves farther from the planes
 // of the faces there than half of max_chord.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
+
+// Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds: what crosses may
+// cross no more then. The volume stays as it is.
+ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces);
 
 // The paper's way (section 5.2): diffusion with projection back onto the surface as it was given, collapses at
 // midpoints. Loses volume.

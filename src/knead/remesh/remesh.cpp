@@ -16,7 +16,8 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 5;       // of crossing faces
+constexpr int kMostRefinements = 5;  // of crossing faces
+constexpr int kMostUntanglings = 4;
 constexpr int kMostAttempts = 6;          // at improving without a crossing
 constexpr std::size_t kMostPairs = 3000;  // with more, refining crossing faces diverges (method, section 5)
 
@@ -50,7 +51,7 @@ class Remesher {
     Surface refined = surface();
     std::vector<bool> locked;
     improve_once(locked);
-    Crossings found = search_.find(patch_);
+    Crossings found = find_and_untangle(locked);
     if (found.pairs > 0) {
       lock_around(found, locked);
       surface() = std::move(refined);
@@ -58,7 +59,7 @@ class Remesher {
       refined = surface();
       for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
         improve_once(locked);
-        found = search_.find(patch_);
+        found = find_and_untangle(locked);
         if (found.pairs <= unavoidable) break;
         lock_around(found, locked);
         surface() = refined;
@@ -66,6 +67,20 @@ class Remesher {
       if (found.pairs > unavoidable) found = search_.find(patch_);
     }
     counts_.crossings = found.pairs;
+  }
+
+  // What crosses after a few rounds of changes to the faces that do.
+  Crossings find_and_untangle(const std::vector<bool>& locked) {
+    Crossings found = search_.find(patch_);
+    for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
+      const ImprovementCounts done = untangle(surface(), {options_.targets, locked}, found.faces);
+      counts_.flips += done.flips;
+      counts_.collapses += done.collapses;
+      const std::size_t was = found.pairs;
+      found = search_.find(patch_);
+      if (found.pairs >= 2 * was) break;
+    }
+    return found;
   }
 
   // Splits faces that cross until none does; how many pairs remain.
