@@ -100,6 +100,7 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, Surface& s) {
     if (o == kNone || o < h) continue;
     if (differ_at_corners(s, h, o) || differ_in_label(mesh, options, s.face_source[h / 3], s.face_source[o / 3])) {
       s.set_edge(h, kFeature);
+      s.set_edge(h, kSeam);
     }
   }
 }

@@ -18,13 +18,15 @@ const double kFlipBelow = tangent_of(35);
 const double kMoveBelow = tangent_of(28);
 const double kPoor = tangent_of(15);
 const double kBad = tangent_of(10);
+const double kWorst = tangent_of(7);
+constexpr double kWide = 0.06;
 constexpr double kTight = 0.1;  // of max_chord, for collapses that no triangle needs
-constexpr int kLastRounds = 6;  // of work at the worst triangles, with each of the bounds
+constexpr int kMendRounds = 6;  // of work at the worst triangles, on each level
 
 double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
 
 Bounds bounds_of(double distance, double turn_deg, double fold_deg, double steady_deg) {
-  return {distance, {cosine_of(turn_deg), tangent_of(steady_deg)}, cosine_of(fold_deg)};
+  return {distance, {cosine_of(turn_deg), tangent_of(steady_deg)}, distance / 6, cosine_of(fold_deg)};
 }
 
 double edge_quality(const Surface& s, std::uint32_t h) {
@@ -81,8 +83,13 @@ std::array<std::uint32_t, 3> edges_by_length(const Surface& s, std::uint32_t f) 
   return edges;
 }
 
+double longest_length(const Surface& s, std::uint32_t f) {
+  const std::uint32_t h = longest_edge(s, f, s.after);
+  return norm(s.after[s.target(h)] - s.after[s.origin(h)]);
+}
+
 // Whatever helps one triangle: its longest edge flipped, an edge collapsed, a vertex moved.
-bool mend(Improver& improver, std::uint32_t f, const Bounds& bounds) {
+bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
   const double was = quality(s, f, s.after);
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
@@ -91,12 +98,13 @@ bool mend(Improver& improver, std::uint32_t f, const Bounds& bounds) {
     if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
-    if (improver.move_vertex(v, bounds)) return true;
+    if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
   }
-  return false;
+  return improver.absorb_apex(edges[2], bounds);
 }
 
-bool mend_round(Improver& improver, double below, const Bounds& bounds) {
+// `wide` is a share of a triangle's longest edge that distances may reach at least.
+bool mend_round(Improver& improver, double below, const Bounds& bounds, double wide) {
   Surface& s = improver.surface();
   std::vector<std::pair<double, std::uint32_t>> worst_first;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
@@ -107,7 +115,11 @@ bool mend_round(Improver& improver, double below, const Bounds& bounds) {
   std::sort(worst_first.begin(), worst_first.end());
   bool changed = false;
   for (const auto& [q, f] : worst_first) {
-    if (s.is_alive(f) && quality(s, f, s.after) < below) changed = mend(improver, f, bounds) || changed;
+    if (!s.is_alive(f) || quality(s, f, s.after) >= below) continue;
+    Bounds own = bounds;
+    own.distance = std::max(own.distance, wide * longest_length(s, f));
+    own.crease = std::max(own.crease, wide * longest_length(s, f) / 6);
+    changed = mend_face(improver, f, own) || changed;
   }
   return changed;
 }
@@ -140,12 +152,25 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, tight);
     move_round(improver, usual);
   }
-  const int rounds = improvement.targets.iterations > 0 ? kLastRounds : 0;
-  for (int i = 0; i < rounds && mend_round(improver, kPoor, usual); ++i) continue;
+  improver.settle();
+  return improver.counts();
+}
+
+ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
+  Improver improver(surface, improvement);
+  const double chord = improvement.targets.max_chord;
+  struct Level {
+    double below = 0;  // quality
+    Bounds bounds;
+    double wide = 0;
+  };
   // What is bad may cost more: such triangles are few, and small.
-  for (const Bounds& bounds : {bounds_of(chord, 50, 60, 10), widest_bounds(chord)}) {
-    for (int i = 0; i < rounds && mend_round(improver, kBad, bounds); ++i) continue;
-  }
+  const std::array<Level, kMendLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0},
+                                               {kBad, bounds_of(chord, 50, 60, 10), 0},
+                                               {kBad, widest_bounds(chord), 0},
+                                               {kWorst, widest_bounds(chord), kWide}}};
+  const Level& at = levels.at(static_cast<std::size_t>(level));
+  for (int i = 0; i < kMendRounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;
   improver.settle();
   return improver.counts();
 }

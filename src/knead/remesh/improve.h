@@ -22,12 +22,18 @@ struct ImprovementCounts {
   std::size_t collapses = 0;
 };
 
-// Rounds of flips, collapses and diffusion, in the region of the surface after the deformation, and at last of whatever
-// helps the worst triangles. The enclosed volume stays as it is, to the rounding: vertices move across their star's
-// area vector, edges collapse on the plane that keeps the volume, and what flips and other collapses change is given
-// back by the vertices around (after Kuprat et al., J. Comput. Phys. 172, 2001). Nothing moves farther from the planes
-// of the faces there than half of max_chord.
+// All of these work in the region of the surface after the deformation. The enclosed volume stays as it is, to the
+// rounding: vertices move across their star's area vector, edges collapse on the plane that keeps the volume, and what
+// flips and other collapses change is given back by the vertices around (after Kuprat et al., J. Comput. Phys. 172,
+// 2001).
+
+// Rounds of flips, collapses and diffusion. Nothing moves farther from the planes of the faces there than half of
+// max_chord.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
+
+// Whatever helps the worst triangles, with wider bounds from level to level, 0 to kMendLevels - 1.
+inline constexpr int kMendLevels = 4;
+ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
 // Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds: what crosses may
 // cross no more then. The volume stays as it is.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace knead::remesh_detail {
 
@@ -103,33 +105,30 @@ bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   return length > 0 && dot(ends[0], ends[1]) < 0 && norm(cross(ends[0], chord)) <= tolerance * length;
 }
 
-// Which vertex of the edge goes and where the other then stands; the places that keep the volume, or a crease, alone.
-std::optional<Improver::Merge> Improver::plan_merge(std::uint32_t h, const Bounds& bounds) const {
+// Which vertex of the edge may go and where the other then stands.
+std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds& bounds) const {
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
-  const Freedom of_a = freedom(a);
-  const Freedom of_b = freedom(b);
-  const bool along = s_.edge_has(h, kFeature);
-  const auto into = [&](std::uint32_t e) {
+  std::vector<Merge> merges;
+  if (locked_[a] || locked_[b]) return merges;
+  const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
     merge.halfedge = e;
-    merge.place = s_.after[s_.target(e)];
-    return merge;
+    merge.t = t;
+    merge.place = s_.after[s_.target(e)] * (1 - t) + s_.after[s_.origin(e)] * t;
+    merges.push_back(merge);
   };
-  if (along) {
-    if (of_a == Freedom::on_crease && is_straight(a, bounds.distance / 6)) return into(h);
-    if (of_b == Freedom::on_crease && is_straight(b, bounds.distance / 6)) return into(s_.opposite[h]);
-    return std::nullopt;
-  }
-  if (of_a == Freedom::free && of_b == Freedom::free) {
-    Merge merge = into(h);
-    merge.place = (s_.after[a] + s_.after[b]) * 0.5;
-    merge.t = 0.5;
-    return merge;
-  }
-  if (of_a == Freedom::free && !locked_[b]) return into(h);
-  if (of_b == Freedom::free && !locked_[a]) return into(s_.opposite[h]);
-  return std::nullopt;
+  const bool along = s_.edge_has(h, kFeature);
+  const auto may_go = [&](std::uint32_t v) {
+    const Freedom freedom_of_v = freedom(v);
+    return along ? freedom_of_v == Freedom::on_crease && is_straight(v, bounds.crease) : freedom_of_v == Freedom::free;
+  };
+  const bool a_goes = may_go(a);
+  const bool b_goes = s_.opposite[h] != kNone && may_go(b);
+  if (a_goes && b_goes && !along) add(h, 0.5);
+  if (a_goes) add(h, 0);
+  if (b_goes) add(s_.opposite[h], 0);
+  return merges;
 }
 
 // Moves a place within an edge to where the volume is kept, or notes what is missing of it; finds the quality of what
@@ -177,51 +176,116 @@ void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
 
 bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
   if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
-  std::optional<Merge> merge = plan_merge(h, bounds);
-  if (!merge || locked_[s_.origin(h)] || locked_[s_.target(h)]) return false;
-  evaluate_merge(*merge, bounds);
-  if (merge->quality < least_quality || !can_collapse(s_, merge->halfedge)) return false;
+  Merge best;
+  for (Merge& merge : plan_merges(h, bounds)) {
+    evaluate_merge(merge, bounds);
+    // The first, that needs nothing given back, is good enough where it is good.
+    if (best.quality >= least_quality) break;
+    if (merge.quality > best.quality && can_collapse(s_, merge.halfedge)) best = merge;
+  }
+  if (best.quality < least_quality || best.halfedge == kNone) return false;
   std::vector<std::uint32_t> ring;  // of the removed vertex: gives the volume back
-  const std::uint32_t gone = s_.origin(merge->halfedge);
-  const std::uint32_t kept = s_.target(merge->halfedge);
-  s_.for_each_outgoing(gone, [&](std::uint32_t e) {
+  const std::uint32_t kept = s_.target(best.halfedge);
+  s_.for_each_outgoing(s_.origin(best.halfedge), [&](std::uint32_t e) {
     if (s_.target(e) != kept) ring.push_back(s_.target(e));
   });
   if (std::any_of(ring.begin(), ring.end(), [&](std::uint32_t v) { return locked_[v]; })) return false;
-  if (merge->volume != 0 && movable(ring).empty()) return false;
-  collapse(s_, merge->halfedge, merge->place, merge->t);
-  if (!give_back(merge->volume, ring, bounds)) owed_ += merge->volume;
+  collapse(s_, best.halfedge, best.place, best.t);
+  if (!give_back(best.volume, ring, bounds)) owed_ += best.volume;
   ++counts_.collapses;
   return true;
 }
 
-bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
-  if (freedom(v) != Freedom::free) return false;
-  bool is_locked = false;
-  Vec3d sum{};
-  double count = 0;
-  s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    is_locked = is_locked || locked_[s_.target(h)];
-    sum += s_.after[s_.target(h)];
-    ++count;
-  });
+bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
   const Vec3d star = star_vector(s_, v);
   const double size2 = norm2(star);
-  if (is_locked || !(size2 > 0)) return false;
-  Vec3d d = sum / count - s_.after[v];
-  d -= star * (dot(d, star) / size2);
+  bool is_locked = !(size2 > 0);
+  s_.for_each_outgoing(v, [&](std::uint32_t h) { is_locked = is_locked || locked_[s_.target(h)]; });
+  if (is_locked) return false;
   double best = star_quality(s_, v, s_.after[v], {}) * kGain;
-  std::optional<Vec3d> place;
-  for (const double share : {1.0, 0.5, 0.25}) {
-    const Vec3d p = s_.after[v] + d * share;
+  const Vec3d was = s_.after[v];
+  Vec3d place = was;
+  for (const Vec3d& wanted : places) {
+    const Vec3d d = wanted - was;
+    const Vec3d p = was + d - star * (dot(d, star) / size2);
     const double q = star_quality(s_, v, p, bounds.turn);
     if (q <= best || plane_distance(s_, v, p) > bounds.distance) continue;
     best = q;
     place = p;
   }
-  if (!place) return false;
-  carry_values(v, *place);
-  s_.after[v] = *place;
+  if (place == was) return false;
+  carry_values(v, place);
+  s_.after[v] = place;
+  return true;
+}
+
+bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
+  if (freedom(v) != Freedom::free) return false;
+  Vec3d sum{};
+  double count = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    sum += s_.after[s_.target(h)];
+    ++count;
+  });
+  const Vec3d d = sum / count - s_.after[v];
+  const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
+  return move_to_best(v, places, bounds);
+}
+
+bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
+  if (freedom(v) != Freedom::free) return false;
+  const Vec3d star = star_vector(s_, v);
+  if (!(norm2(star) > 0)) return false;
+  const Vec3d x = any_orthogonal(normalized(star));
+  const Vec3d y = cross(normalized(star), x);
+  double size = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) { size = std::max(size, norm(s_.after[s_.target(h)] - s_.after[v])); });
+  std::vector<Vec3d> places;
+  constexpr int directions = 12;
+  for (int i = 0; i < directions; ++i) {
+    const double angle = 2 * std::numbers::pi * i / directions;
+    const Vec3d along = x * std::cos(angle) + y * std::sin(angle);
+    for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
+  }
+  return move_to_best(v, places, bounds);
+}
+
+bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
+  const std::uint32_t v = s_.apex(h);
+  const std::uint32_t o = s_.opposite[h];
+  const std::uint32_t a = s_.origin(h);
+  const std::uint32_t b = s_.target(h);
+  const bool is_crease = s_.edge_has(h, kFeature) && !s_.edge_has(h, kSeam) && o != kNone;
+  if (!is_crease || s_.edge_has(h, kLocked) || freedom(v) != Freedom::free || !is_open(a) || !is_open(b)) return false;
+  const std::uint32_t d = s_.apex(o);
+  if (!is_open(d) || are_neighbours(s_, v, d)) return false;
+  const Vec3d edge = s_.after[b] - s_.after[a];
+  const double t = std::clamp(dot(s_.after[v] - s_.after[a], edge) / norm2(edge), 0.0, 1.0);
+  const Vec3d foot = s_.after[a] + edge * t;
+  const double was = star_quality(s_, v, s_.after[v], {});
+  double is = std::min(quality(s_.after[a], s_.after[d], foot), quality(s_.after[d], s_.after[b], foot));
+  const Vec3d mean = star_vector(s_, v);
+  double volume = 0;
+  std::vector<std::uint32_t> ring;
+  s_.for_each_outgoing(v, [&](std::uint32_t e) {
+    const Vec3d& x = s_.after[s_.target(e)];
+    const Vec3d& y = s_.after[s_.apex(e)];
+    volume += det(s_.after[v] - foot, x - foot, y - foot);
+    ring.push_back(s_.target(e));
+    if (e / 3 == h / 3) return;
+    const bool too_far = turns(bounds.turn, area_vector(s_, e / 3, s_.after), cross(x - foot, y - foot),
+                               quality(s_, e / 3, s_.after), mean);
+    is = too_far ? -1 : std::min(is, quality(foot, x, y));
+  });
+  if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance) return false;
+  s_.after[v] = foot;
+  flip(s_, h);
+  s_.edge_flags[s_.edge[h]] = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t e) {
+    if (s_.target(e) == a || s_.target(e) == b) s_.set_edge(e, kFeature);
+  });
+  if (!give_back(volume, ring, bounds)) owed_ += volume;
+  ++counts_.flips;
   return true;
 }
 

@@ -1,7 +1,6 @@
 // The moves that improve triangles without changing the volume. Internal to the remesh room.
 #pragma once
 
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -14,6 +13,7 @@ namespace knead::remesh_detail {
 struct Bounds {
   double distance = 0;  // of what moves from the planes of the faces there, a length
   TurnLimit turn{};     // of a face
+  double crease = 0;    // of what moves from a crease, a length
   double fold = 1;      // cosine of the greatest angle between a face that a flip makes and the two that were there
 };
 
@@ -31,6 +31,10 @@ class Improver {
   bool flip_edge(std::uint32_t h, const Bounds& bounds);
   bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
   bool move_vertex(std::uint32_t v, const Bounds& bounds);
+  // The same, looking for a better place in all directions.
+  bool search_vertex(std::uint32_t v, const Bounds& bounds);
+  // Takes the apex of a flat triangle, whose half-edge on a crease is given, into the crease.
+  bool absorb_apex(std::uint32_t h, const Bounds& bounds);
 
   // Spreads what could not be given back on the spot over all vertices that are free to move.
   void settle();
@@ -52,7 +56,8 @@ class Improver {
   // Moves all of these by one vector, so that six times the volume grows by `volume`. False where it would take more
   // than the tolerance, or turn a face.
   bool give_back(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
-  std::optional<Merge> plan_merge(std::uint32_t h, const Bounds& bounds) const;
+  std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
+  bool move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);

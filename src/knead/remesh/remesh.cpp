@@ -18,7 +18,8 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 5;  // of crossing faces
 constexpr int kMostUntanglings = 4;
-constexpr int kMostAttempts = 6;          // at improving without a crossing
+constexpr int kSteps = 2 + kMendLevels;   // a compensation, the rounds of improving, the levels of mending
+constexpr int kMostAttempts = 5;          // at improving without a crossing
 constexpr std::size_t kMostPairs = 3000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
@@ -46,27 +47,36 @@ class Remesher {
   Surface& surface() { return patch_.surface; }
 
   // Improves all at once, and looks whether anything crosses. If so: first splits where the refined surface crosses by
-  // itself, then improves again and again, each time leaving out what crossed.
+  // itself, then improves step by step, each step leaving out what crosses after it.
   void improve_without_crossings() {
-    Surface refined = surface();
-    std::vector<bool> locked;
-    improve_once(locked);
-    Crossings found = find_and_untangle(locked);
+    const Surface refined = surface();
+    const int steps = options_.targets.iterations > 0 ? kSteps : 1;
+    start();
+    for (int step = 0; step < steps; ++step) improve_once(step, {});
+    Crossings found = find_and_untangle({});
     if (found.pairs > 0) {
-      lock_around(found, locked);
-      surface() = std::move(refined);
-      const std::size_t unavoidable = refine_crossings();
-      refined = surface();
-      for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
-        improve_once(locked);
-        found = find_and_untangle(locked);
-        if (found.pairs <= unavoidable) break;
-        lock_around(found, locked);
-        surface() = refined;
-      }
-      if (found.pairs > unavoidable) found = search_.find(patch_);
+      surface() = refined;
+      found.pairs = refine_crossings();
+      start();
+      for (int step = 0; step < steps; ++step) improve_guarded(step, found.pairs);
+      found = search_.find(patch_);
     }
     counts_.crossings = found.pairs;
+  }
+
+  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all.
+  void improve_guarded(int step, std::size_t unavoidable) {
+    const Surface saved = surface();
+    const RemeshCounts counts = counts_;
+    std::vector<bool> locked;
+    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+      improve_once(step, locked);
+      const Crossings found = find_and_untangle(locked);
+      if (found.pairs <= unavoidable) return;
+      lock_around(found, locked);
+      surface() = saved;
+      counts_ = counts;
+    }
   }
 
   // What crosses after a few rounds of changes to the faces that do.
@@ -93,17 +103,28 @@ class Remesher {
     return found.pairs;
   }
 
-  void improve_once(const std::vector<bool>& locked) {
-    Surface& s = surface();
-    turn_normals(before_, s);
-    const bool keep = options_.volume == VolumeTreatment::keep;
+  // What comes before improving, on the refined surface.
+  void start() {
+    turn_normals(before_, surface());
     counts_.missing_volume = missing_volume();
     counts_.compensated_volume = 0;
-    if (keep) counts_.compensated_volume = compensate(s, refinement_.deviations(), locked, counts_.missing_volume);
+    counts_.flips = 0;
+    counts_.collapses = 0;
+  }
+
+  void improve_once(int step, const std::vector<bool>& locked) {
+    Surface& s = surface();
     const Improvement improvement{options_.targets, locked};
-    const ImprovementCounts done = keep ? improve(s, improvement) : improve_as_in_the_paper(s, improvement);
-    counts_.flips = done.flips;
-    counts_.collapses = done.collapses;
+    ImprovementCounts done;
+    if (options_.volume == VolumeTreatment::paper) {
+      if (step == 1) done = improve_as_in_the_paper(s, improvement);
+    } else if (step == 0) {
+      counts_.compensated_volume = compensate(s, refinement_.deviations(), locked, counts_.missing_volume);
+    } else {
+      done = step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2);
+    }
+    counts_.flips += done.flips;
+    counts_.collapses += done.collapses;
   }
 
   // Exactly what the flow, which keeps volume, says, where the patch's border rests; else by the chords.
