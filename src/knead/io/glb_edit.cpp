@@ -162,29 +162,24 @@ void Edit::set_node_mesh(std::size_t node, std::size_t mesh) {
 
 // Bytes that only views with new numbers held go, and what follows them moves forward.
 void Edit::cut_bytes() {
+  if (views_.empty()) return;
   const std::vector<Member>& old = array("bufferViews").items;
-  std::vector<std::size_t> replaced;
+  std::vector<bool> is_replaced(old.size(), false);
   for (const View& view : views_) {
-    if (view.index < old.size()) replaced.push_back(view.index);
+    if (view.index < old.size()) is_replaced[view.index] = true;
   }
-  if (replaced.empty()) return;
-  const std::vector<Span> cuts = bytes_of_views_alone(document_, replaced);
-  const auto moved = [&](std::size_t position) {
-    std::size_t before = 0;
-    for (const Span& cut : cuts) before += std::min(cut.end, std::max(cut.begin, position)) - cut.begin;
-    return position - before;
-  };
+  const Cuts cuts(document_, is_replaced);
+  if (cuts.empty()) return;
   const Value root = document_.root();
-  for (std::size_t v = 0; v < old.size() && !cuts.empty(); ++v) {
+  for (std::size_t v = 0; v < old.size(); ++v) {
     const std::optional<Span> offset = member(document_.text, old[v].value, "byteOffset");
-    if (!offset || std::find(replaced.begin(), replaced.end(), v) != replaced.end()) continue;
     const Value view = root.item("bufferViews", v);
+    if (!offset || is_replaced[v] || view.whole("buffer").value_or(0) > 0) continue;
     const std::size_t begin = view.at("byteOffset").whole();
-    const bool is_here = view.whole("buffer").value_or(0) == 0;
-    if (is_here && moved(begin) != begin) patches_.push_back({*offset, std::to_string(moved(begin))});
+    if (cuts.moved(begin) != begin) patches_.push_back({*offset, std::to_string(cuts.moved(begin))});
   }
-  for (View& view : views_) view.bytes = {moved(view.bytes.begin), moved(view.bytes.end)};
-  for (auto cut = cuts.rbegin(); cut != cuts.rend(); ++cut) bin_.erase(cut->begin, cut->end - cut->begin);
+  for (View& view : views_) view.bytes = {cuts.moved(view.bytes.begin), cuts.moved(view.bytes.end)};
+  bin_ = cuts.applied(bin_);
 }
 
 void Edit::put_views() {

@@ -53,6 +53,18 @@ std::optional<Span> range_of(const Document& document, const Json& view) {
   return Span{*begin, *begin + *size};
 }
 
+// In order, overlapping ones as one.
+std::vector<Span> merged(std::vector<Span> spans) {
+  std::sort(spans.begin(), spans.end(), [](const Span& a, const Span& b) { return a.begin < b.begin; });
+  std::vector<Span> result;
+  for (const Span& span : spans) {
+    if (span.begin == span.end) continue;
+    if (result.empty() || result.back().end < span.begin) result.push_back(span);
+    result.back().end = std::max(result.back().end, span.end);
+  }
+  return result;
+}
+
 }  // namespace
 
 Released released_by(const Document& document, const std::set<std::pair<std::size_t, std::size_t>>& primitives) {
@@ -76,36 +88,52 @@ Released released_by(const Document& document, const std::set<std::pair<std::siz
   return released;
 }
 
-std::vector<Span> bytes_of_views_alone(const Document& document, const std::vector<std::size_t>& views) {
+Cuts::Cuts(const Document& document, const std::vector<bool>& is_replaced) {
   const Value root = document.root();
   std::vector<Span> kept;
   std::vector<Span> left;
-  for (std::size_t v = 0; v < root.count("bufferViews"); ++v) {
+  for (std::size_t v = 0; v < is_replaced.size(); ++v) {
     const std::optional<Span> range = range_of(document, root.item("bufferViews", v).json());
-    if (!range) return {};
-    (std::find(views.begin(), views.end(), v) == views.end() ? kept : left).push_back(*range);
+    if (!range) return;
+    (is_replaced[v] ? left : kept).push_back(*range);
   }
-  const auto by_begin = [](const Span& a, const Span& b) { return a.begin < b.begin; };
-  std::sort(kept.begin(), kept.end(), by_begin);
-  std::sort(left.begin(), left.end(), by_begin);
-  std::vector<Span> alone;
-  std::size_t done = 0;
-  const auto add = [&](std::size_t begin, std::size_t end) {
-    begin = (std::max(begin, done) + 3) / 4 * 4;
-    end = end / 4 * 4;
-    if (begin < end) alone.push_back({begin, end});
-    done = std::max(done, end);
-  };
-  for (Span range : left) {
-    for (const Span& other : kept) {
-      if (other.begin == other.end || other.end <= range.begin) continue;
-      if (other.begin >= range.end) break;
-      add(range.begin, other.begin);
-      range.begin = std::min(range.end, other.end);
-    }
-    add(range.begin, range.end);
+  kept = merged(std::move(kept));
+  for (const Span& range : merged(std::move(left))) subtract(range, kept);
+}
+
+// Adds the range without what is kept.
+void Cuts::subtract(Span range, const std::vector<Span>& kept) {
+  auto next = std::upper_bound(kept.begin(), kept.end(), range.begin,
+                               [](std::size_t begin, const Span& span) { return begin < span.end; });
+  for (; next != kept.end() && next->begin < range.end; ++next) {
+    if (range.begin < next->begin) add({range.begin, next->begin});
+    range.begin = std::min(range.end, next->end);
   }
-  return alone;
+  add(range);
+}
+
+void Cuts::add(Span span) {
+  span = {(span.begin + 3) / 4 * 4, span.end / 4 * 4};
+  if (span.begin >= span.end) return;
+  through_.push_back((through_.empty() ? 0 : through_.back()) + span.end - span.begin);
+  spans_.push_back(span);
+}
+
+std::size_t Cuts::moved(std::size_t position) const {
+  const auto next = std::upper_bound(spans_.begin(), spans_.end(), position,
+                                     [](std::size_t p, const Span& span) { return p < span.end; });
+  return next == spans_.begin() ? position : position - through_[static_cast<std::size_t>(next - spans_.begin()) - 1];
+}
+
+std::string Cuts::applied(std::string_view bytes) const {
+  std::string result;
+  std::size_t copied = 0;
+  for (const Span& cut : spans_) {
+    result += bytes.substr(copied, cut.begin - copied);
+    copied = cut.end;
+  }
+  result += bytes.substr(copied);
+  return result;
 }
 
 }  // namespace knead::glb

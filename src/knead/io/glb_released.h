@@ -2,6 +2,8 @@
 #pragma once
 
 #include <set>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,7 +20,29 @@ struct Released {
 // extension that may name accessors or views in a way not known here.
 Released released_by(const Document& document, const std::set<std::pair<std::size_t, std::size_t>>& primitives);
 
-// Bytes [begin, end) of the binary chunk that only these views hold, in multiples of four, in order.
-std::vector<Span> bytes_of_views_alone(const Document& document, const std::vector<std::size_t>& views);
+// Bytes of the binary chunk that are left out.
+class Cuts {
+ public:
+  Cuts() = default;
+
+  // Those that only views for which `is_replaced` says so hold, in multiples of four; none where some view is
+  // malformed.
+  Cuts(const Document& document, const std::vector<bool>& is_replaced);
+
+  bool empty() const { return spans_.empty(); }
+
+  // Where a byte that stays comes to be.
+  std::size_t moved(std::size_t position) const;
+
+  // The bytes that stay.
+  std::string applied(std::string_view bytes) const;
+
+ private:
+  void subtract(Span range, const std::vector<Span>& kept);
+  void add(Span span);
+
+  std::vector<Span> spans_;           // in order
+  std::vector<std::size_t> through_;  // how many bytes are left out up to the end of each
+};
 
 }  // namespace knead::glb

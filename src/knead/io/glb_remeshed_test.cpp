@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "knead/io/glb_test_files.h"
-#include "knead/io/remeshed_test_meshes.h"
 #include "knead/math/error.h"
+#include "support/remade_files.h"
 #include "support/shape_text.h"
 
 namespace knead {
