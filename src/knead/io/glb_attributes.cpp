@@ -143,6 +143,11 @@ class AttributeReader {
 
 }  // namespace
 
+bool is_read(const std::string& key) {
+  return key == "POSITION" ||
+         std::any_of(kSemantics.begin(), kSemantics.end(), [&](const Semantic& s) { return key == s.key; });
+}
+
 Vec3d direction(const Vec3d& v) {
   const double largest = std::fmax(std::abs(v.x), std::fmax(std::abs(v.y), std::abs(v.z)));
   if (!(largest > 0) || !is_finite(v)) return {};

@@ -26,6 +26,9 @@ inline constexpr std::array<Semantic, 4> kSemantics = {{{"NORMAL", "normal", &Gl
 std::vector<Attribute> read_attributes(const Document& document, const std::vector<GlbBlock>& blocks,
                                        std::vector<std::string>& notes);
 
+// Whether an attribute of that key in the file becomes one of the mesh.
+bool is_read(const std::string& key);
+
 // The direction of a vector; zero for zero and for what is not finite.
 Vec3d direction(const Vec3d& v);
 

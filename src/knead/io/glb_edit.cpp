@@ -120,16 +120,24 @@ std::size_t Edit::append(const char* key, const std::string& item) {
 }
 
 std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t components) {
+  std::string elements;
+  for (const float value : values) append_float(elements, value);
+  return append_elements(
+      elements, 0, kVertexData,
+      fmt::format(R"("componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{})", values.size() / components,
+                  components, least_text(values, components), greatest_text(values, components)));
+}
+
+std::size_t Edit::append_elements(std::string_view elements, std::size_t stride, std::size_t target,
+                                  const std::string& members) {
   pad(bin_, '\0');
   const std::size_t begin = bin_.size();
-  for (const float value : values) append_float(bin_, value);
-  const std::size_t view = append("bufferViews", fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},)"
-                                                             R"("target":34962}})",
-                                                             begin, bin_.size() - begin));
-  return append("accessors",
-                fmt::format(R"({{"bufferView":{},"componentType":5126,"count":{},"type":"VEC{}","min":{},"max":{}}})",
-                            view, values.size() / components, components, least_text(values, components),
-                            greatest_text(values, components)));
+  bin_ += elements;
+  const std::string view_stride = stride > 0 ? fmt::format(R"("byteStride":{},)", stride) : "";
+  const std::size_t view = append("bufferViews", fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},{})"
+                                                             R"("target":{}}})",
+                                                             begin, elements.size(), view_stride, target));
+  return append("accessors", fmt::format(R"({{"bufferView":{},{}}})", view, members));
 }
 
 std::size_t Edit::append_mesh(const std::string& text) { return append("meshes", text); }

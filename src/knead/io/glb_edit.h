@@ -9,6 +9,9 @@
 
 namespace knead::glb {
 
+inline constexpr std::size_t kVertexData = 34962;  // targets of buffer views
+inline constexpr std::size_t kIndexData = 34963;
+
 class Edit {
  public:
   // The document and the layout must outlive it.
@@ -31,6 +34,12 @@ class Edit {
 
   // Appends the values as a new accessor (VEC3 or VEC4) and returns its index.
   std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
+
+  // Appends elements as a new accessor over a view of its own and returns its index. stride: the bytes from one to the
+  // next, or 0 where they stand side by side. `members` are
+  // those of the accessor besides the view, e.g. R"("componentType":5125,"count":3,"type":"SCALAR")".
+  std::size_t append_elements(std::string_view elements, std::size_t stride, std::size_t target,
+                              const std::string& members);
 
   // Appends a mesh and returns its index.
   std::size_t append_mesh(const std::string& text);

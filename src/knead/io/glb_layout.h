@@ -38,12 +38,20 @@ struct GlbBlock {
   GlbPlacement placement;
 };
 
+// Faces of the mesh, one after the other, that come from one primitive.
+struct GlbFaces {
+  std::size_t first = 0;
+  std::size_t block = 0;
+  std::size_t primitive = 0;  // of the block's mesh
+};
+
 // The part of a GLB file that a mesh does not hold.
 struct GlbLayout {
   std::vector<GlbChunk> chunks;  // as in the file; the first is the JSON
   std::optional<std::size_t> bin;
   std::size_t end = 0;           // of the last chunk; what follows is kept
   std::vector<GlbBlock> blocks;  // the vertices in the mesh's order
+  std::vector<GlbFaces> faces;   // in the mesh's order; each goes on to where the next one begins
 };
 
 }  // namespace knead

@@ -27,10 +27,7 @@ void add_primitive_losses(const glb::Value& primitive, std::set<std::string>& lo
   const std::size_t mode = primitive.whole("mode").value_or(glb::kTriangles);
   if (mode != glb::kPoints && mode < glb::kTriangles) losses.insert("lines are left out");
   for (const auto& [key, accessor] : primitive.at("attributes").json().items()) {
-    const std::string& name = key;
-    const bool is_read = name == "POSITION" || std::any_of(glb::kSemantics.begin(), glb::kSemantics.end(),
-                                                           [&](const glb::Semantic& s) { return name == s.key; });
-    if (!is_read) losses.insert("attribute " + in_quotes(name) + " is left out");
+    if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
   }
 }
 

@@ -79,7 +79,9 @@ class Reader {
       GlbBlock wanted = described(instance, primitive);
       const std::size_t b = find_or_add(blocks, std::move(wanted));
       layout_.blocks[b].primitives.push_back(p);
+      const std::size_t first = shape_.mesh.face_count();
       read_faces(primitive, layout_.blocks[b]);
+      if (shape_.mesh.face_count() > first) layout_.faces.push_back({first, b, p});
     }
   }
 

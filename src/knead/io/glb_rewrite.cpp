@@ -154,7 +154,7 @@ class Rewriter {
       if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
       nodes.back().push_back(b);
     }
-    const std::map<std::size_t, std::size_t> placed = count_nodes();
+    const std::map<std::size_t, std::size_t> placed = count_placements(document_);
     for (const auto& [mesh, nodes] : instances) rewrite_mesh(nodes, placed.at(mesh) > nodes.size());
     for (const auto& [accessor, blocks] : claims_) rewrite_accessor(accessor, blocks);
     return edit_.finish();
@@ -162,16 +162,6 @@ class Rewriter {
 
  private:
   using Claim = std::pair<std::size_t, const Change*>;  // a block's change of the accessor that it has in the file
-
-  // Of all scenes, by mesh.
-  std::map<std::size_t, std::size_t> count_nodes() const {
-    std::map<std::size_t, std::size_t> count;
-    const Value root = document_.root();
-    for (std::size_t n = 0; n < root.count("nodes"); ++n) {
-      if (const std::optional<std::size_t> mesh = root.item("nodes", n).whole("mesh")) ++count[*mesh];
-    }
-    return count;
-  }
 
   // The mesh in the file stays that of the nodes that did not move. If all did, the first one keeps it.
   void rewrite_mesh(const std::vector<std::vector<std::size_t>>& nodes, bool is_placed_elsewhere) {

@@ -126,4 +126,13 @@ bool ByteReaders::others_read(std::size_t accessor) const {
   return false;
 }
 
+std::map<std::size_t, std::size_t> count_placements(const Document& document) {
+  std::map<std::size_t, std::size_t> count;
+  const Value root = document.root();
+  for (std::size_t n = 0; n < root.count("nodes"); ++n) {
+    if (const std::optional<std::size_t> mesh = root.item("nodes", n).whole("mesh")) ++count[*mesh];
+  }
+  return count;
+}
+
 }  // namespace knead::glb

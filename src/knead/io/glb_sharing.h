@@ -19,6 +19,9 @@ struct AccessorUse {
 // By accessor.
 std::map<std::size_t, std::vector<AccessorUse>> find_uses(const Document& document);
 
+// How many nodes place each mesh, in all scenes.
+std::map<std::size_t, std::size_t> count_placements(const Document& document);
+
 // Whether the bytes of an accessor's elements are read through another accessor, a sparse accessor's indices or values,
 // or an image too; also true where that would take long to tell.
 class ByteReaders {

@@ -156,6 +156,8 @@ OffLayout read_off_binary(OffMeshBuilder& builder, const OffHeader& header, Shap
   OffLayout layout;
   layout.binary = true;
   layout.order = form.order;
+  layout.color_counts = form.color_counts;
+  layout.faces_end = end;
   layout.vertex_begin = header.counts_begin + 3 * sizeof(std::uint32_t);
   layout.width = reader.width();
   return layout;

@@ -9,8 +9,10 @@ namespace knead {
 struct OffLayout {
   bool binary = false;
   std::endian order = std::endian::big;  // of a binary file
+  bool color_counts = false;             // whether the faces of a binary file say how many color numbers follow
   std::size_t vertex_begin = 0;          // the first byte after the counts
   std::size_t width = 0;                 // numbers per vertex
+  std::size_t faces_end = 0;             // the byte after the last face
   bool all_read = true;                  // every color and further number is an attribute of the mesh
 };
 

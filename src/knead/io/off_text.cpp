@@ -19,6 +19,7 @@ class OffTextReader {
     for (std::size_t i = 0; i < vertices_; ++i) read_vertex(i);
     layout.width = width_;
     for (std::size_t i = 0; i < faces_; ++i) read_face(i);
+    layout.faces_end = text_.position();
     if (!text_.next().empty()) {
       shape_.notes.push_back(counted(bytes_left(), "byte follows the last face", "bytes follow the last face"));
     }

@@ -72,6 +72,7 @@ class HeaderParser {
   // binary body may begin with LF, so that CR then ends a line only together with LF.
   void next_line() {
     ++line_number_;
+    line_begin_ = position_;
     const std::size_t end = bytes_.find_first_of(ends_, position_);
     if (end == std::string_view::npos) fail("the header ends without 'end_header'; the file is cut short or no PLY");
     line_ = bytes_.substr(position_, end - position_);
@@ -118,6 +119,10 @@ class HeaderParser {
     if (words_.size() != 3) fail("expected 'element NAME COUNT'");
     PlyElement element;
     element.name = words_[1];
+    element.line_begin = line_begin_;
+    element.line_end = position_;
+    element.count_begin = static_cast<std::size_t>(words_[2].data() - bytes_.data());
+    element.count_end = element.count_begin + words_[2].size();
     const char* end = words_[2].data() + words_[2].size();
     const auto [stop, error] = std::from_chars(words_[2].data(), end, element.count);
     if (error != std::errc{} || stop != end) fail("the count " + in_quotes(words_[2]) + " is not a whole number");
@@ -149,6 +154,8 @@ class HeaderParser {
     property.type = parse_type(type);
     property.type_begin = static_cast<std::size_t>(type.data() - bytes_.data());
     property.type_end = property.type_begin + type.size();
+    property.line_begin = line_begin_;
+    property.line_end = position_;
     property.name = words_.back();
     if (layout_.elements.back().properties.size() == kMostNames) fail("more than 4096 properties; remove some");
     for (const PlyProperty& other : layout_.elements.back().properties) {
@@ -171,6 +178,7 @@ class HeaderParser {
   const char* ends_ = "\r\n";
   std::size_t position_ = 0;
   std::size_t line_number_ = 0;
+  std::size_t line_begin_ = 0;
   std::string_view line_;
   std::vector<std::string_view> words_;
   PlyLayout layout_;

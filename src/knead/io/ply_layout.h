@@ -16,12 +16,20 @@ struct PlyProperty {
   NumberType count_type = NumberType::uint8;  // of a list's length
   std::size_t type_begin = 0;                 // the bytes of the word for `type` in the header
   std::size_t type_end = 0;
+  std::size_t line_begin = 0;  // the bytes of the line, with its end
+  std::size_t line_end = 0;
 };
 
 struct PlyElement {
   std::string name;
   std::size_t count = 0;
   std::vector<PlyProperty> properties;
+  std::size_t count_begin = 0;  // the bytes of the word for `count` in the header
+  std::size_t count_end = 0;
+  std::size_t line_begin = 0;  // the bytes of the line, with its end
+  std::size_t line_end = 0;
+  std::size_t rows_begin = 0;  // the bytes of its rows; in text from the end of the line before to that of the last
+  std::size_t rows_end = 0;
 };
 
 enum class PlyEncoding { ascii, little_endian, big_endian };

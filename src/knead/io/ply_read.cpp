@@ -149,7 +149,9 @@ void read_body(ShapeFile& shape, PlyLayout& layout, const std::string& name) {
   PlyTarget target(shape.mesh, std::move(plan.attributes), layout.elements[layout.vertex_element].count);
   for (std::size_t e = 0; e < layout.elements.size(); ++e) {
     if (e == layout.vertex_element) layout.vertex_begin = body.position();
+    layout.elements[e].rows_begin = body.position();
     read_element(body, layout.elements[e], plan.sinks[e], target);
+    layout.elements[e].rows_end = body.position();
   }
   if constexpr (Body::kAscii) body.skip_to_token();
   if (body.left() > 0) shape.notes.push_back(std::to_string(body.left()) + " bytes follow the last element");

@@ -34,6 +34,9 @@ std::vector<std::string> stl_losses(const Mesh& mesh);
 // What a file made of the source's mesh alone leaves out.
 std::vector<std::string> stl_source_losses(const ShapeFile& source);
 
+// The normal of a triangle, of unit length; zero for one without area.
+Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c);
+
 // Where a binary file has its parts, in bytes.
 inline constexpr std::size_t kStlHeader = 80;  // then the count of triangles in 32 bits
 inline constexpr std::size_t kStlFirst = 84;
@@ -41,6 +44,8 @@ inline constexpr std::size_t kStlTriangle = 50;  // normal and corners as 12 flo
 
 // The words of a triangle in a text file.
 struct StlFacet {
+  std::size_t begin = 0;  // the bytes from `facet` to `endfacet`
+  std::size_t end = 0;
   std::array<std::string_view, 3> normal;
   std::array<std::array<std::string_view, 3>, 3> corner;
 };

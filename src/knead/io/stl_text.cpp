@@ -44,6 +44,7 @@ bool StlFacets::begin_facet() {
 
 bool StlFacets::next(StlFacet& facet) {
   if (!begin_facet()) return false;
+  facet.begin = text_.word_begin();
   const auto take_vector = [&](std::array<std::string_view, 3>& words) {
     for (std::string_view& word : words) {
       word = text_.next();
@@ -60,6 +61,7 @@ bool StlFacets::next(StlFacet& facet) {
   }
   expect("endloop");
   expect("endfacet");
+  facet.end = text_.position();
   return true;
 }
 

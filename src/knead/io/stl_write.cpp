@@ -28,18 +28,6 @@ float float_at(const std::string& bytes, std::size_t at) {
   return little_endian(stored);
 }
 
-// Of unit length; zero for a triangle without area.
-Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
-  Vec3d u = b - a;
-  Vec3d v = c - a;
-  double largest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(u[axis]), std::abs(v[axis])});
-  if (!(largest > 0) || !std::isfinite(largest)) return {};
-  u = u / largest;  // so that products neither overflow nor vanish
-  v = v / largest;
-  return is_degenerate({}, u, v) ? Vec3d{} : normalized(cross(u, v));
-}
-
 // The triangles of a source and where they go.
 struct Moved {
   const ShapeFile& source;
@@ -126,6 +114,17 @@ std::size_t count_unused(const Mesh& mesh) {
 bool are_floats(const Vec3d& p) { return fits_floats(p) && p == Vec3d(Vec3f(p)); }
 
 }  // namespace
+
+Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  Vec3d u = b - a;
+  Vec3d v = c - a;
+  double largest = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) largest = std::max({largest, std::abs(u[axis]), std::abs(v[axis])});
+  if (!(largest > 0) || !std::isfinite(largest)) return {};
+  u = u / largest;  // so that products neither overflow nor vanish
+  v = v / largest;
+  return is_degenerate({}, u, v) ? Vec3d{} : normalized(cross(u, v));
+}
 
 std::string rewrite_stl(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d>,
                         const WriteOptions&) {

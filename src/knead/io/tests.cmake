@@ -13,6 +13,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/off_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/ply_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/real_files_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/xyz_test.cpp)

@@ -1,0 +1,279 @@
+// Writing a GLB file back with other vertices and triangles in its primitives.
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "knead/io/glb.h"
+#include "knead/io/glb_edit.h"
+#include "knead/io/glb_new_vertices.h"
+#include "knead/io/glb_sharing.h"
+#include "knead/io/remeshed_formats.h"
+#include "knead/mesh/triangulate.h"
+
+namespace knead::glb {
+namespace {
+
+// The number of a block's face list among all of the layout, by primitive.
+using RunOfPrimitive = std::map<std::size_t, std::size_t>;
+
+class Remesher {
+ public:
+  Remesher(const NewMesh& shape, const Document& document)
+      : shape_(shape),
+        layout_(std::get<GlbLayout>(shape.source.layout)),
+        document_(document),
+        vertices_(shape, document),
+        edit_(document, layout_) {}
+
+  std::string run() {
+    runs_.resize(layout_.blocks.size());
+    for (std::size_t r = 0; r < layout_.faces.size(); ++r) {
+      runs_[layout_.faces[r].block][layout_.faces[r].primitive] = r;
+    }
+    sort_triangles();
+    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) add_change(b);
+    std::map<std::size_t, std::vector<std::vector<std::size_t>>> instances;  // of a mesh: the blocks of each node
+    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
+      auto& nodes = instances[layout_.blocks[b].mesh];
+      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
+      nodes.back().push_back(b);
+    }
+    const std::map<std::size_t, std::size_t> placed = count_placements(document_);
+    for (const auto& [mesh, nodes] : instances) write_mesh(mesh, nodes, placed.at(mesh) > nodes.size());
+    return edit_.finish();
+  }
+
+ private:
+  // What the vertices of a block become; nothing where they stay as they are.
+  struct Change {
+    std::vector<std::uint32_t> vertices;           // of the new mesh
+    std::map<std::string, std::size_t> accessors;  // by key
+    bool has_faces = true;
+  };
+
+  // The new triangles by the primitive that they lie in.
+  void sort_triangles() {
+    run_triangles_.resize(layout_.faces.size());
+    const std::vector<Triangle> triangles = triangulate(shape_.mesh);
+    const std::vector<std::uint32_t> faces = triangle_faces(shape_.mesh);
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      run_triangles_[run_of(shape_.face_source[faces[t]])].push_back(triangles[t]);
+    }
+    run_faces_.resize(layout_.faces.size());
+    for (std::uint32_t f = 0; f < shape_.mesh.face_count(); ++f) run_faces_[run_of(shape_.face_source[f])].push_back(f);
+  }
+
+  std::size_t run_of(std::size_t source_face) const {
+    const auto after = std::upper_bound(layout_.faces.begin(), layout_.faces.end(), source_face,
+                                        [](std::size_t f, const GlbFaces& faces) { return f < faces.first; });
+    return static_cast<std::size_t>(after - layout_.faces.begin()) - 1;
+  }
+
+  std::size_t end_of(std::size_t run) const {
+    return run + 1 < layout_.faces.size() ? layout_.faces[run + 1].first : shape_.source.mesh.face_count();
+  }
+
+  // Whether the faces of a primitive are the source's, with the same corners.
+  bool is_unchanged(std::size_t run) const {
+    const std::vector<std::uint32_t>& faces = run_faces_[run];
+    const std::size_t first = layout_.faces[run].first;
+    if (faces.size() != end_of(run) - first) return false;
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+      if (shape_.face_source[faces[i]] != first + i || !vertices_.is_same_face(first + i, faces[i])) return false;
+    }
+    return true;
+  }
+
+  void add_change(std::size_t b) {
+    const GlbBlock& block = layout_.blocks[b];
+    changes_.emplace_back();
+    Change change;
+    change.has_faces = !runs_[b].empty();
+    if (change.has_faces) {
+      if (std::all_of(runs_[b].begin(), runs_[b].end(), [&](const auto& run) { return is_unchanged(run.second); })) {
+        return;
+      }
+      change.vertices = vertices_of(b);
+    } else {
+      change.vertices = vertices_.moved_points(block);
+    }
+    if (change.vertices.empty() && !change.has_faces) return;
+    if (!change.vertices.empty()) change.accessors = vertices_.append(block, change.vertices, edit_);
+    changes_.back() = std::move(change);
+  }
+
+  // Those that the triangles of the block's primitives use, by number.
+  std::vector<std::uint32_t> vertices_of(std::size_t b) const {
+    std::vector<std::uint32_t> vertices;
+    for (const auto& [primitive, run] : runs_[b]) {
+      for (const Triangle& triangle : run_triangles_[run]) {
+        vertices.insert(vertices.end(), triangle.begin(), triangle.end());
+      }
+    }
+    std::sort(vertices.begin(), vertices.end());
+    vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    return vertices;
+  }
+
+  // The mesh in the file stays that of the nodes for which nothing changed. If all did, the first one keeps it.
+  void write_mesh(std::size_t mesh, const std::vector<std::vector<std::size_t>>& nodes, bool is_placed_elsewhere) {
+    const auto is_unchanged_node = [&](const std::vector<std::size_t>& blocks) {
+      return std::none_of(blocks.begin(), blocks.end(), [&](std::size_t b) { return changes_[b].has_value(); });
+    };
+    bool is_free = !is_placed_elsewhere && std::none_of(nodes.begin(), nodes.end(), is_unchanged_node);
+    const Span span = edit_.item("meshes", mesh);
+    for (const std::vector<std::size_t>& blocks : nodes) {
+      if (is_unchanged_node(blocks)) continue;
+      const Span list = *member(document_.text, span, "primitives");
+      const Patch primitives{list, primitives_text(list, blocks, mesh)};
+      if (is_free) {
+        edit_.patch({primitives});
+      } else {
+        const Patch within{{list.begin - span.begin, list.end - span.begin}, primitives.text};
+        const std::string_view text = document_.text.substr(span.begin, span.end - span.begin);
+        edit_.set_node_mesh(layout_.blocks[blocks.front()].node, edit_.append_mesh(patched(text, {within})));
+      }
+      is_free = false;
+    }
+  }
+
+  std::string primitives_text(const Span& list, const std::vector<std::size_t>& blocks, std::size_t mesh) {
+    std::map<std::size_t, std::size_t> block_of;
+    for (const std::size_t b : blocks) {
+      for (const std::size_t p : layout_.blocks[b].primitives) block_of[p] = b;
+    }
+    std::string text;
+    const std::vector<Member> items = members(document_.text, list);
+    for (std::size_t p = 0; p < items.size(); ++p) {
+      const std::string primitive = primitive_text(items[p].value, p, block_of.at(p));
+      if (!primitive.empty()) text += (text.empty() ? "" : ",") + primitive;
+    }
+    if (text.empty()) {
+      throw InvalidInput(fmt::format("nothing is left of mesh {} of the file; write another format", mesh));
+    }
+    return "[" + text + "]";
+  }
+
+  // Empty: nothing is left of it.
+  std::string primitive_text(const Span& span, std::size_t primitive, std::size_t b) {
+    std::string text(document_.text.substr(span.begin, span.end - span.begin));
+    if (!changes_[b]) return text;
+    const Change& change = *changes_[b];
+    const auto run = runs_[b].find(primitive);
+    const bool is_empty = run == runs_[b].end() || run_triangles_[run->second].empty();
+    if (change.has_faces && is_empty) return "";
+    std::vector<Patch> patches;
+    const Span whole = root_span(text);
+    const Span attributes = *member(text, whole, "attributes");
+    patches.push_back({attributes, attributes_text(text, attributes, change)});
+    if (change.has_faces) {
+      put_member(text, whole, "indices", append_indices(run->second, change.vertices), patches);
+      if (member(text, whole, "mode")) put_member(text, whole, "mode", kTriangles, patches);
+    }
+    return patched(text, std::move(patches));
+  }
+
+  // The old attributes with new numbers. Those that have none go, but where the vertices are the same ones.
+  static std::string attributes_text(std::string_view text, const Span& attributes, const Change& change) {
+    std::string result;
+    for (const Member& attribute : members(text, attributes)) {
+      const auto accessor = change.accessors.find(attribute.key);
+      const bool is_new = accessor != change.accessors.end();
+      if (!is_new && change.has_faces) continue;
+      const Span& old = attribute.value;
+      const std::string value =
+          is_new ? std::to_string(accessor->second) : std::string(text.substr(old.begin, old.end - old.begin));
+      result += fmt::format(R"({}"{}":{})", result.empty() ? "" : ",", attribute.key, value);
+    }
+    return "{" + result + "}";
+  }
+
+  static void put_member(std::string_view text, const Span& object, const char* key, std::size_t value,
+                         std::vector<Patch>& patches) {
+    if (const std::optional<Span> old = member(text, object, key)) {
+      patches.push_back({*old, std::to_string(value)});
+    } else {
+      patches.push_back({{object.begin + 1, object.begin + 1}, fmt::format(R"("{}":{},)", key, value)});
+    }
+  }
+
+  // A node that mirrors its mesh has its triangles the other way round.
+  std::size_t append_indices(std::size_t run, const std::vector<std::uint32_t>& vertices) {
+    const bool is_mirrored = determinant(layout_.blocks[layout_.faces[run].block].placement.linear) < 0;
+    const bool is_short = vertices.size() < 65535;  // the greatest number is not allowed
+    std::string bytes;
+    for (Triangle triangle : run_triangles_[run]) {
+      if (is_mirrored) std::swap(triangle[1], triangle[2]);
+      for (const std::uint32_t v : triangle) {
+        const auto place = std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin();
+        append_uint32(bytes, static_cast<std::uint32_t>(place));
+        if (is_short) bytes.resize(bytes.size() - 2);  // little endian
+      }
+    }
+    return edit_.append_elements(bytes, 0, kIndexData,
+                                 fmt::format(R"("componentType":{},"count":{},"type":"SCALAR")", is_short ? 5123 : 5125,
+                                             3 * run_triangles_[run].size()));
+  }
+
+  const NewMesh& shape_;
+  const GlbLayout& layout_;
+  const Document& document_;
+  NewVertices vertices_;
+  Edit edit_;
+  std::vector<RunOfPrimitive> runs_;                  // of each block
+  std::vector<std::vector<Triangle>> run_triangles_;  // of the new mesh
+  std::vector<std::vector<std::uint32_t>> run_faces_;
+  std::vector<std::optional<Change>> changes_;  // of each block
+};
+
+// A skeleton's weights and the displacements of morph targets are numbers of vertices that a mesh does not hold.
+void refuse_bound_vertices(const GlbLayout& layout, const Document& document) {
+  for (const GlbFaces& faces : layout.faces) {
+    const GlbBlock& block = layout.blocks[faces.block];
+    const bool is_skinned = document.root().item("nodes", block.node).find("skin").has_value();
+    const bool is_morphed =
+        document.root().item("meshes", block.mesh).item("primitives", faces.primitive).count("targets") > 0;
+    if (!is_skinned && !is_morphed) continue;
+    throw InvalidInput(
+        fmt::format("mesh {} of the GLB file has {}, for which new vertices have no numbers; leave the "
+                    "remeshing out, or write another format",
+                    block.mesh, is_skinned ? "a skeleton" : "morph targets"));
+  }
+}
+
+}  // namespace
+}  // namespace knead::glb
+
+namespace knead {
+
+std::string remeshed_glb(const NewMesh& shape, const WriteOptions& /*options*/) {
+  const GlbLayout& layout = std::get<GlbLayout>(shape.source.layout);
+  const glb::Document document = glb::open_document(shape.source.bytes, layout, "source");
+  glb::refuse_bound_vertices(layout, document);
+  return glb::Remesher(shape, document).run();
+}
+
+std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
+  const GlbLayout& layout = std::get<GlbLayout>(source.layout);
+  const glb::Document document = glb::open_document(source.bytes, layout, "source");
+  glb::refuse_bound_vertices(layout, document);
+  std::set<std::string> losses;
+  std::vector<bool> has_faces(layout.blocks.size(), false);
+  for (const GlbFaces& faces : layout.faces) has_faces[faces.block] = true;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    for (const std::size_t p : layout.blocks[b].primitives) {
+      const glb::Value primitive = document.root().item("meshes", layout.blocks[b].mesh).item("primitives", p);
+      for (const auto& [key, accessor] : primitive.at("attributes").json().items()) {
+        if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out where the shape changes");
+      }
+      const bool is_triangles = primitive.whole("mode").value_or(glb::kTriangles) >= glb::kTriangles;
+      if (!is_triangles && has_faces[b]) {
+        losses.insert("points and lines among the vertices of faces are left out where the shape changes");
+      }
+    }
+  }
+  return {losses.begin(), losses.end()};
+}
+
+}  // namespace knead

@@ -1,0 +1,115 @@
+#include "knead/io/remeshed.h"
+
+#include <array>
+
+#include "knead/io/atomic_file.h"
+#include "knead/io/remeshed_formats.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+
+namespace knead {
+namespace {
+
+struct Format {
+  std::string_view name;
+  std::string (*write)(const NewMesh& shape, const WriteOptions& options);
+  std::vector<std::string> (*losses)(const ShapeFile& source);
+};
+
+constexpr std::array<Format, 5> kFormats = {{{"ply", remeshed_ply, ply_remesh_losses},
+                                             {"obj", remeshed_obj, obj_remesh_losses},
+                                             {"glb", remeshed_glb, glb_remesh_losses},
+                                             {"stl", remeshed_stl, stl_remesh_losses},
+                                             {"off", remeshed_off, off_remesh_losses}}};
+
+// Of a source with faces: no XYZ.
+const Format& own_format(const ShapeFile& source) {
+  return *std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.name == source.format; });
+}
+
+void check_has_faces(const ShapeFile& source) {
+  if (source.mesh.face_count() == 0) {
+    throw InvalidInput("the shape has no faces, so there is nothing to remesh; leave the remeshing out");
+  }
+}
+
+void check_attributes(const Mesh& before, const Mesh& mesh) {
+  bool fits = mesh.attributes.size() == before.attributes.size();
+  const std::size_t elements[] = {mesh.vertex_count(), mesh.corner_vertex.size(), mesh.face_count()};
+  for (std::size_t i = 0; fits && i < mesh.attributes.size(); ++i) {
+    const Attribute& a = mesh.attributes[i];
+    const Attribute& b = before.attributes[i];
+    fits = a.name == b.name && a.domain == b.domain && a.type == b.type && a.components == b.components &&
+           a.values.size() == elements[static_cast<std::size_t>(a.domain)] * static_cast<std::size_t>(a.components);
+  }
+  if (!fits) throw InvalidInput("the new mesh has other attributes than its source; give it the same");
+}
+
+void check(const NewMesh& shape) {
+  check_has_faces(shape.source);
+  const auto& [source, mesh, face_source] = shape;
+  if (face_source.size() != mesh.face_count()) {
+    throw InvalidInput(std::to_string(face_source.size()) + " sources for " + std::to_string(mesh.face_count()) +
+                       " faces; give one for each");
+  }
+  for (const std::uint32_t f : face_source) {
+    if (f < source.mesh.face_count()) continue;
+    throw InvalidInput("a face is said to lie in face " + std::to_string(f) + " of a shape of " +
+                       std::to_string(source.mesh.face_count()) + " faces; count from 0");
+  }
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    if (is_finite(mesh.positions[i])) continue;
+    throw InvalidInput("vertex " + std::to_string(i) + " is where it is not finite; check the deformation");
+  }
+  check_attributes(source.mesh, mesh);
+}
+
+bool is_unchanged(const NewMesh& shape) {
+  const Mesh& before = shape.source.mesh;
+  const Mesh& mesh = shape.mesh;
+  if (before.positions != mesh.positions || before.face_begin != mesh.face_begin ||
+      before.corner_vertex != mesh.corner_vertex || before.attributes != mesh.attributes) {
+    return false;
+  }
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (shape.face_source[f] != f) return false;
+  }
+  return true;
+}
+
+bool are_floats(const Mesh& mesh) {
+  return std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Vec3d& p) {
+    return fits_float(p.x) && fits_float(p.y) && fits_float(p.z) && Vec3d(Vec3f(p)) == p;
+  });
+}
+
+}  // namespace
+
+std::string serialize_remeshed(std::string_view format, const ShapeFile& source, const Mesh& mesh,
+                               std::span<const std::uint32_t> face_source, const WriteOptions& options) {
+  const NewMesh shape{source, mesh, face_source};
+  check(shape);
+  if (format != source.format) {
+    WriteOptions exact = options;
+    exact.double_coordinates = options.double_coordinates || !are_floats(mesh);
+    return serialize_mesh(format, mesh, exact);
+  }
+  return is_unchanged(shape) ? source.bytes : own_format(source).write(shape, options);
+}
+
+void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,
+                    std::span<const std::uint32_t> face_source, const WriteOptions& options) {
+  write_file_atomically(path, serialize_remeshed(format_of(path), source, mesh, face_source, options));
+}
+
+std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source) {
+  check_has_faces(source);
+  if (format_of(path) != source.format) return conversion_losses(path, source);
+  std::vector<std::string> losses = own_format(source).losses(source);
+  for (const std::string& note : source.notes) {
+    if (note.find("fewer than three vertices") != std::string::npos) losses.push_back(note);
+  }
+  return losses;
+}
+
+}  // namespace knead
