@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/remeshed.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
+#include "support/split_faces.h"
 
 namespace knead {
 
@@ -95,9 +97,46 @@ inline std::string broken_file(const std::string& format, const std::string& byt
   }
 }
 
+// What differs between a mesh with other connectivity and what was read back of it; empty if nothing does.
+inline std::string remade_difference(const ShapeFile& source, const Remade& remade, const ShapeFile& back) {
+  const std::vector<std::uint32_t> order = file_order(source, remade);
+  if (back.mesh.face_count() != order.size()) return "the number of faces";
+  for (const Attribute& a : source.mesh.attributes) {
+    const bool is_zero = std::all_of(a.values.begin(), a.values.end(), [](double value) { return value == 0; });
+    if (!is_zero && back.mesh.find_attribute(a.name) == nullptr) return "attributes: no " + a.name;
+  }
+  for (std::size_t k = 0; k < order.size(); ++k) {
+    const std::span<const std::uint32_t> expected = remade.mesh.face(order[k]);
+    const std::span<const std::uint32_t> found = back.mesh.face(k);
+    if (expected.size() != found.size()) return "the corners of face " + std::to_string(k);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const std::uint32_t v = expected[i];
+      const bool is_exact = v < source.mesh.vertex_count() || source.format != "glb";
+      if (is_exact && !(back.mesh.positions[found[i]] == remade.mesh.positions[v])) {
+        return "a position of face " + std::to_string(k);
+      }
+    }
+  }
+  return "";
+}
+
+// Every other face is cut, and the shape written into its own format and read back.
+inline std::string broken_remesh(const ShapeFile& shape) {
+  if (shape.mesh.face_count() == 0) return "";
+  const Remade remade = split_faces(shape.mesh, [](std::uint32_t f) { return f % 2 == 0; });
+  const std::string bytes =
+      serialize_remeshed(shape.format, shape, remade.mesh, remade.face_source, {.double_coordinates = true});
+  try {
+    const std::string what = remade_difference(shape, remade, parse_shape(bytes, shape.format, "remeshed"));
+    return what.empty() ? "" : shape.format + " as remeshed has other " + what;
+  } catch (const InvalidInput& error) {
+    return shape.format + " as remeshed is refused: " + error.what();
+  }
+}
+
 // The promise that the shape breaks: a sound mesh; the same bytes where nothing moves; and where all moves, the new
-// shape read back, in its own format and in every other. Empty if it breaks none. Throws InvalidInput where a format
-// cannot hold the moved coordinates.
+// shape read back, in its own format and in every other; and with other connectivity in its own. Empty if it breaks
+// none. Throws InvalidInput where a format cannot hold the moved coordinates.
 inline std::string broken_promise(const ShapeFile& shape) {
   if (std::string what = broken_mesh(shape.mesh); !what.empty()) return what;
   if (serialize_shape(shape.format, shape, shape.mesh.positions) != shape.bytes) return "other bytes";
@@ -111,7 +150,7 @@ inline std::string broken_promise(const ShapeFile& shape) {
     const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || format == "glb";
     if (std::string what = broken_file(format, bytes, moved, as_floats); !what.empty()) return what;
   }
-  return "";
+  return broken_remesh(shape);
 }
 
 }  // namespace knead

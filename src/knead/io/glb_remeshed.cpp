@@ -181,10 +181,11 @@ class Remesher {
       const auto accessor = change.accessors.find(attribute.key);
       const bool is_new = accessor != change.accessors.end();
       if (!is_new && change.has_faces) continue;
+      if (!result.empty()) result += ',';
+      result += Json(attribute.key).dump();
+      result += ':';
       const Span& old = attribute.value;
-      const std::string value =
-          is_new ? std::to_string(accessor->second) : std::string(text.substr(old.begin, old.end - old.begin));
-      result += fmt::format(R"({}"{}":{})", result.empty() ? "" : ",", attribute.key, value);
+      result += is_new ? std::to_string(accessor->second) : std::string(text.substr(old.begin, old.end - old.begin));
     }
     return "{" + result + "}";
   }

@@ -155,15 +155,16 @@ class Writer {
     }
   }
 
-  // Where only some corners of a face have a value, those of the new faces that are 0 have none.
+  // Where only some corners of a face have a value, the others' is 0: of texture coordinates as good as any, of normals
+  // none.
   template <std::size_t N>
   ObjLines lines(const char* attribute, const char* keyword, const std::vector<Reference>& references) const {
     std::size_t face = 0;
     return obj_lines<N>(mesh_, attribute, keyword, line_end_, [&](std::size_t corner, const auto& values) {
       while (corner >= mesh_.face_begin[face + 1]) ++face;
       const Reference reference = references[face_source_[face]];
-      if (reference != Reference::some) return reference == Reference::all;
-      return std::any_of(values.begin(), values.end(), [](double value) { return value != 0; });
+      const bool is_zero = std::all_of(values.begin(), values.end(), [](double value) { return value == 0; });
+      return reference == Reference::all || (reference == Reference::some && !(N == 3 && is_zero));
     });
   }
 

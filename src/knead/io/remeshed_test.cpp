@@ -102,7 +102,7 @@ TEST(Remeshed, InAnyOrderAndWithFacesLeftOut) {
 TEST(Remeshed, RealFiles) {
   KNEAD_NEEDS_TEST_MESH("originals");
   std::size_t count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(test_mesh("originals"))) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(test_mesh("originals"))) {
     const std::string extension = entry.path().extension().string();
     if (extension != ".ply" && extension != ".obj" && extension != ".stl" && extension != ".off" && extension != ".glb")
       continue;
