@@ -35,7 +35,7 @@ inline void make_valid(const Attribute& attribute, std::vector<double>& values) 
   if (attribute.name == "normal" || attribute.name == "tangent") {
     const double length = norm(Vec3d{values[0], values[1], values[2]});
     for (std::size_t k = 0; k < 3 && length > 0; ++k) values[k] /= length;
-    if (values.size() == 4) values[3] = values[3] < 0 ? -1 : 1;
+    if (values.size() == 4 && length > 0) values[3] = values[3] < 0 ? -1 : 1;
   }
   for (double& value : values) value = as_held(attribute.type, value);
 }

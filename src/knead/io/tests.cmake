@@ -6,6 +6,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/damage_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/materials_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_generate_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/glb_remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_rewrite_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj_normals_test.cpp
