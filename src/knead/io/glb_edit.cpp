@@ -112,13 +112,6 @@ void Edit::set_bounds(std::size_t accessor, const std::vector<float>& values, st
   }
 }
 
-std::size_t Edit::append(const char* key, const std::string& item) {
-  Array& target = array(key);
-  if (!target.appended.empty()) target.appended += ",";
-  target.appended += item;
-  return target.count++;
-}
-
 std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t components) {
   std::string elements;
   for (const float value : values) append_float(elements, value);
@@ -133,24 +126,83 @@ std::size_t Edit::append_elements(std::string_view elements, std::size_t stride,
   pad(bin_, '\0');
   const std::size_t begin = bin_.size();
   bin_ += elements;
-  const std::string view_stride = stride > 0 ? fmt::format(R"("byteStride":{},)", stride) : "";
-  const std::size_t view = append("bufferViews", fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},{})"
-                                                             R"("target":{}}})",
-                                                             begin, elements.size(), view_stride, target));
-  return append("accessors", fmt::format(R"({{"bufferView":{},{}}})", view, members));
+  const std::size_t view = next_number("bufferViews", released_.views);
+  views_.push_back({view, {begin, bin_.size()}, stride, target});
+  const std::string text = fmt::format(R"({{"bufferView":{},{}}})", view, members);
+  const std::size_t accessor = next_number("accessors", released_.accessors);
+  put("accessors", accessor, text);
+  return accessor;
 }
 
-std::size_t Edit::append_mesh(const std::string& text) { return append("meshes", text); }
+std::size_t Edit::next_number(const char* key, std::vector<std::size_t>& released) {
+  if (released.empty()) return array(key).count++;
+  const std::size_t number = released.front();
+  released.erase(released.begin());
+  return number;
+}
+
+void Edit::put(const char* key, std::size_t number, const std::string& item) {
+  Array& target = array(key);
+  if (number < target.items.size()) {
+    patches_.push_back({target.items[number].value, item});
+    return;
+  }
+  if (!target.appended.empty()) target.appended += ",";
+  target.appended += item;
+}
+
+std::size_t Edit::append_mesh(const std::string& text) {
+  put("meshes", array("meshes").count, text);
+  return array("meshes").count++;
+}
 
 void Edit::set_node_mesh(std::size_t node, std::size_t mesh) {
   patches_.push_back({*member(document_.text, item("nodes", node), "mesh"), std::to_string(mesh)});
 }
 
+// Bytes that only views with new numbers held go, and what follows them moves forward.
+void Edit::cut_bytes() {
+  const std::vector<Member>& old = array("bufferViews").items;
+  std::vector<std::size_t> replaced;
+  for (const View& view : views_) {
+    if (view.index < old.size()) replaced.push_back(view.index);
+  }
+  if (replaced.empty()) return;
+  const std::vector<Span> cuts = bytes_of_views_alone(document_, replaced);
+  const auto moved = [&](std::size_t position) {
+    std::size_t before = 0;
+    for (const Span& cut : cuts) before += std::min(cut.end, std::max(cut.begin, position)) - cut.begin;
+    return position - before;
+  };
+  const Value root = document_.root();
+  for (std::size_t v = 0; v < old.size() && !cuts.empty(); ++v) {
+    const std::optional<Span> offset = member(document_.text, old[v].value, "byteOffset");
+    if (!offset || std::find(replaced.begin(), replaced.end(), v) != replaced.end()) continue;
+    const Value view = root.item("bufferViews", v);
+    const std::size_t begin = view.at("byteOffset").whole();
+    const bool is_here = view.whole("buffer").value_or(0) == 0;
+    if (is_here && moved(begin) != begin) patches_.push_back({*offset, std::to_string(moved(begin))});
+  }
+  for (View& view : views_) view.bytes = {moved(view.bytes.begin), moved(view.bytes.end)};
+  for (auto cut = cuts.rbegin(); cut != cuts.rend(); ++cut) bin_.erase(cut->begin, cut->end - cut->begin);
+}
+
+void Edit::put_views() {
+  for (const View& view : views_) {
+    const std::string stride = view.stride > 0 ? fmt::format(R"("byteStride":{},)", view.stride) : "";
+    put("bufferViews", view.index,
+        fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},{}"target":{}}})", view.bytes.begin,
+                    view.bytes.end - view.bytes.begin, stride, view.target));
+  }
+}
+
 std::string Edit::finish() {
+  cut_bytes();
+  put_views();
   for (const Array& array : arrays_) {
     if (!array.appended.empty()) patches_.push_back(appended_item(document_.text, array.span, array.appended));
   }
-  if (bin_.size() > document_.bin.size()) {
+  if (bin_.size() != document_.bin.size()) {
     patches_.push_back({*member(document_.text, item("buffers", 0), "byteLength"), std::to_string(bin_.size())});
   }
   std::string json = patched(document_.text, std::move(patches_));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "knead/io/glb_accessor.h"
+#include "knead/io/glb_released.h"
 
 namespace knead::glb {
 
@@ -35,6 +36,9 @@ class Edit {
   // Appends the values as a new accessor (VEC3 or VEC4) and returns its index.
   std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
 
+  // From now on, what is appended takes the numbers of these, and their bytes go from the file.
+  void reuse(Released released) { released_ = std::move(released); }
+
   // Appends elements as a new accessor over a view of its own and returns its index. stride: the bytes from one to the
   // next, or 0 where they stand side by side. `members` are
   // those of the accessor besides the view, e.g. R"("componentType":5125,"count":3,"type":"SCALAR")".
@@ -59,9 +63,25 @@ class Edit {
     std::size_t count;  // with what is appended
   };
 
+  // Of elements that were appended.
+  struct View {
+    std::size_t index = 0;
+    Span bytes;
+    std::size_t stride = 0;
+    std::size_t target = 0;
+  };
+
+  void put_views();
+  void cut_bytes();
+
   Array& array(const char* key);
   const Array& array(const char* key) const;
-  std::size_t append(const char* key, const std::string& item);
+
+  // The number of a new item: a released one, or the next.
+  std::size_t next_number(const char* key, std::vector<std::size_t>& released);
+
+  // Replaces the item of that number, or appends it: those beyond the old ones in order.
+  void put(const char* key, std::size_t number, const std::string& item);
 
   const Document& document_;
   const GlbLayout& layout_;
@@ -69,6 +89,8 @@ class Edit {
   std::map<std::size_t, std::vector<Member>> primitives_;  // of the meshes that were asked for
   std::vector<Patch> patches_;
   std::string bin_;
+  Released released_;
+  std::vector<View> views_;
 };
 
 // Appends a chunk, padded to a multiple of four bytes.

@@ -8,21 +8,11 @@
 #include "knead/io/glb.h"
 #include "knead/io/glb_attributes.h"
 #include "knead/io/glb_scene.h"
+#include "knead/io/glb_sharing.h"
 #include "knead/io/text.h"
 
 namespace knead::glb {
 namespace {
-
-bool begins_with(const std::string& text, std::string_view beginning) {
-  return std::string_view(text).substr(0, beginning.size()) == beginning;
-}
-
-// Extensions that a file may require and that do not touch its geometry, or that are read.
-bool is_understood(const std::string& extension) {
-  return extension == "KHR_mesh_quantization" || extension == "KHR_lights_punctual" ||
-         extension == "EXT_mesh_gpu_instancing" || begins_with(extension, "KHR_materials_") ||
-         begins_with(extension, "KHR_texture_") || begins_with(extension, "EXT_texture_");
-}
 
 class Reader {
  public:

@@ -32,19 +32,24 @@ class Remesher {
       runs_[layout_.faces[r].block][layout_.faces[r].primitive] = r;
     }
     sort_triangles();
-    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) add_change(b);
-    std::map<std::size_t, std::vector<std::vector<std::size_t>>> instances;  // of a mesh: the blocks of each node
+    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) changes_.push_back(change_of(b));
+    find_instances();
+    edit_.reuse(released_by(document_, replaced_primitives()));
     for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
-      auto& nodes = instances[layout_.blocks[b].mesh];
-      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
-      nodes.back().push_back(b);
+      if (!changes_[b] || changes_[b]->vertices.empty()) continue;
+      changes_[b]->accessors = vertices_.append(layout_.blocks[b], changes_[b]->vertices, edit_);
     }
-    const std::map<std::size_t, std::size_t> placed = count_placements(document_);
-    for (const auto& [mesh, nodes] : instances) write_mesh(mesh, nodes, placed.at(mesh) > nodes.size());
+    for (const auto& [mesh, instances] : meshes_) write_mesh(mesh, instances);
     return edit_.finish();
   }
 
  private:
+  // The nodes of the scene that place a mesh.
+  struct Instances {
+    std::vector<std::vector<std::size_t>> nodes;  // the blocks of each
+    bool is_free = false;                         // nothing that is not changed uses the mesh
+  };
+
   // What the vertices of a block become; nothing where they stay as they are.
   struct Change {
     std::vector<std::uint32_t> vertices;           // of the new mesh
@@ -85,22 +90,18 @@ class Remesher {
     return true;
   }
 
-  void add_change(std::size_t b) {
-    const GlbBlock& block = layout_.blocks[b];
-    changes_.emplace_back();
+  std::optional<Change> change_of(std::size_t b) const {
     Change change;
     change.has_faces = !runs_[b].empty();
-    if (change.has_faces) {
-      if (std::all_of(runs_[b].begin(), runs_[b].end(), [&](const auto& run) { return is_unchanged(run.second); })) {
-        return;
-      }
-      change.vertices = vertices_of(b);
-    } else {
-      change.vertices = vertices_.moved_points(block);
+    if (!change.has_faces) {
+      change.vertices = vertices_.moved_points(layout_.blocks[b]);
+      return change.vertices.empty() ? std::nullopt : std::optional(std::move(change));
     }
-    if (change.vertices.empty() && !change.has_faces) return;
-    if (!change.vertices.empty()) change.accessors = vertices_.append(block, change.vertices, edit_);
-    changes_.back() = std::move(change);
+    if (std::all_of(runs_[b].begin(), runs_[b].end(), [&](const auto& run) { return is_unchanged(run.second); })) {
+      return std::nullopt;
+    }
+    change.vertices = vertices_of(b);
+    return change;
   }
 
   // Those that the triangles of the block's primitives use, by number.
@@ -116,14 +117,42 @@ class Remesher {
     return vertices;
   }
 
+  bool is_unchanged_node(const std::vector<std::size_t>& blocks) const {
+    return std::none_of(blocks.begin(), blocks.end(), [&](std::size_t b) { return changes_[b].has_value(); });
+  }
+
+  void find_instances() {
+    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
+      auto& nodes = meshes_[layout_.blocks[b].mesh].nodes;
+      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
+      nodes.back().push_back(b);
+    }
+    const std::map<std::size_t, std::size_t> placed = count_placements(document_);
+    for (auto& [mesh, instances] : meshes_) {
+      const auto& nodes = instances.nodes;
+      instances.is_free = placed.at(mesh) == nodes.size() &&
+                          std::none_of(nodes.begin(), nodes.end(), [&](const auto& n) { return is_unchanged_node(n); });
+    }
+  }
+
+  // Those whose old attributes and indices no mesh will have: of the mesh and primitive.
+  std::set<std::pair<std::size_t, std::size_t>> replaced_primitives() const {
+    std::set<std::pair<std::size_t, std::size_t>> replaced;
+    std::set<std::pair<std::size_t, std::size_t>> kept;
+    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
+      const GlbBlock& block = layout_.blocks[b];
+      const bool is_replaced = changes_[b] && changes_[b]->has_faces && meshes_.at(block.mesh).is_free;
+      for (const std::size_t p : block.primitives) (is_replaced ? replaced : kept).insert({block.mesh, p});
+    }
+    for (const auto& primitive : kept) replaced.erase(primitive);
+    return replaced;
+  }
+
   // The mesh in the file stays that of the nodes for which nothing changed. If all did, the first one keeps it.
-  void write_mesh(std::size_t mesh, const std::vector<std::vector<std::size_t>>& nodes, bool is_placed_elsewhere) {
-    const auto is_unchanged_node = [&](const std::vector<std::size_t>& blocks) {
-      return std::none_of(blocks.begin(), blocks.end(), [&](std::size_t b) { return changes_[b].has_value(); });
-    };
-    bool is_free = !is_placed_elsewhere && std::none_of(nodes.begin(), nodes.end(), is_unchanged_node);
+  void write_mesh(std::size_t mesh, const Instances& instances) {
+    bool is_free = instances.is_free;
     const Span span = edit_.item("meshes", mesh);
-    for (const std::vector<std::size_t>& blocks : nodes) {
+    for (const std::vector<std::size_t>& blocks : instances.nodes) {
       if (is_unchanged_node(blocks)) continue;
       const Span list = *member(document_.text, span, "primitives");
       const Patch primitives{list, primitives_text(list, blocks, mesh)};
@@ -225,6 +254,7 @@ class Remesher {
   std::vector<RunOfPrimitive> runs_;                  // of each block
   std::vector<std::vector<Triangle>> run_triangles_;  // of the new mesh
   std::vector<std::vector<std::uint32_t>> run_faces_;
+  std::map<std::size_t, Instances> meshes_;
   std::vector<std::optional<Change>> changes_;  // of each block
 };
 

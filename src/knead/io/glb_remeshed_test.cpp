@@ -33,6 +33,7 @@ GlbFile two_materials() {
   second["material"] = 0;
   GlbJson other = file.primitive();
   other["attributes"]["POSITION"] = file.add_vec3({5, 0, 0, 6, 0, 0, 6, 1, 0});
+  other["indices"] = file.add<std::uint16_t>(5123, "SCALAR", 1, {0, 1, 2});
   other["attributes"].erase("NORMAL");
   other["attributes"].erase("TANGENT");
   other["attributes"]["TEXCOORD_1"] = file.add<float>(5126, "VEC2", 2, {0, 0, 1, 0, 1, 1});
@@ -81,7 +82,10 @@ TEST(RemeshedGlb, TrianglesStayInTheirPrimitives) {
   EXPECT_EQ(after["images"], before["images"]);
   EXPECT_EQ(after["nodes"], before["nodes"]);
   EXPECT_EQ(after["meshes"][1], before["meshes"][1]);  // nothing of it changed, TEXCOORD_1 included
-  EXPECT_EQ(bin_of(bytes).substr(0, bin_of(shape.bytes).size()), bin_of(shape.bytes));
+  // The old accessors have the new numbers, and of the old ones nothing is left but what fills up to four bytes.
+  EXPECT_EQ(after["accessors"].size(), before["accessors"].size());
+  EXPECT_EQ(after["bufferViews"].size(), before["bufferViews"].size());
+  EXPECT_EQ(bin_of(bytes).size(), bin_of(shape.bytes).size() + 2 * (12 + 12 + 16) + 2 * (2 * 6) + 8);
   const GlbJson& first = after["meshes"][0]["primitives"][0];
   const GlbJson& second = after["meshes"][0]["primitives"][1];
   EXPECT_EQ(first["material"], 1);
@@ -90,6 +94,43 @@ TEST(RemeshedGlb, TrianglesStayInTheirPrimitives) {
   const GlbJson& position = after["accessors"][first["attributes"]["POSITION"].get<std::size_t>()];
   EXPECT_EQ(position["count"], 6);
   EXPECT_EQ(position["max"], (GlbJson{1.0, 1.0, 0.0}));
+}
+
+// The bytes of the file's image.
+std::string image_of(const std::string& bytes) {
+  const GlbJson json = json_of(bytes);
+  const GlbJson& view = json["bufferViews"][json["images"][0]["bufferView"].get<std::size_t>()];
+  return bin_of(bytes).substr(view["byteOffset"].get<std::size_t>(), view["byteLength"].get<std::size_t>());
+}
+
+TEST(RemeshedGlb, BytesThatOthersReadStay) {
+  GlbFile plain = two_materials();
+  GlbFile shared = two_materials();  // one view for all of the square's numbers
+  shared.json["bufferViews"][0]["byteLength"] = 48 + 48 + 64;
+  for (const std::size_t accessor : {1, 2}) {
+    shared.accessor(accessor)["bufferView"] = 0;
+    shared.accessor(accessor)["byteOffset"] = 48 * accessor;
+  }
+  GlbFile as_times = two_materials();  // the old positions are something else, too
+  as_times.json["animations"] = GlbJson::parse(R"([{"samplers":[{"input":0,"output":0}],"channels":[]}])");
+  GlbFile as_image = two_materials();
+  as_image.json["images"].push_back(GlbJson::parse(R"({"bufferView":0,"mimeType":"image/png"})"));
+  GlbFile unknown = two_materials();
+  unknown.json["extensionsUsed"] = {"EXT_of_accessors"};
+  for (GlbFile file : {plain, shared, as_times, as_image, unknown}) {
+    const ShapeFile shape = file.parse();
+    const std::string bytes = written(shape, split_all(shape.mesh));
+    expect_valid(bytes);
+    expect_remade(shape, split_all(shape.mesh), reread(bytes), 1e-6);
+    EXPECT_EQ(image_of(bytes), "\x89PNG of a kind");
+    const GlbJson before = json_of(shape.bytes);
+    const GlbJson after = json_of(bytes);
+    const bool has_other_use = before.contains("animations") || before.contains("extensionsUsed");
+    EXPECT_EQ(after["accessors"][0] == before["accessors"][0], has_other_use);
+    const bool stays = has_other_use || before["images"].size() > 1;
+    EXPECT_EQ(after["bufferViews"][0] == before["bufferViews"][0], stays);
+    EXPECT_EQ(bin_of(bytes).substr(0, 48) == bin_of(shape.bytes).substr(0, 48), stays);
+  }
 }
 
 TEST(RemeshedGlb, WhatIsNotReadIsLeftOutWhereTheShapeChanges) {

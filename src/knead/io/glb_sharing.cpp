@@ -45,7 +45,17 @@ void add_meshes(const Value& root, Uses& uses) {
   });
 }
 
+bool begins_with(const std::string& text, std::string_view beginning) {
+  return std::string_view(text).substr(0, beginning.size()) == beginning;
+}
+
 }  // namespace
+
+bool is_understood(const std::string& extension) {
+  return extension == "KHR_mesh_quantization" || extension == "KHR_lights_punctual" ||
+         extension == "EXT_mesh_gpu_instancing" || begins_with(extension, "KHR_materials_") ||
+         begins_with(extension, "KHR_texture_") || begins_with(extension, "EXT_texture_");
+}
 
 Uses find_uses(const Document& document) {
   const Value root = document.root();

@@ -1,6 +1,7 @@
 // Who reads what in a GLB file. Internal to the GLB writer.
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -11,10 +12,15 @@ namespace knead::glb {
 
 // One place that names an accessor.
 struct AccessorUse {
-  std::size_t mesh = 0;
-  std::size_t primitive = 0;
-  std::string key;  // of the attribute; empty for other uses (indices, morph targets, skins, animations, instancing)
+  static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+  std::size_t mesh = kNone;  // kNone: skins, animations, instancing
+  std::size_t primitive = kNone;
+  std::string key;  // of the attribute; empty for indices and morph targets
 };
+
+// Whether an extension is one that may be required: it does not touch the geometry, or is read.
+bool is_understood(const std::string& extension);
 
 // By accessor.
 std::map<std::size_t, std::vector<AccessorUse>> find_uses(const Document& document);

@@ -17,24 +17,21 @@ namespace knead {
 // values, "normal" among them as they are to be written.
 //
 // In the source's own format:
-//   PLY   encoding, line ends, comments, obj_info, and the names, types and order of elements and properties. Integer
-//         coordinates become doubles where a position is not whole; indices get a wider type where they need it; strips
-//         of triangles become faces. Elements that no mesh holds stay if they cannot refer to vertices (reals and bytes
-//         only, no lists); others are left out, and so are lists but those of faces' vertices and texcoord.
-//   OBJ   every line but those that name vertices, in place. The faces that lie in one stand where it stood: so under
-//         its material, groups, object and smoothing. v (with colors), vt and vn, each value once, stand before the
-//         first line that could name them. A face has texture coordinates, or normals, if the one that it lies in does.
+//   PLY   encoding, line ends, comments, obj_info; names, types and order of elements and properties. Integer
+//         coordinates become doubles where a position is not whole; indices get a wider type where they need it;
+//         strips of triangles become faces. Elements that no mesh holds stay if they cannot refer to vertices (reals
+//         and bytes only, no lists); others are left out, and so are lists but faces' vertices and texcoord.
+//   OBJ   every line but those that name vertices, in place. New faces stand where the face stood that they lie in: so
+//         under its material, groups, object and smoothing. v (with colors), vt and vn, each value once, stand before
+//         the first line that could name them. A face has texture coordinates, or normals, if that which it lies in
+//         does.
 //   GLB   everything but the numbers of the primitives that changed: each keeps its material with the triangles that
-//   lie
-//         in it, as new accessors (the old numbers stay in the file, unused). Where several nodes place a mesh, those
-//         that changed get copies.
-//         Numbers that did not change keep their bits. Points and lines stay where they are the vertices in no face, of
-//         which the mesh must have as many as the source, in its order; those among vertices of faces are left out
-//         where these change.
-//   STL   header, names, solids, the 16 bits of the face that each triangle lies in, bytes after the last triangle;
-//         normals stay on their side, and zero. In text the triangles stand where the one stood that they lie in,
-//         spelled as it is.
-//   OFF   text or binary in its byte order; keyword, what stands before the counts, and after the last face; normals,
+//         lie in it. Where several nodes place a mesh, those that changed get copies. Numbers that did not change keep
+//         their bits. Points and lines whose vertices are in no face follow, if the mesh has as many such vertices as
+//         the source, in its order, and else stay; those among vertices of faces are left out where these change.
+//   STL   header, names, solids, the 16 bits, bytes after the last triangle; normals stay on their side, and zero. In
+//         text the triangles stand where the one stood that they lie in, spelled as it is.
+//   OFF   text or binary in its byte order; keyword, what stands before the counts and after the last face; normals,
 //         texture coordinates, colors of vertices and faces. The count of edges becomes 0: not counted.
 // A mesh that equals the source's is the source, byte for byte. Another format is generated from the mesh as by
 // serialize_mesh. remesh_losses says what is lost.
