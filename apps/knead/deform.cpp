@@ -211,16 +211,17 @@ void run_deform(const DeformOptions& options) {
   std::vector<Vec3d> normals;
   if (inputs.shape.mesh.face_count() == 0) normals = vertex_normals_of(inputs.shape);
   replay.normals = normals;
-  const auto write = [&](int index, std::span<const Vec3d> positions, std::span<const Vec3d> moved_normals) {
+  const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
-    write_shape(target.path(index), inputs.shape, positions, {replay.precision == Precision::float64, moved_normals});
+    write_shape(target.path(frame.index), inputs.shape, frame.positions,
+                {replay.precision == Precision::float64, frame.normals});
     seconds.write += clock.seconds();
   };
   if (options.frames) replay.on_frame = write;
   const Clock deforming;
   const ReplayResult result = replay_watched(inputs, replay, options.common.quiet);
   seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames) write(0, result.positions, result.normals);
+  if (!options.frames) write({0, result.positions, result.normals});
   if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
   Report report = make_report(inputs.shape.mesh, result, replay, seconds);
