@@ -58,6 +58,15 @@ void hand_on(const Remeshed& remeshed, RemeshedShape& shape) {
   add(remeshed.counts, shape.counts);
 }
 
+// The labels of the faces as they are, from those of the faces at the beginning.
+std::vector<std::uint32_t> labels_of(const RemeshedShape& shape, std::span<const std::uint32_t> at_beginning) {
+  std::vector<std::uint32_t> labels;
+  if (at_beginning.empty()) return labels;
+  labels.reserve(shape.face_source.size());
+  for (const std::uint32_t face : shape.face_source) labels.push_back(at_beginning[face]);
+  return labels;
+}
+
 }  // namespace
 
 RemeshedShape unmoved(const Mesh& mesh) {
@@ -91,8 +100,12 @@ std::optional<Remeshed> move_and_remesh(const Flow& flow, const AdvectOptions& m
   Deformation deformation;
   deformation.carry = [&](std::span<Vec3d> points) { carry(flow, move, points, shape.work); };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
+  RemeshOptions here = *remesh_options;
+  const std::vector<std::uint32_t> labels = labels_of(shape, here.face_labels);
+  here.face_labels = labels;
+  deformation.feature = reach.smallest_feature();
   try {
-    Remeshed result = remesh(shape.mesh, after, deformation, *remesh_options);
+    Remeshed result = remesh(shape.mesh, after, deformation, here);
     hand_on(result, shape);
     shape.mesh = std::move(result.mesh);
     return result;

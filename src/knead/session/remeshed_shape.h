@@ -24,7 +24,8 @@ struct RemeshedShape {
 
 RemeshedShape unmoved(const Mesh& mesh);
 
-// Moves the shape through a flow, and remeshes it by the options, if any. Returns what the remesh gave, its mesh moved
+// Moves the shape through a flow, and remeshes it by the options, if any; their face_labels are of the faces at the
+// beginning. Returns what the remesh gave, its mesh moved
 // out into the shape. On another status than done in shape.work the shape is as it was, but for that.
 std::optional<Remeshed> move_and_remesh(const Flow& flow, const AdvectOptions& move,
                                         const std::optional<RemeshOptions>& remesh, RemeshedShape& shape);

@@ -58,6 +58,9 @@ struct ReplayOptions {
   std::function<void(const ReplayFrame&)> on_frame{};
   // Remeshing after every stroke; a stroke's own settings win. Nothing: only where strokes have settings of their own.
   std::optional<RemeshSettings> remesh{};
+  // Where remeshed: one for each face of the mesh, or none; edges between faces of different labels (materials, groups)
+  // are kept like seams.
+  std::span<const std::uint32_t> face_labels{};
   bool single_precision = true;  // where remeshed: triangles must not cross with positions rounded to float
   std::function<void(const AppliedStroke&)> on_stroke{};  // called as each stroke is completed
 };

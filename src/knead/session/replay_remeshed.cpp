@@ -49,6 +49,9 @@ class RemeshingReplayer {
         move_(move_options(options, checked_diagonal(mesh, options))) {
     simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
     if (!options.normals.empty()) throw InvalidInput("normals are given for a shape without faces only");
+    if (!options.face_labels.empty() && options.face_labels.size() != mesh.face_count()) {
+      throw InvalidInput("give a label for each face");
+    }
     for (const PlannedStroke& stroke : plan_.strokes) remesh_options_.push_back(remesh_options(stroke));
     shape_ = unmoved(mesh);
   }
@@ -85,6 +88,7 @@ class RemeshingReplayer {
       throw InvalidInput(place_of(session_, *stroke.source), error.what());
     }
     options.single_precision = options_.single_precision;
+    options.face_labels = options_.face_labels;
     options.threads = options_.threads;
     return options;
   }

@@ -48,6 +48,15 @@ ReplayOptions remeshing(const RemeshSettings& settings = {}) {
   return options;
 }
 
+std::string refusal(const Mesh& mesh, const Session& session, const ReplayOptions& options = {}) {
+  try {
+    replay(mesh, session, options);
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "nothing";
+}
+
 void expect_same(const ReplayResult& a, const ReplayResult& b) {
   ASSERT_EQ(a.mesh.has_value(), b.mesh.has_value());
   EXPECT_TRUE(a.positions == b.positions);
@@ -163,6 +172,23 @@ TEST(ReplayRemeshed, EveryFrameIsWhatUntilThatMomentGives) {
   }
 }
 
+// Borders between labels hold vertices where they would else be moved along the surface.
+TEST(ReplayRemeshed, KeepsLabelledFacesApart) {
+  const Mesh mesh = ball();
+  std::vector<std::uint32_t> labels(mesh.face_count());
+  for (std::size_t f = 0; f < labels.size(); ++f) labels[f] = mesh.positions[mesh.face(f)[0]].y > 0.1 ? 1 : 0;
+  ReplayOptions options = remeshing();
+  options.face_labels = labels;
+  const Session session = session_of(kPulledAndTurned);
+  const ReplayResult labelled = replay(mesh, session, options);
+  const ReplayResult plain = replay(mesh, session, remeshing());
+  ASSERT_TRUE(labelled.mesh && plain.mesh);
+  EXPECT_FALSE(labelled.positions == plain.positions);
+  labels.pop_back();
+  options.face_labels = labels;
+  EXPECT_EQ(refusal(mesh, session, options), "give a label for each face");
+}
+
 TEST(ReplayRemeshed, IsCancelled) {
   Progress progress;
   progress.cancel = true;
@@ -203,15 +229,6 @@ TEST(ReplayRemeshed, StrokesReadTheRemeshedSurface) {
   Session resolved = session;
   resolved.strokes = result.resolved;
   expect_same(replay(ball(), resolved), result);
-}
-
-std::string refusal(const Mesh& mesh, const Session& session, const ReplayOptions& options = {}) {
-  try {
-    replay(mesh, session, options);
-  } catch (const InvalidInput& error) {
-    return error.what();
-  }
-  return "nothing";
 }
 
 TEST(ReplayRemeshed, RefusesNumbersOfVerticesThatHaveChanged) {
