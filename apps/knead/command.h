@@ -46,6 +46,7 @@ Subcommand add_resolve(CLI::App& parent);
 Subcommand add_info(CLI::App& parent);
 Subcommand add_check(CLI::App& parent);
 Subcommand add_make(CLI::App& parent);
+Subcommand add_remesh(CLI::App& parent);
 Subcommand add_render(CLI::App& parent);
 Subcommand add_bench(CLI::App& parent);
 

@@ -2,94 +2,26 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "certified.h"
 #include "command.h"
+#include "deform_options.h"
 #include "frames.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
 #include "knead/io/materials.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/triangulate.h"
+#include "knead/io/remeshed.h"
 #include "knead/session/report.h"
 #include "output.h"
 #include "work.h"
 
 namespace knead::command {
 namespace {
-
-struct DeformOptions {
-  std::string shape;
-  std::string session;
-  std::string output;
-  double tolerance = 1e-5;
-  std::string integrator = "tsit5";
-  std::string precision = "float";
-  std::string backend = "cpu";
-  std::optional<int> threads;
-  bool inverse = false;
-  bool check = false;
-  std::optional<double> until;
-  std::optional<int> frames;
-  std::string report;
-  CommonOptions common;
-};
-
-Integrator integrator_named(const std::string& name) {
-  struct Entry {
-    std::string_view name;
-    std::string_view long_name;
-    Integrator integrator;
-  };
-  constexpr std::array<Entry, 4> entries{{{"rk4", "runge-kutta", Integrator::rk4},
-                                          {"bs32", "bogacki-shampine", Integrator::bogacki_shampine},
-                                          {"dp54", "dormand-prince", Integrator::dormand_prince},
-                                          {"tsit5", "tsitouras", Integrator::tsitouras}}};
-  for (const Entry& entry : entries) {
-    if (name == entry.name || name == entry.long_name) return entry.integrator;
-  }
-  throw UsageError(fmt::format("--integrator {}: no such method; say rk4, bs32, dp54 or tsit5", name));
-}
-
-Precision precision_named(const std::string& name) {
-  if (name == "float") return Precision::float32;
-  if (name == "double") return Precision::float64;
-  throw UsageError(fmt::format("--precision {}: say float or double", name));
-}
-
-void check_backend(const std::string& name) {
-  if (name == "gpu") throw UsageError("this build has no GPU backend; leave --backend out");
-  if (name != "cpu") throw UsageError(fmt::format("--backend {}: say cpu", name));
-}
-
-ReplayOptions replay_options(const DeformOptions& options) {
-  if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
-    throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));
-  }
-  if (options.threads.value_or(1) < 1) {
-    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out for all", *options.threads));
-  }
-  if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
-    throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
-  }
-  if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
-  check_backend(options.backend);
-  ReplayOptions replay;
-  replay.tolerance = options.tolerance;
-  replay.integrator = integrator_named(options.integrator);
-  replay.precision = precision_named(options.precision);
-  replay.threads = options.threads.value_or(0);
-  replay.inverse = options.inverse;
-  replay.until = options.until;
-  replay.frames = options.frames.value_or(0);
-  return replay;
-}
 
 // The file of a moment of the deformation: of the result, where there are no frames.
 class Target {
@@ -129,6 +61,15 @@ void check_until(const DeformOptions& options, const Session& session) {
   }
 }
 
+std::string remesh_text(const RemeshReport& remesh) {
+  std::string text = fmt::format("remesh   {}, {}, {}", counted(remesh.splits, "split"),
+                                 counted(remesh.collapses, "collapse"), counted(remesh.flips, "flip"));
+  if (remesh.volume_error_uncompensated) {
+    text += fmt::format("; volume changed by {:.2g} without compensation", *remesh.volume_error_uncompensated);
+  }
+  return text + (remesh.complete ? "\n" : "; a limit came first: edges above the targets remain\n");
+}
+
 std::string summary(const DeformOptions& options, const Target& target, const Report& report) {
   std::string text =
       fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
@@ -144,6 +85,8 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
     text += fmt::format("crossing {} of triangles before, {} after\n",
                         counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);
   }
+  if (report.remesh) text += remesh_text(*report.remesh);
+  if (report.certificate) text += "proof    " + line_of(*report.certificate) + "\n";
   const ReportSeconds& seconds = report.seconds;
   return text + fmt::format("seconds  {:.2f}: read {:.2f}, deform {:.2f}, write {:.2f}\n", seconds.total, seconds.read,
                             seconds.deform, seconds.write);
@@ -159,14 +102,6 @@ void print_report(const DeformOptions& options, const Target& target, const Repo
   }
 }
 
-// The same triangles before and after.
-void add_self_intersections(const Mesh& mesh, const ReplayResult& result, int threads, Report& report) {
-  const std::vector<Triangle> triangles = triangulate(mesh);
-  const SelfIntersectionOptions options{.threads = threads};
-  report.self_intersections_before = self_intersections(triangles, mesh.positions, options).count;
-  report.self_intersections_after = self_intersections(triangles, result.positions, options).count;
-}
-
 // Measuring a large shape for a report that nobody reads would take longer than writing it.
 bool is_reported(const DeformOptions& options) {
   return !options.common.quiet || options.common.json || !options.report.empty();
@@ -178,14 +113,13 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
   if (!reads || !session.mesh) return;
   const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / *session.mesh;
-  const Inputs inputs{read_shape(path), session};
+  const ShapeFile shape = read_shape(path);
   options.inverse = false;
   options.until = std::nullopt;
   options.frames = 0;
-  const std::vector<Vec3d> normals =
-      inputs.shape.mesh.face_count() == 0 ? vertex_normals_of(inputs.shape) : std::vector<Vec3d>{};
+  const std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
   options.normals = normals;
-  session.strokes = replay_watched(inputs, options, quiet).resolved;
+  session.strokes = replay_watched(shape.mesh, session, options, quiet).resolved;
   if (!quiet) print_message(fmt::format("note: {}: resolved with {}", session.name, path.string()));
 }
 
@@ -195,70 +129,76 @@ void copy_materials(const DeformOptions& options, const ShapeFile& shape, const 
   }
 }
 
-void run_deform(const DeformOptions& options) {
+// Whether the result will have another mesh than the shape.
+bool will_remesh(const Inputs& inputs, const ReplayOptions& options) {
+  if (options.inverse || inputs.shape.mesh.face_count() == 0) return false;
+  const std::vector<SessionStroke>& strokes = inputs.session.strokes;
+  return options.remesh || std::any_of(strokes.begin(), strokes.end(),
+                                       [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+}
+
+void write_frame(const std::string& path, const ShapeFile& source, const ReplayFrame& frame, bool as_double) {
+  if (frame.mesh != nullptr) {
+    write_remeshed(path, source, *frame.mesh, frame.face_source, {as_double, {}});
+  } else {
+    write_shape(path, source, frame.positions, {as_double, frame.normals});
+  }
+}
+
+ReplayFrame last_frame(const ReplayResult& result) {
+  return {0, result.positions, result.normals, result.mesh ? &*result.mesh : nullptr, result.face_source};
+}
+
+Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
+  const bool quiet = options.common.quiet;
+  Inputs inputs = read_inputs(options.shape, options.session, quiet);
+  check_until(options, inputs.session);
+  if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
+  const std::string path = target.path(0);
+  const std::vector<std::string> losses =
+      will_remesh(inputs, replay) ? remesh_losses(path, inputs.shape) : conversion_losses(path, inputs.shape);
+  if (!quiet) print_notes(losses);
+  return inputs;
+}
+
+Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
+  Report report = make_report(mesh, certified.result, certified.options, seconds);
+  report.certificate = certified.certificate;
+  if (!report.certificate) return report;
+  report.self_intersections_before = report.certificate->crossings_before;
+  report.self_intersections_after = report.certificate->crossings_after;
+  return report;
+}
+
+void run_deform(const DeformOptions& options, bool has_bounds) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
+  const std::vector<Bound> bounds = has_bounds ? parse_bounds(options.require) : std::vector<Bound>{};
   const Target target(options);
   check_outputs(options, target);
+  const bool quiet = options.common.quiet;
   ReportSeconds seconds;
-  Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
-  check_until(options, inputs.session);
-  if (options.inverse) resolve_on_own_shape(inputs.session, replay, options.common.quiet);
-  const std::vector<std::string> losses = conversion_losses(target.path(0), inputs.shape);
-  if (!options.common.quiet) print_notes(losses);
+  const Inputs inputs = read_deform_inputs(options, replay, target);
   seconds.read = total.seconds();
 
   std::vector<Vec3d> normals;
   if (inputs.shape.mesh.face_count() == 0) normals = vertex_normals_of(inputs.shape);
   replay.normals = normals;
-  const auto write = [&](int index, std::span<const Vec3d> positions, std::span<const Vec3d> moved_normals) {
+  const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
-    write_shape(target.path(index), inputs.shape, positions, {replay.precision == Precision::float64, moved_normals});
+    write_frame(target.path(frame.index), inputs.shape, frame, replay.precision == Precision::float64);
     seconds.write += clock.seconds();
   };
   if (options.frames) replay.on_frame = write;
   const Clock deforming;
-  const ReplayResult result = replay_watched(inputs, replay, options.common.quiet);
+  const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames) write(0, result.positions, result.normals);
+  if (!options.frames) write(last_frame(certified.result));
   if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
-  Report report = make_report(inputs.shape.mesh, result, replay, seconds);
-  if (options.check) add_self_intersections(inputs.shape.mesh, result, replay.threads, report);
+  Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.total = total.seconds();
   print_report(options, target, report);
-}
-
-void add_options(CLI::App& app, DeformOptions& options) {
-  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
-      ->required()
-      ->type_name("");
-  app.add_option("SESSION", options.session, "The strokes: a .knead file")->required()->type_name("");
-  app.add_option("-o,--output", options.output,
-                 "The file to write, in the format of its extension; may be SHAPE itself")
-      ->required()
-      ->type_name("FILE");
-  app.add_option("--tolerance", options.tolerance,
-                 "Position error of one path line over one segment, relative to the shape's box diagonal")
-      ->capture_default_str()
-      ->type_name("T");
-  app.add_option("--integrator", options.integrator,
-                 "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--backend", options.backend, "cpu")->capture_default_str()->type_name("NAME");
-  app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
-  app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
-  app.add_flag("--check", options.check, "Count the self-intersections before and after, for the report");
-  app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third")->type_name("S");
-  app.add_option("--frames", options.frames,
-                 "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d")
-      ->type_name("N");
-  app.add_option("--report", options.report, "Write a JSON report to this file; -: standard output")->type_name("FILE");
-  add_common_options(app, options.common);
 }
 
 }  // namespace
@@ -267,13 +207,15 @@ Subcommand add_deform(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("deform", "Deform a mesh or point cloud by a session");
   const auto options = std::make_shared<DeformOptions>();
   add_options(*app, *options);
+  const CLI::Option* require = app->get_option("--require");
   add_examples(*app,
                "  knead deform hand.ply bend.knead -o bent.ply\n"
                "  knead deform bent.ply bend.knead --inverse -o hand_again.ply\n"
                "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
+               "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
                "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
                "A file whose name begins with - is given after --, as in: knead deform -o out.ply -- -a.ply b.knead");
-  return {app, [options] { run_deform(*options); }};
+  return {app, [options, require] { run_deform(*options, require->count() > 0); }};
 }
 
 }  // namespace knead::command

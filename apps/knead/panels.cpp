@@ -47,7 +47,8 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
   const Session& session = inputs.session;
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
-  const std::vector<SessionStroke> resolved = reads ? replay_watched(inputs, {}, quiet).resolved : session.strokes;
+  const std::vector<SessionStroke> resolved =
+      reads ? replay_watched(inputs.shape.mesh, session, {}, quiet).resolved : session.strokes;
   std::vector<PlayedStroke> played;
   for (const SessionStroke& stroke : session.strokes) {
     PlayedStroke& result = played.emplace_back();
@@ -116,16 +117,23 @@ std::vector<Panel> panels_of_shapes(const PanelOptions& options) {
 std::vector<Panel> panels_of_session(const PanelOptions& options, const Session& session) {
   Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
   const std::vector<PlayedStroke> played = play(inputs, options.quiet);
-  inputs.session.strokes.clear();
-  for (const PlayedStroke& stroke : played) {
-    inputs.session.strokes.insert(inputs.session.strokes.end(), stroke.parts.begin(), stroke.parts.end());
+  // A stroke that is remeshed is so once, not after each of the parts that it resolves to.
+  const bool remeshed = std::any_of(session.strokes.begin(), session.strokes.end(),
+                                    [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+  if (!remeshed) {
+    inputs.session.strokes.clear();
+    for (const PlayedStroke& stroke : played) {
+      inputs.session.strokes.insert(inputs.session.strokes.end(), stroke.parts.begin(), stroke.parts.end());
+    }
   }
   std::vector<Panel> panels;
   for (const double moment : options.moments) {
     ReplayOptions replay;
-    replay.until = parts_at(played, moment);
+    replay.until = remeshed ? moment : parts_at(played, moment);
     Panel& panel = panels.emplace_back(Panel{inputs.shape.mesh, {}});
-    panel.shape.positions = replay_watched(inputs, replay, options.quiet).positions;
+    ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
+    if (result.mesh) panel.shape = std::move(*result.mesh);
+    panel.shape.positions = std::move(result.positions);
     if (options.tools == ToolPanels::each) panel.tools = tools_at(options, played, moment);
   }
   if (panels.empty()) panels.push_back({inputs.shape.mesh, {}});

@@ -25,7 +25,7 @@ void run_resolve(const ResolveOptions& options) {
   require_extension(options.output, extensions);
   require_writable(options.output);
   const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
-  const ReplayResult result = replay_watched(inputs, ReplayOptions{}, options.common.quiet);
+  const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, ReplayOptions{}, options.common.quiet);
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;

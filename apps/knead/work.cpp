@@ -21,19 +21,19 @@ Inputs read_inputs(const std::string& shape, const std::string& session, bool qu
   return inputs;
 }
 
-ReplayResult replay_watched(const Inputs& inputs, ReplayOptions options, bool quiet) {
+ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {
   Progress progress;
   options.progress = &progress;
   ReplayResult result;
   {
     const CancelOnInterruption cancel(progress);
-    const ProgressBar bar(progress, total_work(inputs.shape.mesh, inputs.session, options), !quiet);
-    result = replay(inputs.shape.mesh, inputs.session, options);
+    const ProgressBar bar(progress, total_work(mesh, session, options), !quiet);
+    result = replay(mesh, session, options);
   }
   if (progress.cancel) throw Interrupted{};
   if (result.status == AdvectStatus::step_limit) {
     throw QualityError(
-        to_string(Place{inputs.session.name, result.failed_line}) +
+        to_string(Place{session.name, result.failed_line}) +
         ": a path line runs away or needs over a million steps here; use a wider transition, a smaller angle, "
         "another gauge, or a larger --tolerance");
   }

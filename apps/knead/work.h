@@ -28,6 +28,6 @@ Inputs read_inputs(const std::string& shape, const std::string& session, bool qu
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
 // Returns a result whose status is done; throws Interrupted or QualityError for the others.
-ReplayResult replay_watched(const Inputs& inputs, ReplayOptions options, bool quiet);
+ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
 }  // namespace knead::command

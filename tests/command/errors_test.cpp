@@ -34,7 +34,23 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
       {"deform", "a.ply", "s.knead"},
       {"deform", "a.ply", "s.knead", "more", "-o", "b.ply"},
       {"deform", "a.ply", "s.knead", "-o"},
-      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--remesh"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--max-edge", "0"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--max-angle", "200"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--max-chord", "2"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--min-edge", "-1"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--remesh-iterations", "101"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", "beauty=1"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", ""},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", "volume"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", "volume=-1"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", "crossings=0.5"},
+      {"deform", "a.ply", "s.knead", "-o", "b.ply", "--require", "min-angle=61"},
+      {"remesh"},
+      {"remesh", "a.ply"},
+      {"remesh", "a.ply", "-o", "b.dxf"},
+      {"remesh", "a.ply", "-o", "b.ply", "--max-edge", "-1"},
+      {"remesh", "a.ply", "-o", "b.ply", "--iterations", "1000"},
+      {"remesh", "a.ply", "-o", "b.ply", "--threads", "0"},
       {"deform", "a.ply", "s.knead", "-o", "b.dxf"},
       {"deform", "a.ply", "s.knead", "-o", "b"},
       {"deform", "a.ply", "s.knead", "-o", ""},
@@ -99,16 +115,14 @@ TEST_F(ErrorsTest, NoGpuBackend) {
 
 TEST_F(ErrorsTest, LaterSubcommandsAreUnknown) {
   const std::string help = knead_ok({"--help"});
-  for (const std::string name : {"remesh", "studio"}) {
-    expect_error(knead({name, "a.ply"}), 2, "no command '" + name + "'");
-    EXPECT_EQ(help.find("\n  " + name), std::string::npos) << help;
-  }
+  expect_error(knead({"studio", "a.ply"}), 2, "no command 'studio'");
+  EXPECT_EQ(help.find("\n  studio"), std::string::npos) << help;
 }
 
 TEST_F(ErrorsTest, HelpHasExamples) {
   for (const Words& words :
        {Words{"--help"}, Words{"deform", "--help"}, Words{"resolve", "-h"}, Words{"info", "--help"},
-        Words{"check", "--help"}, Words{"make", "--help"}, Words{"render", "--help"}}) {
+        Words{"check", "--help"}, Words{"make", "--help"}, Words{"remesh", "--help"}, Words{"render", "--help"}}) {
     EXPECT_NE(knead_ok(words).find("Examples:\n  knead "), std::string::npos) << ::testing::PrintToString(words);
   }
   EXPECT_TRUE(knead_ok({"--version"}).starts_with("knead "));

@@ -12,6 +12,7 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr std::size_t kFewestEdges = 5;                   // of a crease
+const double kClearly = 0.5;                              // cosine of the dihedral, 60 degrees
 const double kStraight = std::cos(std::numbers::pi / 4);  // the angle by which a crease may turn at a vertex
 
 // The face's normal, of a thin face that of the one beyond its longest edge.
@@ -69,15 +70,15 @@ bool goes_on(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, 
 }
 
 // The half-edges of creases: edges of a sharp dihedral that one at least of their ends continues, where enough of them
-// hang together. What else is sharp is noise of a rough surface.
+// hang together and a third of these are clearly sharp. What else is sharp is noise of a rough surface.
 std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
   const std::vector<Vec3d> normals = steady_normals(s);
+  const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
   const double most = std::cos(angle_deg * std::numbers::pi / 180);
   std::vector<bool> sharp(s.halfedge.size(), false);
   std::vector<std::uint32_t> found;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
-    const std::uint32_t o = s.opposite[h];
-    if (o == kNone || o < h || dot(normals[h / 3], normals[o / 3]) >= most) continue;
+    if (s.opposite[h] == kNone || s.opposite[h] < h || cosine(h) >= most) continue;
     found.push_back(h);
     sharp[s.edge[h]] = true;
   }
@@ -86,8 +87,15 @@ std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
   DisjointSets sets(s.vertex_count());
   for (const std::uint32_t h : found) sets.join(s.origin(h), s.target(h));
   std::vector<std::size_t> size(s.vertex_count(), 0);
-  for (const std::uint32_t h : found) ++size[sets.find(s.origin(h))];
-  std::erase_if(found, [&](std::uint32_t h) { return size[sets.find(s.origin(h))] < kFewestEdges; });
+  std::vector<std::size_t> clear(s.vertex_count(), 0);
+  for (const std::uint32_t h : found) {
+    ++size[sets.find(s.origin(h))];
+    if (cosine(h) < kClearly) ++clear[sets.find(s.origin(h))];
+  }
+  std::erase_if(found, [&](std::uint32_t h) {
+    const std::uint32_t set = sets.find(s.origin(h));
+    return size[set] < kFewestEdges || 3 * clear[set] < size[set];
+  });
   return found;
 }
 

@@ -118,13 +118,17 @@ bool mend_round(Improver& improver, double below, const Bounds& bounds, double w
     if (!s.is_alive(f) || quality(s, f, s.after) >= below) continue;
     Bounds own = bounds;
     own.distance = std::max(own.distance, wide * longest_length(s, f));
-    own.crease = std::max(own.crease, wide * longest_length(s, f) / 6);
+    if (wide > 0) own.crease *= 1.5;
     changed = mend_face(improver, f, own) || changed;
   }
   return changed;
 }
 
-Bounds widest_bounds(double chord) { return bounds_of(2 * chord, 80, 80, 20); }
+Bounds widest_bounds(double chord) {
+  Bounds bounds = bounds_of(2 * chord, 80, 80, 20);
+  bounds.crease = chord / 3;
+  return bounds;
+}
 
 }  // namespace
 

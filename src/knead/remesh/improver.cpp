@@ -93,7 +93,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   return true;
 }
 
-// Whether the two features at a vertex of a crease lie on one line.
+// Whether a vertex of a crease lies on the line between those beside it.
 bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   std::vector<Vec3d> ends;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
@@ -101,8 +101,8 @@ bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   });
   if (ends.size() != 2) return false;
   const Vec3d chord = ends[1] - ends[0];
-  const double length = norm(chord);
-  return length > 0 && dot(ends[0], ends[1]) < 0 && norm(cross(ends[0], chord)) <= tolerance * length;
+  const double t = norm2(chord) > 0 ? std::clamp(-dot(ends[0], chord) / norm2(chord), 0.0, 1.0) : 0.0;
+  return norm(ends[0] + chord * t) <= tolerance;
 }
 
 // Which vertex of the edge may go and where the other then stands.

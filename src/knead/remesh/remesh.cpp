@@ -16,11 +16,11 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 5;  // of crossing faces
+constexpr int kMostRefinements = 8;  // of crossing faces
 constexpr int kMostUntanglings = 4;
 constexpr int kSteps = 2 + kMendLevels;   // a compensation, the rounds of improving, the levels of mending
 constexpr int kMostAttempts = 5;          // at improving without a crossing
-constexpr std::size_t kMostPairs = 3000;  // with more, refining crossing faces diverges (method, section 5)
+constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
  public:
@@ -59,6 +59,8 @@ class Remesher {
       found.pairs = refine_crossings();
       start();
       for (int step = 0; step < steps; ++step) improve_guarded(step, found.pairs);
+      // What was left out may be mended now that the rest has changed.
+      for (int step = 2; step < steps; ++step) improve_guarded(step, found.pairs);
       found = search_.find(patch_);
     }
     counts_.crossings = found.pairs;
@@ -73,7 +75,7 @@ class Remesher {
       improve_once(step, locked);
       const Crossings found = find_and_untangle(locked);
       if (found.pairs <= unavoidable) return;
-      lock_around(found, locked);
+      lock_around(found, attempt, locked);
       surface() = saved;
       counts_ = counts;
     }
@@ -96,11 +98,18 @@ class Remesher {
   // Splits faces that cross until none does; how many pairs remain.
   std::size_t refine_crossings() {
     Crossings found = search_.find(patch_);
-    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
+    std::size_t fewest = found.pairs;
+    Surface best = surface();
+    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest; ++round) {
+      if (found.pairs > kMostPairs) break;
       counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
       found = search_.find(patch_);
+      if (found.pairs >= fewest) continue;
+      fewest = found.pairs;
+      best = surface();
     }
-    return found.pairs;
+    surface() = std::move(best);
+    return fewest;
   }
 
   // What comes before improving, on the refined surface.
@@ -138,24 +147,17 @@ class Remesher {
     return enclosed_volume(s, s.before) - enclosed_volume(s, s.after);
   }
 
-  // Nothing is to be changed at the corners of crossing faces and their neighbours.
-  void lock_around(const Crossings& crossings, std::vector<bool>& locked) {
+  // Nothing is to be changed at the corners of crossing faces, and at later attempts around them.
+  void lock_around(const Crossings& crossings, int attempt, std::vector<bool>& locked) {
     const Surface& s = surface();
     locked.resize(std::max(locked.size(), s.vertex_count()), false);
-    std::vector<std::uint32_t> ring;
     for (const std::uint32_t f : crossings.faces) {
-      for (const std::uint32_t v : s.triangle(f)) ring.push_back(v);
-    }
-    for (int rings = 0; rings < 2; ++rings) {
-      const std::vector<std::uint32_t> last = std::move(ring);
-      ring.clear();
-      for (const std::uint32_t v : last) {
-        if (locked[v] && rings == 0) continue;
+      for (const std::uint32_t v : s.triangle(f)) {
         locked[v] = true;
-        if (rings > 0) continue;
+        if (attempt == 0) continue;
         s.for_each_outgoing(v, [&](std::uint32_t h) {
-          ring.push_back(s.target(h));
-          ring.push_back(s.apex(h));
+          locked[s.target(h)] = true;
+          locked[s.apex(h)] = true;
         });
       }
     }

@@ -1,84 +1,46 @@
 #include "knead/session/replay.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
 #include "knead/flow/simd.h"
 #include "knead/io/large_pages.h"
-#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/companions.h"
 #include "knead/session/moved_shape.h"
 #include "knead/session/replay_plan.h"
-#include "knead/session/surface_stroke.h"
+#include "knead/session/replay_remeshed.h"
+#include "knead/session/replay_shared.h"
 #include "knead/tool/barrel_members.h"
 
 namespace knead {
 
 namespace {
 
-using session_detail::apply_on;
+using session_detail::barrel_warning;
+using session_detail::checked_diagonal;
 using session_detail::flow_between;
+using session_detail::is_usual;
 using session_detail::make_plan;
+using session_detail::move_options;
 using session_detail::MovedShape;
 using session_detail::MoveOptions;
 using session_detail::place_of;
+using session_detail::plan_warnings;
 using session_detail::PlannedStroke;
+using session_detail::read_surface;
+using session_detail::SurfaceReading;
 using session_detail::Task;
 using session_detail::TaskKind;
+using session_detail::usual;
 
-// Below it, relative to the diagonal, the rounding of float evaluation is what remains of the error.
-constexpr double kFloatNoise = 1e-6;
-
-// Of the diagonal: how far the companions of a normal are from their point, and the error of their path lines. Together
-// they leave about 1e-5 of a normal's direction to rounding, and less to the flow's curvature.
+// Of the diagonal: how far the companions of a normal are from their point. It leaves about 1e-5 of a normal's
+// direction to the rounding of their path lines, and less to the flow's curvature.
 constexpr double kCompanionReach = 1e-4;
-constexpr double kCompanionTolerance = 1e-9;
 
 void require(bool good, const std::string& message) {
   if (!good) throw InvalidInput(message);
-}
-
-std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
-  std::string text = fmt::format("{} cross the cylinder of \"radius\" {} and would be torn; ",
-                                 check.crossing == 1 ? "1 triangle would" : fmt::format("{} triangles", check.crossing),
-                                 barrel.radius);
-  const std::optional<double> nearest = nearest_radius(check, barrel.radius);
-  if (!nearest) return text + "no other radius works: leave \"radius\" out";
-  text += fmt::format("use \"radius\": {}, the nearest that works", *nearest);
-  if (!check.smaller) return text + " (no smaller one does)";
-  if (!check.larger) return text + " (no larger one does)";
-  return text + fmt::format(" (on the other side {})", nearest == check.smaller ? *check.larger : *check.smaller);
-}
-
-MoveOptions move_options(const ReplayOptions& options, double diagonal) {
-  MoveOptions result;
-  result.vertices.tolerance = options.tolerance * diagonal;
-  result.vertices.integrator = options.integrator;
-  result.vertices.precision = options.precision;
-  result.vertices.threads = options.threads;
-  result.vertices.progress = options.progress;
-  result.companions.tolerance = kCompanionTolerance * diagonal;
-  result.companions.precision = Precision::float64;
-  result.companions.threads = options.threads;
-  result.companions.progress = options.progress;
-  return result;
-}
-
-// Appends a resolved stroke; dabs of one brush become one stroke.
-void append(const Stroke& stroke, std::size_t line, std::vector<SessionStroke>& resolved) {
-  const auto* dab = std::get_if<PaintStroke>(&stroke);
-  auto* last = resolved.empty() ? nullptr : std::get_if<PaintStroke>(&resolved.back().stroke);
-  const bool joins = dab != nullptr && last != nullptr && resolved.back().line == line && last->outer == dab->outer &&
-                     last->depth == dab->depth;
-  if (joins) {
-    last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
-  } else {
-    resolved.push_back({stroke, line});
-  }
 }
 
 Flow without_cylinders(Flow flow) {
@@ -92,11 +54,8 @@ class Replayer {
   Replayer(const Mesh& mesh, const Session& session, const ReplayOptions& options)
       : mesh_(mesh), session_(session), options_(options), plan_(make_plan(session, options)) {
     simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
-    const double diagonal = bounding_box(mesh.positions).diagonal();
-    diagonal_ = diagonal > 0 ? diagonal : 1;
+    diagonal_ = checked_diagonal(mesh, options);
     move_ = move_options(options, diagonal_);
-    const double tolerance = move_.vertices.tolerance;
-    require(tolerance > 0 && std::isfinite(tolerance), "the tolerance and the shape's size leave no positive length");
     require(options.normals.empty() || options.normals.size() == mesh.positions.size(),
             "give a normal for each vertex");
   }
@@ -107,7 +66,7 @@ class Replayer {
     shape_.positions = mesh_.positions;
     shape_.companions = companions_.points;
     if (!reads_own_surface()) shadow_ = shape_;
-    describe_plan();
+    result_.warnings = plan_warnings(session_, options_, plan_);
     std::uint64_t work = 0;
     for (const Task& task : plan_.tasks) {
       carry_out(task);
@@ -128,31 +87,12 @@ class Replayer {
   // and resolves to the same, at every accuracy. Where that is not the default a shadow of the shape goes along that
   // has it.
   bool reads_own_surface() const {
-    const ReplayOptions usual;
-    const bool is_usual = options_.tolerance == usual.tolerance && options_.integrator == usual.integrator &&
-                          options_.precision == usual.precision;
-    return is_usual || options_.inverse ||
+    return is_usual(options_) || options_.inverse ||
            std::none_of(plan_.strokes.begin(), plan_.strokes.end(),
                         [](const PlannedStroke& stroke) { return reads_surface(stroke.source->stroke); });
   }
 
-  MoveOptions shadow_move() const {
-    ReplayOptions usual;
-    usual.threads = options_.threads;
-    usual.progress = options_.progress;
-    return move_options(usual, diagonal_);
-  }
-
-  void describe_plan() {
-    if (options_.precision == Precision::float32 && options_.tolerance < kFloatNoise) {
-      result_.warnings.push_back(
-          fmt::format("a tolerance of {} is below what single precision resolves ({}); use double precision",
-                      options_.tolerance, kFloatNoise));
-    }
-    for (const PlannedStroke& stroke : plan_.strokes) {
-      for (const std::string& warning : warnings(stroke.source->stroke)) warn(stroke, warning);
-    }
-  }
+  MoveOptions shadow_move() const { return move_options(usual(options_), diagonal_); }
 
   void warn(const PlannedStroke& stroke, const std::string& what) {
     result_.warnings.push_back(to_string(place_of(session_, *stroke.source)) + ": " + what);
@@ -193,52 +133,31 @@ class Replayer {
     if (reads_surface(stroke.source->stroke)) resolve(stroke);
     at_ = options_.inverse ? stroke.segments() : 0;
     if (!options_.inverse) check_barrel_of(stroke);
+    if (options_.on_stroke) before_ = shape_.positions;
   }
 
   // Does the whole stroke ahead of the shape, for the segments that it becomes.
   void resolve(PlannedStroke& stroke) {
     MovedShape ahead = shadow_ ? *shadow_ : shape_;
-    const MoveOptions move_ahead = shadow_ ? shadow_move() : move_;
-    std::vector<SessionStroke>& resolved = result_.resolved;
-    LiveSurface surface;
-    surface.positions = ahead.positions;
-    surface.triangles = triangles();
+    std::function<std::vector<Vec3d>()> normals;
     if (!options_.normals.empty()) {
-      surface.normals = [&] { return carried_normals(companions_, ahead.companions, options_.normals); };
+      normals = [&] { return carried_normals(companions_, ahead.companions, options_.normals); };
     }
-    surface.apply = [&](const Stroke& part) {
-      Flow flow = flow_of(part);
-      stroke.barrel = barrel_of(part);
-      append(part, stroke.source->line, resolved);
-      if (!stroke.barrel) move(flow, move_ahead, ahead);  // else after its check
-      std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
-      return ahead.counts.status == AdvectStatus::done;
-    };
-    std::vector<std::string> remarks;
-    try {
-      const std::optional<double> penetration =
-          apply_on(stroke.source->stroke, stroke.tool.get(), options_.threads, surface, remarks);
-      if (penetration) result_.penetration = std::max(*penetration, result_.penetration.value_or(0));
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(place_of(session_, *stroke.source), error.what());
-    }
-    for (const std::string& remark : remarks) warn(stroke, remark);
+    SurfaceReading reading =
+        read_surface(session_, stroke, triangles(), normals, shadow_ ? shadow_move() : move_, ahead);
+    stroke.flow = std::move(reading.flow);
+    stroke.barrel = std::move(reading.barrel);
+    std::move(reading.parts.begin(), reading.parts.end(), std::back_inserter(result_.resolved));
+    if (reading.penetration) result_.penetration = std::max(*reading.penetration, result_.penetration.value_or(0));
+    for (const std::string& remark : reading.remarks) warn(stroke, remark);
     shape_.counts.status = ahead.counts.status;
     if (stroke.barrel) return;
     (shadow_ ? shadow_ : ahead_) = std::move(ahead);
   }
 
   void check_barrel_of(const PlannedStroke& stroke) {
-    if (!stroke.barrel) return;
-    const BarrelCheck found = check_barrel(*stroke.barrel, shape_.positions, triangles());
-    if (found.crossing > 0) {
-      throw InvalidInput(place_of(session_, *stroke.source), describe_refusal(*stroke.barrel, found));
-    }
-    if (found.later > 0) {
-      warn(stroke, fmt::format("{} triangles cross the cylinder of \"radius\" {} where the bend arrives later, and may "
-                               "be torn; look there, or choose another radius",
-                               found.later, stroke.barrel->radius));
-    }
+    const std::optional<std::string> warning = barrel_warning(session_, stroke, shape_.positions, triangles());
+    if (warning) warn(stroke, *warning);
   }
 
   // Moves a shape from one moment of the stroke to another, in segments.
@@ -293,7 +212,8 @@ class Replayer {
 
   void deliver(const MovedShape& shape) {
     if (!options_.on_frame) return;
-    options_.on_frame(frame_++, shape.positions, carried_normals(companions_, shape.companions, options_.normals));
+    const std::vector<Vec3d> normals = carried_normals(companions_, shape.companions, options_.normals);
+    options_.on_frame({frame_++, shape.positions, normals});
   }
 
   void advance(const PlannedStroke& stroke, double to) {
@@ -319,6 +239,13 @@ class Replayer {
     } else if (!reads_surface(stroke.source->stroke)) {
       result_.resolved.push_back(*stroke.source);
     }
+    if (options_.on_stroke && shape_.counts.status == AdvectStatus::done) report_stroke(stroke);
+  }
+
+  void report_stroke(const PlannedStroke& stroke) const {
+    const double segments = stroke.segments();
+    const Flow flow = options_.inverse ? flow_between(stroke.flow, segments, 0) : prefix(stroke.flow, segments);
+    options_.on_stroke({stroke.source->line, flow, {mesh_, before_}, {mesh_, shape_.positions}, nullptr});
   }
 
   const Mesh& mesh_;
@@ -334,6 +261,7 @@ class Replayer {
   std::optional<MovedShape> shadow_;  // the shape at the default accuracy, where strokes read that
   std::optional<MovedShape> ahead_;   // after the whole of the stroke, where that is known
   std::optional<TakenBack> taken_back_;
+  std::vector<Vec3d> before_;  // the positions at the stroke's beginning, for on_stroke
   int frame_ = 0;
   ReplayResult result_;
 };
@@ -341,12 +269,20 @@ class Replayer {
 }  // namespace
 
 ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
-  return Replayer(mesh, session, options).run();
+  if (options.remesh) validate(*options.remesh);
+  if (session_detail::remeshes(mesh, session, options)) {
+    return session_detail::replay_remeshed(mesh, session, options);
+  }
+  ReplayResult result = Replayer(mesh, session, options).run();
+  const std::optional<std::string> ignored = session_detail::ignored_remesh(mesh, session, options);
+  if (ignored) result.warnings.push_back(*ignored);
+  return result;
 }
 
 std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   std::uint64_t segments = 0;
   for (const Task& task : make_plan(session, options).tasks) segments += task.work;
+  if (session_detail::remeshes(mesh, session, options) && session_detail::reads_first(session, options)) segments *= 2;
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
   return segments * (mesh.positions.size() + 4 * static_cast<std::size_t>(carried));
 }

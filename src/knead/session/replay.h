@@ -10,9 +10,36 @@
 
 #include "knead/flow/advect.h"
 #include "knead/mesh/mesh.h"
+#include "knead/remesh/remesh.h"
 #include "knead/session/session.h"
 
 namespace knead {
+
+// A moment of the deformation.
+struct ReplayFrame {
+  int index = 0;
+  std::span<const Vec3d> positions;
+  std::span<const Vec3d> normals;  // as many as in the options
+  // The shape where strokes so far were remeshed, and for each of its faces the face of the input that it lies in. Null
+  // and none: the faces are the input's.
+  const Mesh* mesh = nullptr;
+  std::span<const std::uint32_t> face_source{};
+};
+
+// A shape's faces with vertices at these positions, which need not be those of the mesh.
+struct PosedMesh {
+  const Mesh& mesh;
+  std::span<const Vec3d> positions;
+};
+
+// What one stroke did, as far as it was to be done.
+struct AppliedStroke {
+  std::size_t line = 0;  // of the session
+  const Flow& flow;      // which moved the vertices
+  PosedMesh before;
+  PosedMesh after;
+  const Remeshed* remeshed = nullptr;  // how the vertices and faces came from those before; null: they are the same
+};
 
 struct ReplayOptions {
   double tolerance = 1e-5;  // position error of one path line over one segment, relative to the shape's box diagonal
@@ -28,16 +55,29 @@ struct ReplayOptions {
   // `frames` moments, evenly spaced in strokes, the start and the end among them (1: the end only), given one after the
   // other to on_frame. 0: none.
   int frames = 0;
-  std::function<void(int index, std::span<const Vec3d> positions, std::span<const Vec3d> normals)> on_frame;
+  std::function<void(const ReplayFrame&)> on_frame{};
+  // Remeshing after every stroke; a stroke's own settings win. Nothing: only where strokes have settings of their own.
+  std::optional<RemeshSettings> remesh{};
+  // Where remeshed: one for each face of the mesh, or none; edges between faces of different labels (materials, groups)
+  // are kept like seams.
+  std::span<const std::uint32_t> face_labels{};
+  bool single_precision = true;  // where remeshed: triangles must not cross with positions rounded to float
+  std::function<void(const AppliedStroke&)> on_stroke{};  // called as each stroke is completed
 };
 
 struct ReplayResult {
   AdvectStatus status = AdvectStatus::done;
-  std::size_t failed_line = 0;       // of the session, where status is step_limit: the stroke that could not be done
-  std::vector<Vec3d> positions;      // of the deformed shape where status is done, else empty
-  std::vector<Vec3d> normals;        // as many as in the options
-  std::vector<std::uint32_t> steps;  // accepted steps of each vertex, over the session
-  std::uint64_t accepted_steps = 0;  // of all vertices
+  std::size_t failed_line = 0;   // of the session, where status is step_limit: the stroke that could not be done
+  std::vector<Vec3d> positions;  // of the deformed shape where status is done, else empty
+  // The deformed shape where a stroke was to be remeshed, with these positions; nothing: its faces are the input's.
+  std::optional<Mesh> mesh;
+  std::vector<std::uint32_t> face_source;    // for each face of mesh the face of the input that it lies in
+  std::vector<std::uint32_t> vertex_source;  // for each vertex of mesh the vertex of the input, or kNewVertex
+  std::vector<bool> touched;                 // for each vertex of mesh: whether it, or the surface there, was moved
+  RemeshCounts remesh;                       // of all strokes, added up; crossings: as the last left them
+  std::vector<Vec3d> normals;                // as many as in the options
+  std::vector<std::uint32_t> steps;  // accepted steps of each vertex, over the session; of a new one since it came
+  std::uint64_t accepted_steps = 0;  // of all vertices, and of the points that remeshing carried
   std::uint64_t rejected_steps = 0;
   std::uint64_t evaluations = 0;
   std::size_t strokes = 0;  // applied, a part of one counting as one
@@ -52,6 +92,13 @@ struct ReplayResult {
 // frame is what `until` that moment gives. With `inverse`, `until` says which part of the session is taken back.
 // Strokes that read the surface read it as it is at the default tolerance, integrator and precision, whatever the
 // options: `resolved` does not depend on these, and repeats the result to the bit.
+//
+// Remeshing: a stroke takes the vertices from its beginning to where it is to end, then the mesh is made to follow
+// (remesh/remesh.h), with targets from the input mesh, so that they are the same for all strokes. Every frame within a
+// stroke is remeshed from the stroke's beginning. A stroke that reads the surface reads the remeshed one, and is
+// remeshed once: not after each of the strokes that it resolves to. Marked regions given by vertices' numbers are
+// refused once a remesh has changed these. Point clouds are not remeshed, nor is a shape taken back by `inverse`.
+//
 // Normals are accurate to about 1e-5, which costs four further path lines in double precision for each.
 // Throws InvalidInput for options out of range (before anything is done), and, naming the session's line, for a stroke
 // whose barrel cuts triangles of the shape as it is when the stroke begins, perhaps after frames were delivered.

@@ -136,9 +136,9 @@ TEST(Replay, InverseReturns) {
 void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
   std::vector<std::vector<Vec3d>> delivered;
   options.frames = frames;
-  options.on_frame = [&](int index, std::span<const Vec3d> positions, auto) {
-    EXPECT_EQ(index, static_cast<int>(delivered.size()));
-    delivered.emplace_back(positions.begin(), positions.end());
+  options.on_frame = [&](const ReplayFrame& frame) {
+    EXPECT_EQ(frame.index, static_cast<int>(delivered.size()));
+    delivered.emplace_back(frame.positions.begin(), frame.positions.end());
   };
   Progress progress;
   options.progress = &progress;
@@ -179,12 +179,15 @@ TEST(Replay, FramesOfTheInverseGoBackTheSameWay) {
   options.tolerance = 1e-7;
   options.frames = 9;
   std::vector<std::vector<Vec3d>> there;
-  options.on_frame = [&](int, std::span<const Vec3d> p, auto) { there.emplace_back(p.begin(), p.end()); };
+  options.on_frame = [&](const ReplayFrame& frame) {
+    there.emplace_back(frame.positions.begin(), frame.positions.end());
+  };
   mesh.positions = result_of(mesh, varied(), options);
   int met = 0;
   options.inverse = true;
-  options.on_frame = [&](int k, std::span<const Vec3d> p, auto) {
-    for (std::size_t i = 0; i < p.size(); ++i) EXPECT_LT(norm(p[i] - there[8 - k][i]), 1e-4);
+  options.on_frame = [&](const ReplayFrame& frame) {
+    const std::span<const Vec3d> p = frame.positions;
+    for (std::size_t i = 0; i < p.size(); ++i) EXPECT_LT(norm(p[i] - there[8 - frame.index][i]), 1e-4);
     ++met;
   };
   replay(mesh, varied(), options);
@@ -198,9 +201,9 @@ TEST(Replay, CancelsAndLeavesTheMesh) {
   ReplayOptions options;
   options.progress = &progress;
   options.frames = 9;
-  options.on_frame = [&](int index, std::span<const Vec3d>, auto) {
-    if (index == 3) progress.cancel = true;
-    EXPECT_LE(index, 3);
+  options.on_frame = [&](const ReplayFrame& frame) {
+    if (frame.index == 3) progress.cancel = true;
+    EXPECT_LE(frame.index, 3);
   };
   const ReplayResult result = replay(mesh, varied(), options);
   EXPECT_EQ(result.status, AdvectStatus::cancelled);
@@ -290,8 +293,8 @@ TEST(Replay, TakesBackABentFingerAndNothingElse) {
   options.inverse = true;
   options.frames = 3;
   std::vector<Vec3d> first;
-  options.on_frame = [&](int index, std::span<const Vec3d> positions, auto) {
-    if (index == 0) first.assign(positions.begin(), positions.end());
+  options.on_frame = [&](const ReplayFrame& frame) {
+    if (frame.index == 0) first.assign(frame.positions.begin(), frame.positions.end());
   };
   const auto back = replay(bent, session, options).positions;
   const double diagonal = bounding_box(hand.positions).diagonal();
@@ -382,7 +385,8 @@ TEST(Replay, NormalsOfFramesAreThoseOfTheirMoment) {
     options.frames = 5;
     std::vector<Vec3d> last;
     int changed = 0;
-    options.on_frame = [&](int, std::span<const Vec3d>, std::span<const Vec3d> of_frame) {
+    options.on_frame = [&](const ReplayFrame& frame) {
+      const std::span<const Vec3d> of_frame = frame.normals;
       ASSERT_EQ(of_frame.size(), normals.size());
       if (!last.empty() && !std::equal(last.begin(), last.end(), of_frame.begin())) ++changed;
       last.assign(of_frame.begin(), of_frame.end());

@@ -13,6 +13,7 @@
 #include "knead/mesh/edges.h"
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
+#include "knead/session/stroke_proof.h"
 
 namespace knead {
 
@@ -23,11 +24,13 @@ bool same_bits(const Vec3d& a, const Vec3d& b) {
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
-void add_displacements(const Mesh& mesh, const std::vector<Vec3d>& after, Report& report) {
-  for (std::size_t i = 0; i < after.size(); ++i) {
-    if (same_bits(mesh.positions[i], after[i])) continue;
+void add_displacements(const Mesh& mesh, const ReplayResult& result, Report& report) {
+  for (std::size_t i = 0; i < result.positions.size(); ++i) {
+    const std::size_t source = result.mesh ? result.vertex_source[i] : i;
+    if (source != kNewVertex && same_bits(mesh.positions[source], result.positions[i])) continue;
     ++report.moved_vertices;
-    report.max_displacement = std::max(report.max_displacement, norm(after[i] - mesh.positions[i]));
+    if (source == kNewVertex) continue;
+    report.max_displacement = std::max(report.max_displacement, norm(result.positions[i] - mesh.positions[source]));
   }
 }
 
@@ -41,15 +44,19 @@ void add_steps(const ReplayResult& result, Report& report) {
 }
 
 // What is measured of the faces: four things that do not depend on each other, on as many threads as there are.
-void add_measures(const Mesh& mesh, const std::vector<Vec3d>& after, int threads, Report& report) {
+void add_measures(const Mesh& mesh, const ReplayResult& result, int threads, Report& report) {
+  const Mesh& after = result.mesh ? *result.mesh : mesh;
   VolumeAndArea before;
   VolumeAndArea deformed;
   bool has_volume = false;
   const std::array<std::function<void()>, 4> works{
-      [&] { report.flipped_triangles = count_flipped(mesh, mesh.positions, after); },
+      [&] {
+        report.flipped_triangles = result.mesh ? session_detail::opposing_more(mesh, after)
+                                               : count_flipped(mesh, mesh.positions, result.positions);
+      },
       [&] { has_volume = is_closed_and_oriented(mesh); },
       [&] { before = measure_volume_and_area(mesh, mesh.positions); },
-      [&] { deformed = measure_volume_and_area(mesh, after); },
+      [&] { deformed = measure_volume_and_area(after, result.positions); },
   };
   parallel_for(works.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) works[i]();
@@ -62,9 +69,60 @@ void add_measures(const Mesh& mesh, const std::vector<Vec3d>& after, int threads
   if (has_volume && std::isfinite(error)) report.volume_error = error;
 }
 
+void add_remesh(const ReplayResult& result, Report& report) {
+  if (!result.mesh) return;
+  RemeshReport& remesh = report.remesh.emplace();
+  remesh.splits = result.remesh.splits;
+  remesh.collapses = result.remesh.collapses;
+  remesh.flips = result.remesh.flips;
+  remesh.complete = result.remesh.complete;
+  if (!report.volume_error) return;
+  remesh.missing_volume = result.remesh.missing_volume / report.volume_before;
+  remesh.compensated_volume = result.remesh.compensated_volume / report.volume_before;
+  remesh.volume_error_uncompensated = *report.volume_error - *remesh.compensated_volume;
+}
+
 template <class T>
 nlohmann::ordered_json or_null(const std::optional<T>& value) {
   return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json json_of(const RemeshReport& remesh) {
+  return {{"splits", remesh.splits},
+          {"collapses", remesh.collapses},
+          {"flips", remesh.flips},
+          {"missing_volume", or_null(remesh.missing_volume)},
+          {"compensated_volume", or_null(remesh.compensated_volume)},
+          {"volume_error_uncompensated", or_null(remesh.volume_error_uncompensated)},
+          {"complete", remesh.complete}};
+}
+
+nlohmann::ordered_json json_of(const Certificate& certificate) {
+  nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
+  for (const StrokeDistance& stroke : certificate.strokes) {
+    strokes.push_back(
+        {{"line", stroke.line}, {"points", stroke.points}, {"distance_rms", stroke.rms}, {"distance_max", stroke.max}});
+  }
+  return {{"crossings_before", certificate.crossings_before},
+          {"crossings_after", certificate.crossings_after},
+          {"flipped_triangles", certificate.flipped_triangles},
+          {"degenerate_before", certificate.degenerate_before},
+          {"degenerate_after", certificate.degenerate_after},
+          {"closed_before", certificate.closed_before},
+          {"closed_after", certificate.closed_after},
+          {"euler_before", certificate.euler_before},
+          {"euler_after", certificate.euler_after},
+          {"volume_error", or_null(certificate.volume_error)},
+          {"volume_error_integration", certificate.volume_error_integration},
+          {"volume_error_sampling", or_null(certificate.volume_error_sampling)},
+          {"motion_outside", certificate.motion_outside},
+          {"smallest_angle_before", or_null(certificate.smallest_angle_before)},
+          {"smallest_angle_after", or_null(certificate.smallest_angle_after)},
+          {"touched_angle_before", or_null(certificate.touched_angle_before)},
+          {"touched_angle_after", or_null(certificate.touched_angle_after)},
+          {"distance_rms", certificate.distance_rms},
+          {"distance_max", certificate.distance_max},
+          {"strokes", strokes}};
 }
 
 }  // namespace
@@ -72,8 +130,8 @@ nlohmann::ordered_json or_null(const std::optional<T>& value) {
 Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
                    const ReportSeconds& seconds) {
   Report report;
-  report.vertices = mesh.vertex_count();
-  report.faces = mesh.face_count();
+  report.vertices = result.positions.size();
+  report.faces = result.mesh ? result.mesh->face_count() : mesh.face_count();
   report.strokes = result.strokes;
   report.segments = result.segments;
   report.penetration = result.penetration;
@@ -84,9 +142,10 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
   report.simd = simd_name();
   report.precision = options.precision;
   report.tolerance = options.tolerance;
-  add_displacements(mesh, result.positions, report);
+  add_displacements(mesh, result, report);
   add_steps(result, report);
-  add_measures(mesh, result.positions, options.threads, report);
+  add_measures(mesh, result, options.threads, report);
+  add_remesh(result, report);
   return report;
 }
 
@@ -121,6 +180,8 @@ std::string to_json(const Report& report) {
       {"self_intersections_after", or_null(report.self_intersections_after)},
   };
   if (report.penetration) json["penetration"] = *report.penetration;
+  if (report.remesh) json["remesh"] = json_of(*report.remesh);
+  if (report.certificate) json["certificate"] = json_of(*report.certificate);
   return json.dump(2) + "\n";
 }
 

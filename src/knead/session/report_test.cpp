@@ -12,7 +12,9 @@ namespace {
 
 Session one_stroke() {
   Session session;
-  session.strokes.push_back({ImplicitStroke{{{1, 0, 0}, {1.3, 0, 0}, {1.5, 0, 0}}, 0.2, 0.6}, 2});
+  SessionStroke& stroke = session.strokes.emplace_back();
+  stroke.stroke = ImplicitStroke{{{1, 0, 0}, {1.3, 0, 0}, {1.5, 0, 0}}, 0.2, 0.6};
+  stroke.line = 2;
   return session;
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "knead/remesh/remesh.h"
 #include "knead/tool/stroke.h"
 
 namespace knead {
@@ -15,6 +16,9 @@ namespace knead {
 struct SessionStroke {
   Stroke stroke;
   std::size_t line = 0;  // of the session file, from 1; 0: of none
+  // How the mesh is made to follow the stroke: what the latest remesh event before it says. Nothing: vertices and faces
+  // stay as they are.
+  std::optional<RemeshSettings> remesh{};
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
@@ -38,12 +42,15 @@ Session read_session(const std::filesystem::path& path);
 // The same for text at hand; `name` stands for the file in messages.
 Session parse_session(std::string_view text, const std::string& name);
 
-// A session file of the header and the strokes in effect; parses back to the same strokes, to the bit.
+// A session file of the header and the strokes in effect, with a remesh event where the settings change from one stroke
+// to the next; parses back to the same strokes, to the bit.
 std::string serialize_session(const Session& session);
 
-// The first line of a session file, and one stroke as a line of it; without the line end. Numbers are written in the
+// The first line of a session file, one stroke as a line of it, and the remesh event after which strokes have these
+// settings; without the line end. Numbers are written in the
 // shortest form that reads back as the same; keys at their defaults are left out.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
+std::string remesh_line(const std::optional<RemeshSettings>& settings);
 
 }  // namespace knead

@@ -55,7 +55,7 @@ void expect_errors(const std::vector<Case>& cases) {
 TEST(SessionErrors, OfEventsNameTheKeyAndWhatWasExpected) {
   expect_errors({
       {R"({})", R"(the line is an empty object)"},
-      {R"({"stroke": 1})", R"(unknown key "stroke"; an event has the keys "tool", "undo", "redo")"},
+      {R"({"stroke": 1})", R"(unknown key "stroke"; an event has the keys "tool", "undo", "redo", "remesh")"},
       {R"({"undo": 1})", R"("undo" must be a whole number from 1 to the 0 strokes in effect, got 1)"},
       {R"({"redo": 1})", R"("redo" must be a whole number from 1 to the 0 strokes to be redone, got 1)"},
       {R"({"undo": 0})", R"("undo" must be a whole number from 1)"},
@@ -71,10 +71,24 @@ TEST(SessionErrors, OfEventsNameTheKeyAndWhatWasExpected) {
   });
 }
 
-TEST(SessionErrors, OfWhatIsNotThereYetSaySo) {
+TEST(SessionErrors, OfRemeshEventsNameTheKeyAndWhatWasExpected) {
   expect_errors({
-      {R"({"remesh": null})", R"("remesh" is not available in this version of knead)"},
-      {R"({"remesh": {"edge": 1}})", R"("remesh" is not available in this version of knead)"},
+      {R"({"remesh": true})", R"("remesh" must be null, or an object {...}, got true)"},
+      {R"({"remesh": {"edge": 1}})",
+       R"(unknown key "edge"; a remesh event has the keys "max_edge", "max_angle_deg", "max_chord", "min_edge", "iter)"},
+      {R"({"remesh": {}, "undo": 1})", R"(unknown key )"},
+      {R"({"remesh": {"max_edge": "long"}})", R"("remesh" "max_edge" must be a number, got "long")"},
+      {R"({"remesh": {"max_edge": null}})", R"("remesh" "max_edge" must be a number, got null)"},
+      {R"({"remesh": {"max_edge": 0}})", R"("remesh" "max_edge" must be )"},
+      {R"({"remesh": {"max_edge": -1}})", R"("remesh" "max_edge" must be )"},
+      {R"({"remesh": {"max_angle_deg": 181}})", R"("remesh" "max_angle_deg" must be )"},
+      {R"({"remesh": {"max_angle_deg": 0}})", R"("remesh" "max_angle_deg" must be )"},
+      {R"({"remesh": {"max_chord": 1}})", R"("remesh" "max_chord" must be )"},
+      {R"({"remesh": {"max_chord": 0}})", R"("remesh" "max_chord" must be )"},
+      {R"({"remesh": {"min_edge": -0.1}})", R"("remesh" "min_edge" must be )"},
+      {R"({"remesh": {"iterations": 1.5}})", R"("remesh" "iterations" must be a whole number)"},
+      {R"({"remesh": {"iterations": 101}})", R"("remesh" "iterations" must be )"},
+      {R"({"remesh": {"iterations": -1}})", R"("remesh" "iterations" must be )"},
   });
 }
 

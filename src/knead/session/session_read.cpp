@@ -100,7 +100,7 @@ class SessionReader {
   void read_event(const JsonValue& line) {
     const JsonObject event(line, place_, "an event");
     if (event.has("tool")) {
-      session_.strokes.push_back({session_detail::read_stroke(line, place_), place_.line});
+      session_.strokes.push_back({session_detail::read_stroke(line, place_), place_.line, remesh_});
       undone_.clear();
     } else if (event.has("undo")) {
       event.allow({"undo"});
@@ -109,10 +109,12 @@ class SessionReader {
       event.allow({"redo"});
       move_last(event.at("redo"), undone_, session_.strokes, "to be redone");
     } else if (event.has("remesh")) {
-      throw InvalidInput(place_, R"("remesh" is not available in this version of knead; take the line out)");
+      event.allow({"remesh"});
+      remesh_ = session_detail::read_remesh(event.at("remesh"), place_);
     } else {
-      event.allow({"tool", "undo", "redo"});
-      throw InvalidInput(place_, R"(the line is an empty object; an event has the key "tool", "undo" or "redo")");
+      event.allow({"tool", "undo", "redo", "remesh"});
+      throw InvalidInput(place_,
+                         R"(the line is an empty object; an event has the key "tool", "undo", "redo" or "remesh")");
     }
   }
 
@@ -131,7 +133,8 @@ class SessionReader {
 
   Place place_;
   Session session_;
-  std::vector<SessionStroke> undone_;  // the one to be redone first at the end
+  std::vector<SessionStroke> undone_;     // the one to be redone first at the end
+  std::optional<RemeshSettings> remesh_;  // of the strokes that follow
 };
 
 [[noreturn]] void fail_to_read(const std::string& file) {

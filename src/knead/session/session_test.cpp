@@ -133,7 +133,9 @@ TEST(Session, RoundTripsEveryStrokeToTheBit) {
     const std::string line = stroke_line(stroke);
     const Session session = parse_session(kHeader + line + "\n", "s.knead");
     ASSERT_EQ(session.strokes.size(), 1u);
-    EXPECT_EQ(session.strokes[0], (SessionStroke{stroke, 2})) << "seed " << kSeed << ", line " << line;
+    EXPECT_EQ(session.strokes[0].stroke, stroke) << "seed " << kSeed << ", line " << line;
+    EXPECT_EQ(session.strokes[0].line, 2u);
+    EXPECT_EQ(session.strokes[0].remesh, std::nullopt);
     EXPECT_EQ(stroke_line(session.strokes[0].stroke), line);  // tells 0 from -0 too
   }
 }
@@ -146,6 +148,59 @@ TEST(Session, RoundTripsAsAWhole) {
   session.note = "Grüße, \t and \x01";
   for (std::size_t i = 0; i < 20; ++i) session.strokes.push_back({strokes.next(), i + 2});
   EXPECT_EQ(parse_session(serialize_session(session), "s.knead"), session);
+}
+
+RemeshSettings random_settings(std::mt19937_64& random) {
+  const auto chance = [&] { return random() % 2 == 0; };
+  const auto fraction = [&] { return std::uniform_real_distribution<double>(0.01, 0.4)(random); };
+  RemeshSettings settings;
+  if (chance()) settings.max_edge = 1 + fraction();
+  if (chance()) settings.max_angle_deg = 100 * fraction();
+  if (chance()) settings.max_chord = fraction();
+  if (chance()) settings.min_edge = fraction();
+  if (chance()) settings.iterations = static_cast<int>(random() % 100);
+  return settings;
+}
+
+TEST(Session, RoundTripsRemeshSettings) {
+  constexpr unsigned kSeed = 16;
+  std::mt19937_64 random(kSeed);
+  RandomStrokes strokes(17);
+  for (int round = 0; round < 100; ++round) {
+    Session session;
+    session.name = "s.knead";
+    std::optional<RemeshSettings> current;
+    std::size_t line = 1;
+    for (int i = 0; i < 6; ++i) {
+      const std::optional<RemeshSettings> before = current;
+      if (random() % 2 == 0) current = random_settings(random);
+      if (random() % 4 == 0) current.reset();
+      if (current != before) ++line;
+      session.strokes.push_back({strokes.next(), ++line, current});
+    }
+    EXPECT_EQ(parse_session(serialize_session(session), "s.knead"), session) << "seed " << kSeed;
+  }
+}
+
+// An undo takes back strokes, not settings; a stroke that is redone comes back with its own.
+TEST(Session, StrokesHaveTheRemeshSettingsThatTheyWereDrawnWith) {
+  const std::string stroke = stroke_line(RotateStroke{{}, {0, 0, 1}, 1, 1, 2}) + "\n";
+  RemeshSettings fine;
+  fine.max_edge = 0.5;
+  fine.iterations = 2;
+  const std::string text = kHeader + stroke + "{\"remesh\": {}}\n" + stroke + remesh_line(fine) + "\n{\"undo\": 1}\n" +
+                           "{\"redo\": 1}\n" + stroke + "{\"undo\": 2}\n" + stroke + "{\"remesh\": null}\n" + stroke;
+  const Session session = parse_session(text, "s.knead");
+  ASSERT_EQ(session.strokes.size(), 3u);
+  EXPECT_EQ(session.strokes[0].remesh, std::nullopt);
+  EXPECT_EQ(session.strokes[1].remesh, fine);
+  EXPECT_EQ(session.strokes[2].remesh, std::nullopt);
+  const std::string redone =
+      kHeader + "{\"remesh\": {}}\n" + stroke + "{\"undo\": 1}\n{\"remesh\": null}\n{\"redo\": 1}\n";
+  EXPECT_EQ(parse_session(redone, "s.knead").strokes.at(0).remesh, RemeshSettings{});
+  EXPECT_EQ(remesh_line(std::nullopt), "{\"remesh\": null}");
+  EXPECT_EQ(remesh_line(RemeshSettings{}), "{\"remesh\": {}}");
+  EXPECT_EQ(remesh_line(fine), "{\"remesh\": {\"max_edge\": 0.5, \"iterations\": 2}}");
 }
 
 TEST(Session, ReadsTheExampleOfItsSpecification) {

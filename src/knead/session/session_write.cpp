@@ -62,7 +62,7 @@ class LineWriter {
     if (automatic) add("radius", std::string("auto"));
   }
 
-  std::string finish() const { return line_ + "}"; }
+  std::string finish() const { return line_.empty() ? "{}" : line_ + "}"; }
 
  private:
   std::string line_;
@@ -117,6 +117,17 @@ ObjectText object_of(const HandlesRotation& motion) {
   object.add("rotate", motion.axis);
   object.add("center", motion.center);
   object.add("angle_deg", motion.angle_deg);
+  return {object.finish()};
+}
+
+ObjectText object_of(const std::optional<RemeshSettings>& settings) {
+  if (!settings) return {"null"};
+  LineWriter object;
+  object.add_optional("max_edge", settings->max_edge);
+  object.add_optional("max_angle_deg", settings->max_angle_deg);
+  object.add_optional("max_chord", settings->max_chord);
+  object.add_optional("min_edge", settings->min_edge);
+  object.add_optional("iterations", settings->iterations);
   return {object.finish()};
 }
 
@@ -201,9 +212,20 @@ std::string stroke_line(const Stroke& stroke) {
   return line.finish();
 }
 
+std::string remesh_line(const std::optional<RemeshSettings>& settings) {
+  LineWriter line;
+  line.add("remesh", object_of(settings));
+  return line.finish();
+}
+
 std::string serialize_session(const Session& session) {
   std::string text = header_line(session.mesh, session.note) + "\n";
-  for (const SessionStroke& stroke : session.strokes) text += stroke_line(stroke.stroke) + "\n";
+  std::optional<RemeshSettings> remesh;
+  for (const SessionStroke& stroke : session.strokes) {
+    if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";
+    remesh = stroke.remesh;
+    text += stroke_line(stroke.stroke) + "\n";
+  }
   return text;
 }
 

@@ -232,4 +232,23 @@ Stroke read_stroke(const JsonValue& line, const Place& place) {
   return stroke;
 }
 
+std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place) {
+  if (value.json().is_null()) return std::nullopt;
+  if (!value.json().is_object()) value.fail("null, or an object {...}");
+  const JsonObject object(value, place, "a remesh event");
+  object.allow({"max_edge", "max_angle_deg", "max_chord", "min_edge", "iterations"});
+  RemeshSettings settings;
+  settings.max_edge = object.optional_number("max_edge");
+  settings.max_angle_deg = object.optional_number("max_angle_deg");
+  settings.max_chord = object.optional_number("max_chord");
+  settings.min_edge = object.optional_number("min_edge");
+  if (object.has("iterations")) settings.iterations = static_cast<int>(object.at("iterations").integer());
+  try {
+    validate(settings);
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(place, fmt::format("{} {}", value.name(), error.what()));
+  }
+  return settings;
+}
+
 }  // namespace knead::session_detail

@@ -1,6 +1,9 @@
-// One stroke from its line's JSON. Internal to the session room.
+// One stroke, and the settings of a remesh event, from the line's JSON. Internal to the session room.
 #pragma once
 
+#include <optional>
+
+#include "knead/remesh/remesh.h"
 #include "knead/session/json_object.h"
 #include "knead/tool/stroke.h"
 
@@ -9,5 +12,8 @@ namespace knead::session_detail {
 // `line` is an object with the key "tool". Throws InvalidInput for anything that is not exactly a valid stroke of a
 // tool that this version has.
 Stroke read_stroke(const JsonValue& line, const Place& place);
+
+// The value at the key "remesh": null or an object. Throws InvalidInput as above.
+std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);
 
 }  // namespace knead::session_detail

@@ -1,0 +1,114 @@
+#include "certified.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+
+#include "command.h"
+#include "output.h"
+
+namespace knead::command {
+namespace {
+
+constexpr int kMostRefinements = 3;
+constexpr int kMostRounds = 100;
+
+struct Complaints {
+  std::string text;  // of the first
+  bool chords = false;
+  bool rounds = false;
+};
+
+std::optional<Complaints> complaints_of(const std::vector<Bound>& bounds, const Certificate& certificate) {
+  std::optional<Complaints> complaints;
+  for (const Bound& bound : bounds) {
+    const std::optional<std::string> complaint = unmet(bound, certificate);
+    if (!complaint) continue;
+    if (!complaints) complaints = Complaints{*complaint};
+    complaints->chords = complaints->chords || cure_for(bound) == Cure::shorter_chords;
+    complaints->rounds = complaints->rounds || cure_for(bound) == Cure::more_rounds;
+  }
+  return complaints;
+}
+
+void refine(const Complaints& complaints, std::optional<RemeshSettings>& settings) {
+  if (!settings) return;
+  if (complaints.chords) settings->max_chord = 0.5 * settings->max_chord.value_or(kDefaultMaxChord);
+  if (complaints.rounds) {
+    settings->iterations =
+        std::min(kMostRounds, 2 * std::max(1, settings->iterations.value_or(kDefaultRemeshIterations)));
+  }
+}
+
+void refine(const Complaints& complaints, Certified& certified) {
+  refine(complaints, certified.options.remesh);
+  for (SessionStroke& stroke : certified.session.strokes) refine(complaints, stroke.remesh);
+}
+
+void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
+  CertificateBuilder builder(shape.mesh, certified.options);
+  ReplayOptions watched = certified.options;
+  watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
+  certified.result = replay_watched(shape.mesh, certified.session, watched, quiet);
+  certified.certificate = builder.finish(certified.result, certified.options.precision == Precision::float32);
+}
+
+[[noreturn]] void refuse(const std::string& shape, const std::string& complaint, int refinements, bool remeshed) {
+  if (!remeshed) {
+    throw QualityError(fmt::format("{}: {}; add --remesh, or give a finer mesh", shape, complaint));
+  }
+  throw QualityError(fmt::format("{}: {}, also after {}; deform less at once, or give a finer mesh", shape, complaint,
+                                 counted(static_cast<std::size_t>(refinements), "refinement")));
+}
+
+}  // namespace
+
+Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
+                           const std::vector<Bound>& bounds, bool quiet) {
+  Certified certified{{}, {}, options, inputs.session};
+  if (bounds.empty()) {
+    if (check) {
+      certify(inputs.shape, quiet, certified);
+    } else {
+      certified.result = replay_watched(inputs.shape.mesh, inputs.session, options, quiet);
+    }
+    return certified;
+  }
+  certified.options.frames = 0;
+  for (int refinements = 0;; ++refinements) {
+    certify(inputs.shape, quiet || refinements > 0, certified);
+    const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
+    if (!complaints) break;
+    const bool remeshed = certified.result.mesh.has_value();
+    if (!remeshed || refinements == kMostRefinements)
+      refuse(inputs.session.name, complaints->text, refinements, remeshed);
+    if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));
+    refine(*complaints, certified);
+  }
+  certified.options.frames = options.frames;
+  if (options.frames > 0) replay_watched(inputs.shape.mesh, certified.session, certified.options, true);
+  return certified;
+}
+
+std::string line_of(const Certificate& c) {
+  std::string text =
+      fmt::format("{} crossing ({} before), {} flipped, {} without area; ", counted(c.crossings_after, "pair"),
+                  c.crossings_before, c.flipped_triangles, c.degenerate_after);
+  const bool kept = c.closed_before == c.closed_after && c.euler_before == c.euler_after;
+  text +=
+      fmt::format("{}, Euler {}{}; ", c.closed_after ? "closed" : "open", c.euler_after,
+                  kept ? "" : fmt::format(" (before: {}, {})", c.closed_before ? "closed" : "open", c.euler_before));
+  if (c.volume_error) {
+    text +=
+        fmt::format("volume error {:.2g} ({:.2g} of it integration); ", *c.volume_error, c.volume_error_integration);
+  }
+  if (c.touched_angle_before && c.touched_angle_after) {
+    text += fmt::format("smallest angle {:.3g} degrees ({:.3g} before) where touched; ", *c.touched_angle_after,
+                        *c.touched_angle_before);
+  }
+  text += c.motion_outside == 0 ? "nothing moved outside; " : fmt::format("{:.2g} moved outside; ", c.motion_outside);
+  return text + fmt::format("{:.2g} from the true image, {:.2g} at most", c.distance_rms, c.distance_max);
+}
+
+}  // namespace knead::command

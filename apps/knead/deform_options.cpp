@@ -1,0 +1,107 @@
+#include "deform_options.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "bounds.h"
+
+namespace knead::command {
+namespace {
+
+Integrator integrator_named(const std::string& name) {
+  struct Entry {
+    std::string_view name;
+    std::string_view long_name;
+    Integrator integrator;
+  };
+  constexpr std::array<Entry, 4> entries{{{"rk4", "runge-kutta", Integrator::rk4},
+                                          {"bs32", "bogacki-shampine", Integrator::bogacki_shampine},
+                                          {"dp54", "dormand-prince", Integrator::dormand_prince},
+                                          {"tsit5", "tsitouras", Integrator::tsitouras}}};
+  for (const Entry& entry : entries) {
+    if (name == entry.name || name == entry.long_name) return entry.integrator;
+  }
+  throw UsageError(fmt::format("--integrator {}: no such method; say rk4, bs32, dp54 or tsit5", name));
+}
+
+Precision precision_named(const std::string& name) {
+  if (name == "float") return Precision::float32;
+  if (name == "double") return Precision::float64;
+  throw UsageError(fmt::format("--precision {}: say float or double", name));
+}
+
+void check_backend(const std::string& name) {
+  if (name == "gpu") throw UsageError("this build has no GPU backend; leave --backend out");
+  if (name != "cpu") throw UsageError(fmt::format("--backend {}: say cpu", name));
+}
+
+}  // namespace
+
+ReplayOptions replay_options(const DeformOptions& options) {
+  if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
+    throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));
+  }
+  if (options.threads.value_or(1) < 1) {
+    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out for all", *options.threads));
+  }
+  if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
+    throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
+  }
+  if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
+  check_backend(options.backend);
+  ReplayOptions replay;
+  replay.tolerance = options.tolerance;
+  replay.integrator = integrator_named(options.integrator);
+  replay.precision = precision_named(options.precision);
+  replay.threads = options.threads.value_or(0);
+  replay.inverse = options.inverse;
+  replay.until = options.until;
+  replay.frames = options.frames.value_or(0);
+  replay.remesh = settings_of(options.remesh);
+  replay.single_precision = replay.precision == Precision::float32;
+  return replay;
+}
+
+void add_options(CLI::App& app, DeformOptions& options) {
+  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
+      ->required()
+      ->type_name("");
+  app.add_option("SESSION", options.session, "The strokes: a .knead file")->required()->type_name("");
+  app.add_option("-o,--output", options.output,
+                 "The file to write, in the format of its extension; may be SHAPE itself")
+      ->required()
+      ->type_name("FILE");
+  app.add_option("--tolerance", options.tolerance,
+                 "Position error of one path line over one segment, relative to the shape's box diagonal")
+      ->capture_default_str()
+      ->type_name("T");
+  app.add_option("--integrator", options.integrator,
+                 "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
+      ->capture_default_str()
+      ->type_name("NAME");
+  app.add_option("--backend", options.backend, "cpu")->capture_default_str()->type_name("NAME");
+  app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
+  app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
+  add_remesh_options(app, options.remesh);
+  app.add_flag("--check", options.check,
+               "Prove what the result is: crossings, flips, volume, angles, the distance to the true image");
+  app.add_option("--require", options.require,
+                 "Check, refine where the mesh is remeshed, and write nothing and exit with code 4 unless all of these "
+                 "hold: " +
+                     known_bounds())
+      ->type_name("LIST");
+  app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third")->type_name("S");
+  app.add_option("--frames", options.frames,
+                 "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d")
+      ->type_name("N");
+  app.add_option("--report", options.report, "Write a JSON report to this file; -: standard output")->type_name("FILE");
+  add_common_options(app, options.common);
+}
+
+}  // namespace knead::command

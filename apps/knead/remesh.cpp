@@ -1,0 +1,102 @@
+// knead remesh SHAPE -o OUT: a mesh refined and improved, its shape as it is.
+#include <fmt/format.h>
+
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+
+#include "command.h"
+#include "knead/io/materials.h"
+#include "knead/io/remeshed.h"
+#include "knead/math/error.h"
+#include "knead/remesh/remesh.h"
+#include "output.h"
+#include "remesh_options.h"
+
+namespace knead::command {
+namespace {
+
+struct RemeshCommand {
+  std::string shape;
+  std::string output;
+  RemeshFlags flags;
+  std::optional<int> threads;
+  CommonOptions common;
+};
+
+Remeshed remeshed(const Mesh& mesh, const RemeshSettings& settings, int threads) {
+  RemeshOptions options;
+  options.targets = resolve(settings, mesh);
+  options.whole = true;
+  options.threads = threads;
+  return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+}
+
+std::string json_of(const Remeshed& result) {
+  const RemeshCounts& counts = result.counts;
+  const nlohmann::ordered_json json{{"vertices", result.mesh.vertex_count()},
+                                    {"faces", result.mesh.face_count()},
+                                    {"splits", counts.splits},
+                                    {"collapses", counts.collapses},
+                                    {"flips", counts.flips},
+                                    {"complete", counts.complete}};
+  return json.dump(2) + "\n";
+}
+
+void run_remesh(RemeshCommand command) {
+  command.flags.remesh = true;
+  const RemeshSettings settings = *settings_of(command.flags);
+  if (command.threads.value_or(1) < 1) {
+    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out for all", *command.threads));
+  }
+  require_shape_extension(command.output);
+  require_writable(command.output);
+  const ShapeFile shape = read_shape(command.shape);
+  if (shape.mesh.face_count() == 0) {
+    throw InvalidInput(Place{command.shape}, "it has no faces, so nothing to remesh; give a mesh");
+  }
+  const bool quiet = command.common.quiet;
+  if (!quiet) {
+    for (const std::string& note : shape.notes) print_message(fmt::format("note: {}: {}", command.shape, note));
+    print_notes(remesh_losses(command.output, shape));
+  }
+  const Remeshed result = remeshed(shape.mesh, settings, command.threads.value_or(0));
+  write_remeshed(command.output, shape, result.mesh, result.face_source);
+  if (format_of(command.output) == "obj") copy_material_files(shape, command.shape, command.output);
+  if (command.common.json) {
+    print(json_of(result));
+  } else if (!quiet) {
+    const RemeshCounts& counts = result.counts;
+    print(fmt::format("{}: {} vertices, {} faces; {}, {}, {}\n", command.output, result.mesh.vertex_count(),
+                      result.mesh.face_count(), counted(counts.splits, "split"), counted(counts.collapses, "collapse"),
+                      counted(counts.flips, "flip")));
+    if (!counts.complete) print_notes(std::array{std::string("a limit came first; edges above the target remain")});
+  }
+}
+
+}  // namespace
+
+Subcommand add_remesh(CLI::App& parent) {
+  CLI::App* app = parent.add_subcommand("remesh", "Refine a mesh and improve its triangles");
+  const auto command = std::make_shared<RemeshCommand>();
+  app->add_option("SHAPE", command->shape, "A mesh: PLY, OBJ, STL, OFF or GLB")->required()->type_name("");
+  app->add_option("-o,--output", command->output,
+                  "The file to write, in the format of its extension; may be SHAPE itself")
+      ->required()
+      ->type_name("FILE");
+  add_edge_options(*app, command->flags);
+  app->add_option("--iterations", command->flags.iterations,
+                  fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations))
+      ->type_name("N");
+  app->add_option("--threads", command->threads, "How many threads (all); the result is the same")->type_name("N");
+  add_common_options(*app, command->common);
+  add_examples(*app,
+               "  knead remesh scan.ply -o even.ply\n"
+               "  knead remesh box.obj --max-edge 0.05 -o fine.obj\n"
+               "  knead remesh fine.obj --min-edge 0.1 --max-edge 0.5 --json -o coarse.obj");
+  return {app, [command] { run_remesh(*command); }};
+}
+
+}  // namespace knead::command

@@ -1,0 +1,80 @@
+#include "remesh_options.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "command.h"
+#include "knead/math/error.h"
+
+namespace knead::command {
+namespace {
+
+// How the settings' keys are spelled as options.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNames{{
+    {"\"max_edge\"", "--max-edge"},
+    {"\"max_angle_deg\"", "--max-angle"},
+    {"\"max_chord\"", "--max-chord"},
+    {"\"min_edge\"", "--min-edge"},
+}};
+
+std::string in_options(std::string text) {
+  for (const auto& [key, option] : kNames) {
+    for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key)) {
+      text.replace(at, key.size(), option);
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<RemeshSettings> settings_of(const RemeshFlags& flags) {
+  RemeshSettings settings;
+  settings.max_edge = flags.max_edge;
+  settings.max_angle_deg = flags.max_angle;
+  settings.max_chord = flags.max_chord;
+  settings.min_edge = flags.min_edge;
+  settings.iterations = flags.iterations;
+  if (!flags.remesh && settings == RemeshSettings{}) return std::nullopt;
+  if (flags.iterations && (*flags.iterations < 0 || *flags.iterations > 100)) {
+    throw UsageError(fmt::format("--remesh-iterations {}: give 0 to 100", *flags.iterations));
+  }
+  try {
+    validate(settings);
+  } catch (const InvalidInput& error) {
+    throw UsageError(in_options(error.what()));
+  }
+  return settings;
+}
+
+void add_edge_options(CLI::App& app, RemeshFlags& flags) {
+  app.add_option("--max-edge", flags.max_edge,
+                 "Split edges that are longer (twice what 95% of the shape's edges do not pass)")
+      ->type_name("LENGTH");
+  app.add_option("--min-edge", flags.min_edge,
+                 "Collapse edges that are shorter where the surface is flat (a quarter of the shape's mean edge)")
+      ->type_name("LENGTH");
+}
+
+void add_remesh_options(CLI::App& app, RemeshFlags& flags) {
+  app.add_flag("--remesh", flags.remesh,
+               "Let the mesh follow each stroke: split what it stretches, keep triangles well shaped; implied by the "
+               "next five");
+  add_edge_options(app, flags);
+  app.add_option("--max-angle", flags.max_angle,
+                 fmt::format("Split edges whose ends are turned apart by more ({})", kDefaultMaxAngleDeg))
+      ->type_name("DEGREES");
+  app.add_option("--max-chord", flags.max_chord,
+                 fmt::format("Split edges whose middle misses its true image by more, of the box diagonal ({})",
+                             kDefaultMaxChord))
+      ->type_name("PART");
+  app.add_option("--remesh-iterations", flags.iterations,
+                 fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations))
+      ->type_name("N");
+}
+
+}  // namespace knead::command

@@ -1,0 +1,194 @@
+#include "knead/flow/volume_drift.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "knead/field/dual.h"
+#include "knead/flow/closed_form.h"
+#include "knead/flow/contact.h"
+#include "knead/flow/segment_mover.h"
+#include "knead/math/error.h"
+
+namespace knead {
+
+namespace {
+
+// v and its gradient, whose rows are those of its components.
+struct Slope {
+  Vec3d velocity{};
+  Mat3d gradient{{}, {}, {}};
+};
+
+// v of one field at d from its centre where that rests.
+Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t) {
+  return std::visit(
+      [&](const auto& motion, const auto& region) -> Vec3<Dual> {
+        constexpr bool own = std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> ||
+                             std::is_same_v<std::decay_t<decltype(region)>, CustomRegion>;
+        if constexpr (own) {
+          throw InvalidInput("the derivatives of a motion or region of one's own are not known; use another field");
+        } else {
+          return velocity(motion, region, field.thresholds, d, Dual(t));
+        }
+      },
+      field.motion, field.region);
+}
+
+Slope slope_at(const Segment& segment, const Vec3d& x, double t) {
+  Vec3<Dual> sum{};
+  for (const Field& field : segment.fields) {
+    const Vec3<Dual> d = variables(x - field.center);
+    if (segment.time_law == TimeLaw::swept) {
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement * t), t);
+    } else {
+      sum += velocity_of(field, d, 0) * Dual(1 - t);
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement), 0) * Dual(t);
+    }
+  }
+  return {values(sum), {sum.x.g, sum.y.g, sum.z.g}};
+}
+
+// How fast the regions turn past a point.
+double turning_speed(const Segment& segment, const Vec3d& x) {
+  double angle = 0;
+  Vec3d center{};
+  for (const Field& field : segment.fields) {
+    if (const auto* half_space = std::get_if<HalfSpace<double>>(&field.region)) angle = half_space->turn_angle;
+    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) angle = handles->turn_angle;
+    center = field.center;
+  }
+  return std::abs(angle) * norm(x - center);
+}
+
+// One point's path line through one segment, and its Jacobian.
+class DriftLine {
+ public:
+  DriftLine(const Segment& segment, const AdvectOptions& options)
+      : segment_(segment),
+        tableau_(tableau(options.integrator)),
+        tolerance_(detail::kSafety * options.tolerance),
+        direction_(segment.end >= segment.begin ? 1 : -1),
+        reach_(detail::reach_of_step(segment)) {}
+
+  void run(Vec3d& x, Mat3d& jacobian) {
+    if (is_outside_cylinder(x)) return;
+    std::optional<double> contact = next_contact(segment_, x, segment_.begin);
+    if (!contact) return;
+    if (const std::optional<Vec3d> known = closed_form(segment_, x)) {
+      x += *known;
+      return;
+    }
+    x_ = x;
+    jacobian_ = jacobian;
+    double t = *contact;
+    double trial = std::abs(segment_.end - t);
+    for (int steps = 0; (segment_.end - t) * direction_ > 0 && steps < kMostSteps; ++steps) {
+      if (steps > 0 && slope_at(segment_, x_, t).velocity == Vec3d{}) {
+        contact = next_contact(segment_, x_, t);
+        if (!contact) break;
+        t = *contact;
+      }
+      step(t, trial);
+    }
+    x = x_;
+    jacobian = jacobian_;
+  }
+
+ private:
+  static constexpr int kMostSteps = 10'000;
+
+  bool is_outside_cylinder(const Vec3d& x) const {
+    if (!segment_.cylinder) return false;
+    const Vec3d d = x - segment_.cylinder->point;
+    return norm(cross(segment_.cylinder->direction, d)) > segment_.cylinder->radius;
+  }
+
+  double longest_step(const Vec3d& velocity) const {
+    const Vec3d tool = segment_.time_law == TimeLaw::swept ? segment_.displacement : Vec3d{};
+    const double speed = std::max(norm(velocity - tool), norm(tool)) + turning_speed(segment_, x_);
+    const double longest = std::isfinite(reach_) ? reach_ / std::max(speed, 1e-300) : 1.0 / 16;
+    return segment_.time_law == TimeLaw::swept ? longest : std::min(longest, 1.0 / 32);
+  }
+
+  void step(double& t, double& trial) {
+    evaluate(0, t, {}, jacobian_);
+    const double remaining = std::abs(segment_.end - t);
+    const double shortest = 1e-7 * std::min(1.0, longest_step(slopes_[0]));
+    for (;;) {
+      const double h = std::min({std::max(trial, shortest), longest_step(slopes_[0]), remaining});
+      const double error = try_step(t, h * direction_);
+      trial = h * step_factor(error);
+      if (error > tolerance_ && h > shortest) continue;
+      const double signed_h = h * direction_;
+      x_ += combine(slopes_, tableau_.b) * signed_h;
+      jacobian_ = jacobian_ + combine(rates_, tableau_.b) * signed_h;
+      t = h >= remaining ? segment_.end : t + signed_h;
+      return;
+    }
+  }
+
+  // The stages of a step; returns the error of x per unit of time.
+  double try_step(double t, double h) {
+    for (int i = 1; i < tableau_.stages; ++i) {
+      evaluate(i, t + h * tableau_.c[i], combine(slopes_, tableau_.a[i], i) * h,
+               jacobian_ + combine(rates_, tableau_.a[i], i) * h);
+    }
+    return norm(combine(slopes_, tableau_.e));
+  }
+
+  void evaluate(int stage, double t, const Vec3d& offset, const Mat3d& jacobian) {
+    const Slope slope = slope_at(segment_, x_ + offset, t);
+    slopes_[stage] = slope.velocity;
+    rates_[stage] = slope.gradient * jacobian;
+  }
+
+  using Weights = std::array<double, Tableau::kMaxStages>;
+
+  Vec3d combine(const std::array<Vec3d, Tableau::kMaxStages>& slopes, const Weights& weights) const {
+    return combine(slopes, weights, tableau_.stages);
+  }
+  static Vec3d combine(const std::array<Vec3d, Tableau::kMaxStages>& slopes, const Weights& weights, int count) {
+    Vec3d sum{};
+    for (int j = 0; j < count; ++j) sum += slopes[j] * weights[j];
+    return sum;
+  }
+  Mat3d combine(const std::array<Mat3d, Tableau::kMaxStages>& rates, const Weights& weights) const {
+    return combine(rates, weights, tableau_.stages);
+  }
+  static Mat3d combine(const std::array<Mat3d, Tableau::kMaxStages>& rates, const Weights& weights, int count) {
+    Mat3d sum{{}, {}, {}};
+    for (int j = 0; j < count; ++j) sum = sum + rates[j] * weights[j];
+    return sum;
+  }
+
+  double step_factor(double error) const {
+    const double ratio = tolerance_ / std::max(error, tolerance_ * 1e-4);
+    const double root = tableau_.error_order == 2 ? std::sqrt(ratio) : std::sqrt(std::sqrt(ratio));
+    return std::clamp(0.9 * root, 0.2, 5.0);
+  }
+
+  const Segment& segment_;
+  const Tableau& tableau_;
+  double tolerance_ = 0;
+  double direction_ = 1;
+  double reach_ = 0;
+  Vec3d x_{};
+  Mat3d jacobian_;
+  std::array<Vec3d, Tableau::kMaxStages> slopes_{};
+  std::array<Mat3d, Tableau::kMaxStages> rates_{};
+};
+
+}  // namespace
+
+double volume_drift(const Flow& flow, const AdvectOptions& options, Vec3d& x) {
+  validate(flow);
+  if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a length greater than 0");
+  Mat3d jacobian;
+  for (const Segment& segment : flow.segments) DriftLine(segment, options).run(x, jacobian);
+  return determinant(jacobian) - 1;
+}
+
+}  // namespace knead

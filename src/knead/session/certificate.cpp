@@ -1,0 +1,158 @@
+#include "knead/session/certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "knead/math/box.h"
+#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/triangulate.h"
+#include "knead/session/replay_shared.h"
+#include "knead/session/stroke_proof.h"
+
+namespace knead {
+
+namespace {
+
+Vec3d as_written(const Vec3d& p, bool as_float) { return as_float ? Vec3d(Vec3<float>(p)) : p; }
+
+// In degrees, of one triangle; nothing where it has no area.
+std::optional<double> smallest_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  if (is_degenerate(a, b, c)) return std::nullopt;
+  const double area = norm(cross(b - a, c - a));
+  const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
+  return std::atan2(area, widest) * 180 / std::numbers::pi;
+}
+
+// Of the chosen faces.
+std::optional<double> smallest_angle_of(const Mesh& mesh, const std::vector<bool>& faces) {
+  std::optional<double> smallest;
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (!faces[f] || mesh.face(f).size() < 3) continue;
+    triangles.clear();
+    triangulate_polygon(mesh.positions, mesh.face(f), triangles);
+    for (const Triangle& t : triangles) {
+      const std::optional<double> angle =
+          smallest_angle(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+      if (angle) smallest = std::min(*angle, smallest.value_or(*angle));
+    }
+  }
+  return smallest;
+}
+
+std::vector<bool> faces_at(const Mesh& mesh, const std::vector<bool>& vertices) {
+  std::vector<bool> faces(mesh.face_count());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    faces[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return vertices[v]; });
+  }
+  return faces;
+}
+
+// The result as a mesh with its positions as they are written, and which of its vertices were moved.
+struct WrittenShape {
+  Mesh mesh;
+  std::vector<bool> touched;
+  std::vector<std::uint32_t> face_source;  // empty: the faces are the input's
+};
+
+WrittenShape written_shape(const Mesh& before, const ReplayResult& result, bool as_float) {
+  WrittenShape shape;
+  if (result.mesh) {
+    shape = {*result.mesh, result.touched, result.face_source};
+  } else {
+    shape.mesh = before;
+    shape.mesh.positions = result.positions;
+    shape.touched.resize(before.vertex_count());
+    for (std::size_t i = 0; i < shape.touched.size(); ++i) {
+      shape.touched[i] = before.positions[i] != result.positions[i];
+    }
+  }
+  for (Vec3d& p : shape.mesh.positions) p = as_written(p, as_float);
+  return shape;
+}
+
+void add_angles(const Mesh& before, const WrittenShape& after, Certificate& certificate) {
+  const std::vector<bool> touched = faces_at(after.mesh, after.touched);
+  std::vector<bool> sources = touched;
+  if (!after.face_source.empty()) {
+    sources.assign(before.face_count(), false);
+    for (std::size_t f = 0; f < touched.size(); ++f) {
+      if (touched[f]) sources[after.face_source[f]] = true;
+    }
+  }
+  certificate.touched_angle_before = smallest_angle_of(before, sources);
+  certificate.touched_angle_after = smallest_angle_of(after.mesh, touched);
+}
+
+void add_measures(const Mesh& before, const Mesh& after, Certificate& certificate) {
+  const Measures first = measure(before);
+  const Measures last = measure(after);
+  certificate.degenerate_before = first.degenerate_triangles;
+  certificate.degenerate_after = last.degenerate_triangles;
+  certificate.closed_before = first.closed();
+  certificate.closed_after = last.closed();
+  certificate.euler_before = first.euler;
+  certificate.euler_after = last.euler;
+  certificate.smallest_angle_before = first.smallest_angle_deg;
+  certificate.smallest_angle_after = last.smallest_angle_deg;
+  const bool has_volume = first.closed() && first.oriented() && last.closed() && last.oriented();
+  const double error = last.volume / first.volume - 1;
+  if (!has_volume || !std::isfinite(error)) return;
+  certificate.volume_error = error;
+  certificate.volume_error_sampling = error - certificate.volume_error_integration;
+}
+
+}  // namespace
+
+struct CertificateBuilder::State {
+  const Mesh& mesh;
+  ReplayOptions options;
+  double diagonal = 1;
+  double drift = 0;
+  double motion_outside = 0;
+  std::vector<StrokeDistance> strokes;
+};
+
+CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
+    : state_(std::make_unique<State>(State{mesh, options, session_detail::checked_diagonal(mesh, options), 0, 0, {}})) {
+}
+
+CertificateBuilder::~CertificateBuilder() = default;
+
+void CertificateBuilder::add(const AppliedStroke& stroke) {
+  const session_detail::StrokeProof proof = session_detail::prove(stroke, state_->options, state_->diagonal);
+  state_->drift += proof.drift;
+  state_->motion_outside = std::max(state_->motion_outside, proof.motion_outside);
+  state_->strokes.push_back(proof.distance);
+}
+
+Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float) const {
+  const Mesh& before = state_->mesh;
+  const WrittenShape after = written_shape(before, result, as_float);
+  Certificate certificate;
+  const SelfIntersectionOptions options{.threads = state_->options.threads};
+  certificate.crossings_before = self_intersections(triangulate(before), before.positions, options).count;
+  certificate.crossings_after = self_intersections(triangulate(after.mesh), after.mesh.positions, options).count;
+  certificate.flipped_triangles = result.mesh ? session_detail::opposing_more(before, after.mesh)
+                                              : count_flipped(before, before.positions, after.mesh.positions);
+  certificate.volume_error_integration = state_->drift;
+  add_measures(before, after.mesh, certificate);
+  add_angles(before, after, certificate);
+  certificate.motion_outside = state_->motion_outside;
+  certificate.strokes = state_->strokes;
+  double squares = 0;
+  std::size_t points = 0;
+  for (const StrokeDistance& stroke : state_->strokes) {
+    squares += stroke.rms * stroke.rms * static_cast<double>(stroke.points);
+    points += stroke.points;
+    certificate.distance_max = std::max(certificate.distance_max, stroke.max);
+  }
+  if (points > 0) certificate.distance_rms = std::sqrt(squares / static_cast<double>(points));
+  return certificate;
+}
+
+}  // namespace knead

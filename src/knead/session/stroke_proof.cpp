@@ -1,0 +1,209 @@
+#include "knead/session/stroke_proof.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "knead/flow/reach.h"
+#include "knead/flow/volume_drift.h"
+#include "knead/math/error.h"
+#include "knead/math/parallel.h"
+#include "knead/mesh/flipped.h"
+#include "knead/mesh/surface_tree.h"
+
+namespace knead::session_detail {
+
+namespace {
+
+// Relative to the diagonal: the error of carrying points back, far below any distance that matters, and the distance up
+// to which the surface is searched first.
+constexpr double kBackTolerance = 1e-8;
+constexpr double kNear = 1e-3;
+
+// Path lines whose drift is looked at, of a stroke with few segments and with many.
+constexpr std::size_t kMostDrifts = 256;
+constexpr std::size_t kFewestDrifts = 32;
+constexpr std::size_t kDriftSegments = 8192;  // path lines times segments
+
+constexpr std::size_t kGrain = 256;
+
+bool has_cylinder(const Flow& flow) {
+  return std::any_of(flow.segments.begin(), flow.segments.end(),
+                     [](const Segment& segment) { return segment.cylinder.has_value(); });
+}
+
+// Of a point that is known to move, the flow without its cylinders is the same.
+Flow for_members(Flow flow) {
+  for (Segment& segment : flow.segments) segment.cylinder.reset();
+  return flow;
+}
+
+// Where a vertex of the shape after was before; null: it is new.
+const Vec3d* source_of(const AppliedStroke& stroke, std::size_t vertex) {
+  if (stroke.remeshed == nullptr) return &stroke.before.positions[vertex];
+  const std::uint32_t source = stroke.remeshed->vertex_source[vertex];
+  return source == kNewVertex ? nullptr : &stroke.before.positions[source];
+}
+
+// For each vertex of the shape after: whether the flow moves the surface there.
+std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
+  if (stroke.remeshed != nullptr) return stroke.remeshed->moved;
+  std::vector<bool> moved(stroke.after.positions.size());
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = stroke.after.positions[i] != stroke.before.positions[i];
+  return moved;
+}
+
+// The length of the longest edge at each vertex.
+std::vector<double> longest_edges(const PosedMesh& shape) {
+  std::vector<double> longest(shape.positions.size(), 0.0);
+  for (std::size_t f = 0; f < shape.mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = shape.mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i];
+      const std::uint32_t b = face[(i + 1) % face.size()];
+      const double length = norm(shape.positions[a] - shape.positions[b]);
+      longest[a] = std::max(longest[a], length);
+      longest[b] = std::max(longest[b], length);
+    }
+  }
+  return longest;
+}
+
+double motion_outside(const AppliedStroke& stroke) {
+  const FlowReach reach(stroke.flow);
+  const std::vector<double> longest = longest_edges(stroke.before);
+  double greatest = 0;
+  for (std::size_t i = 0; i < stroke.after.positions.size(); ++i) {
+    const Vec3d* const source = source_of(stroke, i);
+    if (source == nullptr || *source == stroke.after.positions[i]) continue;
+    const auto vertex = static_cast<std::size_t>(source - stroke.before.positions.data());
+    if (!reach.may_move(*source, longest[vertex])) {
+      greatest = std::max(greatest, norm(stroke.after.positions[i] - *source));
+    }
+  }
+  return greatest;
+}
+
+double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
+                  double diagonal) {
+  std::vector<Vec3d> points;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const Vec3d* const source = moved[i] ? source_of(stroke, i) : nullptr;
+    if (source != nullptr) points.push_back(*source);
+  }
+  const std::size_t most =
+      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMostDrifts);
+  const std::size_t count = std::min(points.size(), most);
+  AdvectOptions integration;
+  integration.tolerance = options.tolerance * diagonal;
+  integration.integrator = options.integrator;
+  const Flow flow = for_members(stroke.flow);
+  std::vector<double> drifts(count);
+  parallel_for(count, 1, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      Vec3d x = points[i * points.size() / count];
+      drifts[i] = volume_drift(flow, integration, x);
+    }
+  });
+  std::erase_if(drifts, [](double drift) { return !std::isfinite(drift); });
+  double sum = 0;
+  for (const double drift : drifts) sum += drift;
+  return drifts.empty() ? 0 : sum / static_cast<double>(drifts.size());
+}
+
+// Vertices and then centres of faces, and which of them are known to have moved.
+struct Probes {
+  std::vector<Vec3d> points;
+  std::vector<bool> moved;
+};
+
+Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
+  const PosedMesh& after = stroke.after;
+  Probes probes{{after.positions.begin(), after.positions.end()}, moved};
+  for (std::size_t f = 0; f < after.mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = after.mesh.face(f);
+    if (face.empty()) continue;
+    Vec3d sum{};
+    bool any_moved = false;
+    for (const std::uint32_t v : face) {
+      sum += after.positions[v];
+      any_moved = any_moved || moved[v];
+    }
+    probes.points.push_back(sum / static_cast<double>(face.size()));
+    probes.moved.push_back(any_moved);
+  }
+  return probes;
+}
+
+// The probes that moved, where they came from. With a cylinder only those known to have moved are taken: which others
+// might have, its inverse does not tell.
+std::vector<Vec3d> carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
+                                double diagonal) {
+  const bool members_only = has_cylinder(stroke.flow);
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> there;
+  std::vector<bool> moved;
+  for (std::size_t i = 0; i < probes.points.size(); ++i) {
+    if (members_only && !probes.moved[i]) continue;
+    there.push_back(probes.points[i]);
+    moved.push_back(probes.moved[i]);
+  }
+  AdvectOptions back;
+  back.tolerance = kBackTolerance * diagonal;
+  back.precision = Precision::float64;
+  back.threads = options.threads;
+  points = there;
+  if (advect(inverse(for_members(stroke.flow)), points, back).status != AdvectStatus::done) {
+    throw InvalidInput("the result cannot be carried back to prove it: a path line runs away; leave --check out");
+  }
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (moved[i] || points[i] != there[i]) result.push_back(points[i]);
+  }
+  return result;
+}
+
+StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
+                           double diagonal) {
+  StrokeDistance result;
+  result.line = stroke.line;
+  if (stroke.before.mesh.face_count() == 0) return result;
+  const std::vector<Vec3d> points = carried_back(stroke, probes_of(stroke, moved), options, diagonal);
+  result.points = points.size();
+  if (points.empty()) return result;
+  const SurfaceTree tree(triangulate(stroke.before.mesh), stroke.before.positions);
+  std::vector<double> distances(points.size());
+  parallel_for(points.size(), kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::optional<SurfacePoint> nearest = tree.closest(points[i], kNear * diagonal);
+      if (!nearest) nearest = tree.closest(points[i]);
+      distances[i] = nearest ? nearest->distance / diagonal : 0;
+    }
+  });
+  double squares = 0;
+  for (const double distance : distances) {
+    squares += distance * distance;
+    result.max = std::max(result.max, distance);
+  }
+  result.rms = std::sqrt(squares / static_cast<double>(distances.size()));
+  return result;
+}
+
+}  // namespace
+
+StrokeProof prove(const AppliedStroke& stroke, const ReplayOptions& options, double diagonal) {
+  const std::vector<bool> moved = moved_vertices(stroke);
+  return {mean_drift(stroke, moved, options, diagonal), motion_outside(stroke),
+          distance_of(stroke, moved, options, diagonal)};
+}
+
+std::size_t opposing_more(const Mesh& before, const Mesh& after) {
+  // Triangles without area oppose nothing, so that with all vertices in one place every other one counts as turned.
+  const std::vector<Vec3d> none_before(before.vertex_count());
+  const std::vector<Vec3d> none_after(after.vertex_count());
+  const std::size_t first = count_flipped(before, none_before, before.positions);
+  const std::size_t last = count_flipped(after, none_after, after.positions);
+  return last > first ? last - first : 0;
+}
+
+}  // namespace knead::session_detail

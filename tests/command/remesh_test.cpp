@@ -1,0 +1,178 @@
+// knead deform --remesh, --check and --require, and knead remesh.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "knead/io/remeshed.h"
+#include "knead/mesh/measures.h"
+#include "knead/session/replay.h"
+#include "process.h"
+
+namespace knead::command_test {
+namespace {
+
+using nlohmann::json;
+using Words = std::vector<std::string>;
+
+class RemeshTest : public CommandTest {
+ protected:
+  RemeshTest() {
+    knead_ok({"make", "sphere", "-n", "642", "-o", "a.ply", "-q"});
+    write("two.knead", kTwoStrokes);
+  }
+
+  Mesh mesh(const std::string& name) const { return read_shape(path(name)).mesh; }
+
+  json deform(Words words) const {
+    const Words first{"deform", "a.ply", "two.knead", "-o", "b.ply", "--json"};
+    words.insert(words.begin(), first.begin(), first.end());
+    return json::parse(knead_ok(words));
+  }
+};
+
+TEST_F(RemeshTest, DeformAgreesWithTheLibrary) {
+  const json report = deform({"--remesh"});
+  const ShapeFile shape = read_shape(path("a.ply"));
+  ReplayOptions options;
+  options.remesh = RemeshSettings{};
+  const ReplayResult result = replay(shape.mesh, read_session(path("two.knead")), options);
+  ASSERT_TRUE(result.mesh);
+  EXPECT_EQ(read("b.ply"), serialize_remeshed("ply", shape, *result.mesh, result.face_source));
+  EXPECT_EQ(report["vertices"], result.mesh->vertex_count());
+  EXPECT_EQ(report["faces"], result.mesh->face_count());
+  EXPECT_EQ(report["remesh"]["splits"], result.remesh.splits);
+  EXPECT_EQ(report["remesh"]["collapses"], result.remesh.collapses);
+  EXPECT_EQ(report["remesh"]["flips"], result.remesh.flips);
+  EXPECT_TRUE(report["remesh"]["complete"]);
+  EXPECT_FALSE(report.contains("certificate"));
+  const Measures measures = measure(mesh("b.ply"));
+  EXPECT_TRUE(measures.closed() && measures.manifold() && measures.oriented());
+  EXPECT_EQ(measures.euler, 2);
+  EXPECT_LT(std::abs(report["volume_error"].get<double>()), 1e-5);
+  EXPECT_GT(std::abs(report["remesh"]["volume_error_uncompensated"].get<double>()),
+            std::abs(report["volume_error"].get<double>()));
+}
+
+TEST_F(RemeshTest, WithoutItVerticesAndFacesStay) {
+  const json report = deform({});
+  EXPECT_FALSE(report.contains("remesh"));
+  EXPECT_TRUE(mesh("b.ply").corner_vertex == mesh("a.ply").corner_vertex);
+}
+
+TEST_F(RemeshTest, EveryOptionImpliesItAndDoesWhatItSays) {
+  const std::size_t usual = deform({"--remesh"})["vertices"];
+  EXPECT_GT(deform({"--max-edge", "0.05"})["vertices"], usual);
+  EXPECT_GT(deform({"--max-chord", "1e-4"})["vertices"], usual);
+  EXPECT_GT(deform({"--max-angle", "5"})["vertices"], usual);
+  EXPECT_LT(deform({"--min-edge", "0.08"})["vertices"], usual);
+  const json still = deform({"--remesh-iterations", "0"});
+  EXPECT_EQ(still["remesh"]["flips"], 0);
+  EXPECT_GT(still["remesh"]["splits"], 0);
+}
+
+TEST_F(RemeshTest, ASessionSaysItForItsOwnStrokes) {
+  std::string text = kTwoStrokes;
+  text.insert(text.find('\n') + 1, "{\"remesh\": {\"max_edge\": 0.1}}\n");
+  write("own.knead", text);
+  knead_ok({"deform", "a.ply", "own.knead", "-o", "own.ply", "-q"});
+  knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "-q", "--max-edge", "0.1"});
+  EXPECT_EQ(read("own.ply"), read("b.ply"));
+  knead_ok({"resolve", "a.ply", "own.knead", "-o", "r.knead", "-q"});
+  EXPECT_NE(read("r.knead").find("{\"remesh\": {\"max_edge\": 0.1}}\n"), std::string::npos);
+  knead_ok({"deform", "a.ply", "r.knead", "-o", "r.ply", "-q"});
+  EXPECT_EQ(read("r.ply"), read("b.ply"));
+}
+
+TEST_F(RemeshTest, FramesAreRemeshedToo) {
+  knead_ok({"deform", "a.ply", "two.knead", "-o", "F_%d.ply", "--frames", "3", "--remesh", "-q"});
+  EXPECT_EQ(read("F_0.ply"), read("a.ply"));
+  for (const std::string until : {"1", "2"}) {
+    knead_ok({"deform", "a.ply", "two.knead", "-o", "u.ply", "--remesh", "-q", "--until", until});
+    EXPECT_EQ(read("F_" + until + ".ply"), read("u.ply"));
+  }
+}
+
+TEST_F(RemeshTest, PointCloudsAndInversesSaySo) {
+  write("p.xyz", "0.9 0 0\n0 1 0\n");
+  const Outcome points = knead({"deform", "p.xyz", "two.knead", "-o", "q.xyz", "--remesh"});
+  EXPECT_EQ(points.exit_code, 0);
+  EXPECT_NE(points.err.find("note: a point cloud has no mesh"), std::string::npos) << points.err;
+  const Outcome back = knead({"deform", "a.ply", "two.knead", "-o", "b.ply", "--remesh", "--inverse"});
+  EXPECT_EQ(back.exit_code, 0);
+  EXPECT_NE(back.err.find("note: backwards"), std::string::npos) << back.err;
+  EXPECT_EQ(mesh("b.ply").vertex_count(), 642u);
+}
+
+TEST_F(RemeshTest, CheckProvesWhatTheResultIs) {
+  for (const Words& words : {Words{"--check"}, Words{"--check", "--remesh"}}) {
+    const json report = deform(words);
+    const json& certificate = report["certificate"];
+    const Measures measures = measure(mesh("b.ply"));
+    EXPECT_EQ(certificate["euler_after"], measures.euler);
+    EXPECT_EQ(certificate["closed_after"], measures.closed());
+    EXPECT_NEAR(certificate["smallest_angle_after"].get<double>(), *measures.smallest_angle_deg, 1e-9);
+    EXPECT_NEAR(certificate["volume_error"].get<double>(), measures.volume / report["volume_before"].get<double>() - 1,
+                1e-12);
+    EXPECT_EQ(certificate["crossings_after"], report["self_intersections_after"]);
+    EXPECT_EQ(certificate["motion_outside"], 0);
+    ASSERT_EQ(certificate["strokes"].size(), 2u);
+    EXPECT_EQ(certificate["strokes"][0]["line"], 2);
+    EXPECT_GT(certificate["strokes"][1]["distance_max"], 0);
+  }
+  const std::string text = knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "--check", "--remesh"});
+  EXPECT_NE(text.find("\nproof    0 pairs crossing"), std::string::npos) << text;
+}
+
+TEST_F(RemeshTest, RequireIsMetOrNothingIsWritten) {
+  const Words plain{"deform", "a.ply", "two.knead", "-o", "out.ply", "-q", "--require"};
+  const auto with = [&](const std::string& bounds, bool remesh) {
+    Words words = plain;
+    words.push_back(bounds);
+    if (remesh) words.insert(words.end(), {"--max-chord", "1e-3"});
+    return knead(words);
+  };
+  expect_error(with("volume=1e-5", false), 4, "more than 1e-05; add --remesh");
+  EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  expect_error(with("crossings=0,distance=1e-12", true), 4, "also after 3 refinements");
+  EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  EXPECT_EQ(with("volume=1e-5,crossings=0,flipped=0,min-angle=5", true).exit_code, 0);
+  EXPECT_EQ(files(), (Words{"a.ply", "out.ply", "two.knead"}));
+}
+
+// A bound that the first try misses makes the chords shorter: here until the second or third try.
+TEST_F(RemeshTest, RequireRefinesUntilItIsMet) {
+  const json first = deform({"--remesh", "--check"});
+  const double distance = first["certificate"]["distance_rms"];
+  const std::string bound = "distance=" + std::to_string(0.7 * distance);
+  const Outcome outcome =
+      knead({"deform", "a.ply", "two.knead", "-o", "b.ply", "--remesh", "--json", "--require", bound});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("trying again with a finer mesh"), std::string::npos) << outcome.err;
+  const json refined = json::parse(outcome.out);
+  EXPECT_LE(refined["certificate"]["distance_rms"].get<double>(), 0.7 * distance);
+  EXPECT_GT(refined["vertices"], first["vertices"]);
+  EXPECT_EQ(mesh("b.ply").vertex_count(), refined["vertices"]);
+}
+
+TEST_F(RemeshTest, RemeshAloneRefinesAndKeepsTheVolume) {
+  const json report = json::parse(knead_ok({"remesh", "a.ply", "--max-edge", "0.05", "-o", "fine.ply", "--json"}));
+  const Mesh fine = mesh("fine.ply");
+  EXPECT_EQ(report["vertices"], fine.vertex_count());
+  EXPECT_EQ(report["faces"], fine.face_count());
+  EXPECT_GT(report["splits"], 1000);
+  EXPECT_GT(fine.vertex_count(), 4 * mesh("a.ply").vertex_count());
+  EXPECT_NEAR(measure(fine).volume / measure(mesh("a.ply")).volume, 1, 1e-5);
+  const std::string text = knead_ok({"remesh", "a.ply", "-o", "same.obj"});
+  EXPECT_NE(text.find("same.obj: "), std::string::npos) << text;
+  EXPECT_NE(text.find(" faces; "), std::string::npos) << text;
+}
+
+TEST_F(RemeshTest, RemeshRefusesPoints) {
+  write("p.xyz", "0 0 0\n0 1 0\n");
+  expect_error(knead({"remesh", "p.xyz", "-o", "q.xyz"}), 3, "p.xyz: it has no faces");
+  expect_error(knead({"remesh", "none.ply", "-o", "b.ply"}), 3, "none.ply");
+}
+
+}  // namespace
+}  // namespace knead::command_test
