@@ -119,7 +119,9 @@ bool mend_round(Improver& improver, double below, const Bounds& bounds, double w
     Bounds own = bounds;
     own.distance = std::max(own.distance, wide * longest_length(s, f));
     if (wide > 0) own.crease *= 1.5;
-    changed = mend_face(improver, f, own) || changed;
+    const bool is_mended =
+        mend_face(improver, f, own) || (wide > 0 && improver.split_chord(longest_edge(s, f, s.after)));
+    changed = is_mended || changed;
   }
   return changed;
 }
@@ -174,7 +176,8 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
                                                {kBad, widest_bounds(chord), 0},
                                                {kWorst, widest_bounds(chord), kWide}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
-  for (int i = 0; i < kMendRounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;
+  const int rounds = at.wide > 0 ? 2 * kMendRounds : kMendRounds;
+  for (int i = 0; i < rounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;
   improver.settle();
   return improver.counts();
 }

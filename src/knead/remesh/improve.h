@@ -18,6 +18,7 @@ struct Improvement {
 };
 
 struct ImprovementCounts {
+  std::size_t splits = 0;
   std::size_t flips = 0;
   std::size_t collapses = 0;
 };

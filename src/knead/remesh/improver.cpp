@@ -325,6 +325,18 @@ void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   });
 }
 
+bool Improver::split_chord(std::uint32_t h) {
+  const std::uint32_t a = s_.origin(h);
+  const std::uint32_t b = s_.target(h);
+  const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion) || locked_[a] || locked_[b];
+  if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, (s_.after[a] + s_.after[b]) * 0.5);
+  s_.set(m, kMoved);
+  locked_.push_back(false);
+  ++counts_.splits;
+  return true;
+}
+
 void Improver::settle() {
   std::vector<std::uint32_t> free;
   double area = 0;

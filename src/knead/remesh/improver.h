@@ -36,6 +36,10 @@ class Improver {
   // Takes the apex of a flat triangle, whose half-edge on a crease is given, into the crease.
   bool absorb_apex(std::uint32_t h, const Bounds& bounds);
 
+  // Splits the edge in the middle of its chord, which leaves the surface where it is: between vertices that stand too
+  // close to be merged, and far ones, the triangles then can be graded.
+  bool split_chord(std::uint32_t h);
+
   // Spreads what could not be given back on the spot over all vertices that are free to move.
   void settle();
 

@@ -36,7 +36,7 @@ class Remesher {
   Remeshed run() {
     counts_.complete = refinement_.refine();
     improve_without_crossings();
-    counts_.splits = refinement_.splits();
+    counts_.splits += refinement_.splits();
     normalise_normals(before_, patch_.surface);
     Remeshed result = put_back(before_, after_, patch_);
     result.counts = counts_;
@@ -117,6 +117,7 @@ class Remesher {
     turn_normals(before_, surface());
     counts_.missing_volume = missing_volume();
     counts_.compensated_volume = 0;
+    counts_.splits = 0;
     counts_.flips = 0;
     counts_.collapses = 0;
   }
@@ -132,6 +133,7 @@ class Remesher {
     } else {
       done = step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2);
     }
+    counts_.splits += done.splits;
     counts_.flips += done.flips;
     counts_.collapses += done.collapses;
   }
