@@ -51,7 +51,7 @@ void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
   ReplayOptions watched = certified.options;
   watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
   certified.result = replay_watched(shape.mesh, certified.session, watched, quiet);
-  certified.certificate = builder.finish(certified.result, certified.options.precision == Precision::float32);
+  certified.certificate = builder.finish(certified.result, certified.options.single_precision);
 }
 
 [[noreturn]] void refuse(const std::string& shape, const std::string& complaint, int refinements, bool remeshed) {

@@ -120,6 +120,14 @@ TEST_F(RemeshTest, CheckProvesWhatTheResultIs) {
     EXPECT_EQ(certificate["strokes"][0]["line"], 2);
     EXPECT_GT(certificate["strokes"][1]["distance_max"], 0);
   }
+  // Certified as floats where the file holds floats.
+  const auto volume_error = [&](const std::string& out, const std::string& precision) -> double {
+    const json report = json::parse(knead_ok({"deform", "a.ply", "two.knead", "-o", out, "--json", "-q", "--check",
+                                              "--tolerance", "1e-5", "--precision", precision}));
+    return report["certificate"]["volume_error"].get<double>() - report["volume_error"].get<double>();
+  };
+  EXPECT_LT(std::abs(volume_error("b.ply", "double")), 1e-14);
+  EXPECT_GT(std::abs(volume_error("b.stl", "double")), 1e-12);
   const std::string text = knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "--check", "--remesh"});
   EXPECT_NE(text.find("\nproof    0 pairs crossing"), std::string::npos) << text;
 }
