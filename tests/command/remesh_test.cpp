@@ -144,6 +144,10 @@ TEST_F(RemeshTest, RequireIsMetOrNothingIsWritten) {
   EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
   expect_error(with("crossings=0,distance=1e-12", true), 4, "also after 3 refinements");
   EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  write("p.xyz", "0.9 0 0\n0 1 0\n");
+  expect_error(knead({"deform", "p.xyz", "two.knead", "-o", "out.xyz", "-q", "--require", "volume=1"}), 4,
+               "there is no volume to keep, as the shape is not closed and oriented; leave the bound out");
+  std::filesystem::remove(path("p.xyz"));
   EXPECT_EQ(with("volume=1e-5,crossings=0,flipped=0,min-angle=5", true).exit_code, 0);
   EXPECT_EQ(files(), (Words{"a.ply", "out.ply", "two.knead"}));
 }
