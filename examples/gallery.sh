@@ -42,7 +42,7 @@ take() { [[ -f $meshes/$1 ]] && ln -sf "$meshes/$1" "$out/$1"; }
 
 header() { sed -n '1s/.*"'"$2"'": *"\([^"]*\)".*/\1/p' "$1"; }                     # SESSION KEY
 stamp_tools() { sed -n 's/.*"tool": *"stamp".*"mesh": *"\([^"]*\)".*/\1/p' "$1"; } # SESSION
-value() { sed -n 's/^ *"'"$2"'": *\([^,]*\),\{0,1\}$/\1/p' "$1"; }                 # REPORT KEY
+value() { sed -n '/^ *"'"$2"'": *\([^,]*\),\{0,1\}$/{s//\1/p;q;}' "$1"; }          # REPORT KEY, the first of that name
 
 number() { # FORMAT VALUE: "-" for null
   # shellcheck disable=SC2059  # the format is the argument

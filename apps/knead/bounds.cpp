@@ -19,7 +19,6 @@ using Complaint = std::optional<std::string>;
 Complaint complain_if(bool bad, const std::string& text) { return bad ? Complaint(text) : std::nullopt; }
 
 Complaint volume_changed(const Certificate& c, double limit) {
-  if (!c.volume_error) return "no volume to keep: the shape is not closed and oriented";
   return complain_if(!(std::abs(*c.volume_error) <= limit),
                      fmt::format("the volume changed by {:.2g} of itself, more than {:g}", *c.volume_error, limit));
 }
@@ -57,8 +56,10 @@ struct Kind {
   Complaint (*unmet)(const Certificate& certificate, double limit);
 };
 
+constexpr std::string_view kVolume = "volume";
+
 constexpr std::array kKinds{
-    Kind{"volume", "PART", 1, false, Cure::shorter_chords, volume_changed},
+    Kind{kVolume, "PART", 1, false, Cure::shorter_chords, volume_changed},
     Kind{"crossings", "N", 1e9, true, Cure::shorter_chords, crosses},
     Kind{"flipped", "N", 1e9, true, Cure::shorter_chords, is_flipped},
     Kind{"min-angle", "DEGREES", 60, false, Cure::more_rounds, is_narrow},
@@ -112,10 +113,14 @@ std::vector<Bound> parse_bounds(const std::string& list) {
   return bounds;
 }
 
-std::optional<std::string> unmet(const Bound& bound, const Certificate& certificate) {
-  return kind_named(bound.name, bound.name).unmet(certificate, bound.limit);
+std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate) {
+  if (bound.name == kVolume && !certificate.volume_error) {
+    return Unmet{"there is no volume to keep, as the shape is not closed and oriented; leave the bound out"};
+  }
+  const Kind& kind = kind_named(bound.name, bound.name);
+  const Complaint complaint = kind.unmet(certificate, bound.limit);
+  if (!complaint) return std::nullopt;
+  return Unmet{*complaint, kind.cure};
 }
-
-Cure cure_for(const Bound& bound) { return kind_named(bound.name, bound.name).cure; }
 
 }  // namespace knead::command

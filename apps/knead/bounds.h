@@ -21,11 +21,15 @@ std::string known_bounds();
 // Items with commas between them. Throws UsageError for other names, and for limits that are no number or out of range.
 std::vector<Bound> parse_bounds(const std::string& list);
 
-// What is wrong: "the volume changed by 0.0012 of itself, more than 1e-05". Nothing where the bound is met.
-std::optional<std::string> unmet(const Bound& bound, const Certificate& certificate);
-
-// What remeshing can do about it.
+// What remeshing can do about a bound that is not met.
 enum class Cure { none, shorter_chords, more_rounds };
-Cure cure_for(const Bound& bound);
+
+struct Unmet {
+  std::string text;  // what is wrong: "the volume changed by 0.0012 of itself, more than 1e-05"
+  Cure cure = Cure::none;
+};
+
+// Nothing where the bound is met.
+std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate);
 
 }  // namespace knead::command

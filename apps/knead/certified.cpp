@@ -18,16 +18,19 @@ struct Complaints {
   std::string text;  // of the first
   bool chords = false;
   bool rounds = false;
+  bool hopeless = false;  // remeshing does not help one of them
 };
 
 std::optional<Complaints> complaints_of(const std::vector<Bound>& bounds, const Certificate& certificate) {
   std::optional<Complaints> complaints;
   for (const Bound& bound : bounds) {
-    const std::optional<std::string> complaint = unmet(bound, certificate);
-    if (!complaint) continue;
-    if (!complaints) complaints = Complaints{*complaint};
-    complaints->chords = complaints->chords || cure_for(bound) == Cure::shorter_chords;
-    complaints->rounds = complaints->rounds || cure_for(bound) == Cure::more_rounds;
+    const std::optional<Unmet> found = unmet(bound, certificate);
+    if (!found) continue;
+    if (!complaints || found->cure == Cure::none) complaints = Complaints{found->text};
+    if (found->cure == Cure::none) complaints->hopeless = true;
+    if (complaints->hopeless) break;
+    complaints->chords = complaints->chords || found->cure == Cure::shorter_chords;
+    complaints->rounds = complaints->rounds || found->cure == Cure::more_rounds;
   }
   return complaints;
 }
@@ -51,7 +54,7 @@ void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
   ReplayOptions watched = certified.options;
   watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
   certified.result = replay_watched(shape.mesh, certified.session, watched, quiet);
-  certified.certificate = builder.finish(certified.result, certified.options.precision == Precision::float32);
+  certified.certificate = builder.finish(certified.result, certified.options.single_precision);
 }
 
 [[noreturn]] void refuse(const std::string& shape, const std::string& complaint, int refinements, bool remeshed) {
@@ -80,9 +83,11 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     certify(inputs.shape, quiet || refinements > 0, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
     if (!complaints) break;
+    if (complaints->hopeless) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
     const bool remeshed = certified.result.mesh.has_value();
-    if (!remeshed || refinements == kMostRefinements)
+    if (!remeshed || refinements == kMostRefinements) {
       refuse(inputs.session.name, complaints->text, refinements, remeshed);
+    }
     if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));
     refine(*complaints, certified);
   }

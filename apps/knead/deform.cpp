@@ -149,6 +149,12 @@ ReplayFrame last_frame(const ReplayResult& result) {
   return {0, result.positions, result.normals, result.mesh ? &*result.mesh : nullptr, result.face_source};
 }
 
+// Whether the file will hold positions as floats.
+bool holds_floats(const std::string& path, Precision precision) {
+  const std::string format = format_of(path);
+  return precision == Precision::float32 || format == "stl" || format == "glb";
+}
+
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, options.session, quiet);
@@ -176,6 +182,7 @@ void run_deform(const DeformOptions& options, bool has_bounds) {
   const std::vector<Bound> bounds = has_bounds ? parse_bounds(options.require) : std::vector<Bound>{};
   const Target target(options);
   check_outputs(options, target);
+  replay.single_precision = holds_floats(target.path(0), replay.precision);
   const bool quiet = options.common.quiet;
   ReportSeconds seconds;
   const Inputs inputs = read_deform_inputs(options, replay, target);

@@ -61,7 +61,6 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.until = options.until;
   replay.frames = options.frames.value_or(0);
   replay.remesh = settings_of(options.remesh);
-  replay.single_precision = replay.precision == Precision::float32;
   return replay;
 }
 

@@ -120,6 +120,14 @@ TEST_F(RemeshTest, CheckProvesWhatTheResultIs) {
     EXPECT_EQ(certificate["strokes"][0]["line"], 2);
     EXPECT_GT(certificate["strokes"][1]["distance_max"], 0);
   }
+  // Certified as floats where the file holds floats.
+  const auto volume_error = [&](const std::string& out, const std::string& precision) -> double {
+    const json report = json::parse(knead_ok({"deform", "a.ply", "two.knead", "-o", out, "--json", "-q", "--check",
+                                              "--tolerance", "1e-5", "--precision", precision}));
+    return report["certificate"]["volume_error"].get<double>() - report["volume_error"].get<double>();
+  };
+  EXPECT_LT(std::abs(volume_error("b.ply", "double")), 1e-14);
+  EXPECT_GT(std::abs(volume_error("b.stl", "double")), 1e-12);
   const std::string text = knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "--check", "--remesh"});
   EXPECT_NE(text.find("\nproof    0 pairs crossing"), std::string::npos) << text;
 }
@@ -136,8 +144,23 @@ TEST_F(RemeshTest, RequireIsMetOrNothingIsWritten) {
   EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
   expect_error(with("crossings=0,distance=1e-12", true), 4, "also after 3 refinements");
   EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  expect_error(knead({"deform", "a.ply", "two.knead", "-o", "F_%d.ply", "--frames", "3", "--require", "volume=1e-9"}),
+               4, "more than 1e-09");
+  EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  write("p.xyz", "0.9 0 0\n0 1 0\n");
+  expect_error(knead({"deform", "p.xyz", "two.knead", "-o", "out.xyz", "-q", "--require", "volume=1"}), 4,
+               "there is no volume to keep, as the shape is not closed and oriented; leave the bound out");
+  std::filesystem::remove(path("p.xyz"));
   EXPECT_EQ(with("volume=1e-5,crossings=0,flipped=0,min-angle=5", true).exit_code, 0);
   EXPECT_EQ(files(), (Words{"a.ply", "out.ply", "two.knead"}));
+}
+
+TEST_F(RemeshTest, FramesComeOnceTheBoundsAreMet) {
+  knead_ok({"deform", "a.ply", "two.knead", "-o", "F_%d.ply", "--frames", "3", "--remesh", "-q", "--require",
+            "volume=1e-5,crossings=0"});
+  EXPECT_EQ(files(), (Words{"F_0.ply", "F_1.ply", "F_2.ply", "a.ply", "two.knead"}));
+  knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "--remesh", "-q"});
+  EXPECT_EQ(read("F_2.ply"), read("b.ply"));
 }
 
 // A bound that the first try misses makes the chords shorter: here until the second or third try.

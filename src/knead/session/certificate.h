@@ -55,7 +55,7 @@ struct Certificate {
 // Follows a replay to certify its result: add() is for ReplayOptions::on_stroke, in order.
 class CertificateBuilder {
  public:
-  // The mesh and the options are those of the replay. Throws as replay().
+  // The mesh and the options are those of the replay, and outlive the builder. Throws as replay().
   CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
   ~CertificateBuilder();
 

@@ -133,6 +133,20 @@ TEST(Certificate, CarriesBackThroughACylinder) {
   EXPECT_LT(with.distance_max, 0.05);
 }
 
+TEST(Certificate, OfAnInverseThroughACylinder) {
+  const Mesh hand = make_shape(ShapeKind::hand, 5000);
+  BendStroke bend{{0.109, 0.55, -0.012}, {1, 0, 0}, {0, -1, 0}, 80, BendWidth{0.35}};
+  bend.radius = 0.125;
+  Mesh bent = hand;
+  bent.positions = replay(hand, session_of({bend})).positions;
+  ReplayOptions options;
+  options.inverse = true;
+  const Certificate c = certify(bent, session_of({bend}), options).certificate;
+  EXPECT_EQ(c.motion_outside, 0);
+  EXPECT_GT(c.strokes.at(0).points, 100u);
+  EXPECT_LT(c.distance_rms, 1e-3);
+}
+
 TEST(Certificate, IsOfTheShapeAsItIsWritten) {
   const Certificate as_float = certify(ball(642), session_of({kPull}), {}, true).certificate;
   const Certificate as_double = certify(ball(642), session_of({kPull}), {}, false).certificate;

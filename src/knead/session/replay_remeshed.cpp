@@ -17,7 +17,8 @@ namespace {
 
 std::size_t applied_strokes(const Session& session, const ReplayOptions& options) {
   const auto all = static_cast<double>(session.strokes.size());
-  return static_cast<std::size_t>(std::ceil(std::clamp(options.until.value_or(all), 0.0, all)));
+  const double until = options.until.value_or(all);
+  return until >= 0 ? static_cast<std::size_t>(std::ceil(std::min(until, all))) : 0;  // else make_plan refuses it
 }
 
 bool has_settings(const Session& session, const ReplayOptions& options) {

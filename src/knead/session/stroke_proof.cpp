@@ -69,8 +69,9 @@ std::vector<double> longest_edges(const PosedMesh& shape) {
   return longest;
 }
 
-double motion_outside(const AppliedStroke& stroke) {
-  const FlowReach reach(stroke.flow);
+// Backwards a cylinder says nothing of where its points are: it is about where they came from.
+double motion_outside(const AppliedStroke& stroke, bool inverse) {
+  const FlowReach reach(inverse ? for_members(stroke.flow) : stroke.flow);
   const std::vector<double> longest = longest_edges(stroke.before);
   double greatest = 0;
   for (std::size_t i = 0; i < stroke.after.positions.size(); ++i) {
@@ -193,7 +194,7 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
 
 StrokeProof prove(const AppliedStroke& stroke, const ReplayOptions& options, double diagonal) {
   const std::vector<bool> moved = moved_vertices(stroke);
-  return {mean_drift(stroke, moved, options, diagonal), motion_outside(stroke),
+  return {mean_drift(stroke, moved, options, diagonal), motion_outside(stroke, options.inverse),
           distance_of(stroke, moved, options, diagonal)};
 }
 
