@@ -255,7 +255,7 @@ bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
-  const bool is_crease = s_.edge_has(h, kFeature) && !s_.edge_has(h, kSeam) && o != kNone;
+  const bool is_crease = s_.edge_has(h, kCrease) && !s_.edge_has(h, kSeam) && o != kNone;
   if (!is_crease || s_.edge_has(h, kLocked) || freedom(v) != Freedom::free || !is_open(a) || !is_open(b)) return false;
   const std::uint32_t d = s_.apex(o);
   if (!is_open(d) || are_neighbours(s_, v, d)) return false;
@@ -282,7 +282,9 @@ bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
   flip(s_, h);
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
-    if (s_.target(e) == a || s_.target(e) == b) s_.set_edge(e, kFeature);
+    if (s_.target(e) != a && s_.target(e) != b) return;
+    s_.set_edge(e, kFeature);
+    s_.set_edge(e, kCrease);
   });
   if (!give_back(volume, ring, bounds)) owed_ += volume;
   ++counts_.flips;

@@ -31,7 +31,8 @@ enum EdgeFlag : std::uint8_t {
   kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
   kBoundary = 2,  // of one face: split, but never collapsed, so that coincident boundaries stay together
   kLocked = 4,    // never split: an edge of the surface that goes on elsewhere, or of more than two faces
-  kSeam = 8,      // a feature that is more than a crease: values or labels differ across it
+  kSeam = 8,      // a feature across which values or labels differ
+  kCrease = 16,   // a feature of the shape
 };
 
 enum VertexFlag : std::uint8_t {
