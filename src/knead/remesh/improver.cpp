@@ -342,6 +342,7 @@ bool Improver::split_chord(std::uint32_t h) {
 }
 
 void Improver::settle() {
+  if (owed_ == 0) return;
   std::vector<std::uint32_t> free;
   double area = 0;
   for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {
