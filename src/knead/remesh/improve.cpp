@@ -95,7 +95,10 @@ bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
   if (improver.flip_edge(edges[2], bounds)) return true;
   for (const std::uint32_t h : edges) {
-    if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), bounds)) return true;
+    // Where others around are worse, two faces fewer are a gain.
+    const double around = std::min(star_quality(s, s.origin(h), s.after[s.origin(h)], {}),
+                                   star_quality(s, s.target(h), s.after[s.target(h)], {}));
+    if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
     if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
@@ -171,10 +174,14 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
     double wide = 0;
   };
   // What is bad may cost more: such triangles are few, and small.
-  const std::array<Level, kMendLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0},
-                                               {kBad, bounds_of(chord, 50, 60, 10), 0},
-                                               {kBad, widest_bounds(chord), 0},
-                                               {kWorst, widest_bounds(chord), kWide}}};
+  const std::array<Level, kCarefulLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0},
+                                                  {kBad, bounds_of(chord, 50, 60, 10), 0},
+                                                  {kBad, widest_bounds(chord), 0},
+                                                  {kWorst, widest_bounds(chord), kWide},
+                                                  {kWorst, bounds_of(0.7 * chord, 80, 80, 20), 0},
+                                                  {kWorst, bounds_of(0.25 * chord, 80, 80, 20), 0},
+                                                  {kWorst, bounds_of(0.08 * chord, 80, 80, 20), 0},
+                                                  {kWorst, bounds_of(0.02 * chord, 80, 80, 20), 0}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
   const int rounds = at.wide > 0 ? 2 * kMendRounds : kMendRounds;
   for (int i = 0; i < rounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;

@@ -32,8 +32,10 @@ struct ImprovementCounts {
 // max_chord.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
-// Whatever helps the worst triangles, with wider bounds from level to level, 0 to kMendLevels - 1.
+// Whatever helps the worst triangles: with wider bounds from level to level, 0 to kMendLevels - 1, and then, where that
+// made triangles cross, with distances that fall from level to level, to kCarefulLevels - 1.
 inline constexpr int kMendLevels = 4;
+inline constexpr int kCarefulLevels = 8;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
 // Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds: what crosses may

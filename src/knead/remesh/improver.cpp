@@ -120,9 +120,12 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
     merges.push_back(merge);
   };
   const bool along = s_.edge_has(h, kFeature);
+  // Creases that run closer to each other than they may be moved are joined.
+  const bool is_short = norm2(s_.after[b] - s_.after[a]) < bounds.crease * bounds.crease;
   const auto may_go = [&](std::uint32_t v) {
     const Freedom freedom_of_v = freedom(v);
-    return along ? freedom_of_v == Freedom::on_crease && is_straight(v, bounds.crease) : freedom_of_v == Freedom::free;
+    if (freedom_of_v == Freedom::on_crease) return along ? is_straight(v, bounds.crease) : is_short;
+    return freedom_of_v == Freedom::free && !along;
   };
   const bool a_goes = may_go(a);
   const bool b_goes = s_.opposite[h] != kNone && may_go(b);

@@ -19,7 +19,8 @@ using namespace remesh_detail;
 constexpr int kMostRefinements = 8;      // of crossing faces
 constexpr std::size_t kManyPairs = 300;  // that remain: then no time is spent on avoiding more
 constexpr int kMostUntanglings = 4;
-constexpr int kSteps = 2 + kMendLevels;   // a compensation, the rounds of improving, the levels of mending
+constexpr int kSteps = 2 + kMendLevels;  // a compensation, the rounds of improving, the levels of mending
+constexpr int kCarefulSteps = 2 + kCarefulLevels;
 constexpr int kMostAttempts = 5;          // at improving without a crossing
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
@@ -59,9 +60,10 @@ class Remesher {
       surface() = refined;
       found.pairs = refine_crossings();
       start();
-      for (int step = 0; step < steps; ++step) found.pairs = improve_guarded(step, found.pairs);
+      const int careful_steps = steps > 1 ? kCarefulSteps : 1;
+      for (int step = 0; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
       // What was left out may be mended now that the rest has changed.
-      for (int step = 2; step < steps; ++step) found.pairs = improve_guarded(step, found.pairs);
+      for (int step = kSteps - 1; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
     }
     counts_.crossings = found.pairs;
   }
