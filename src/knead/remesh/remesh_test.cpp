@@ -9,7 +9,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/mesh/test_shapes.h"
-#include "knead/remesh/test_deformations.h"
+#include "support/deformed.h"
 
 namespace knead {
 namespace {
