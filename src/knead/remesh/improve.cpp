@@ -19,6 +19,7 @@ const double kMoveBelow = tangent_of(28);
 const double kPoor = tangent_of(15);
 const double kBad = tangent_of(10);
 const double kWorst = tangent_of(7);
+const double kHopeless = tangent_of(6);
 constexpr double kWide = 0.06;
 constexpr double kTight = 0.1;  // of max_chord, for collapses that no triangle needs
 constexpr int kMendRounds = 6;  // of work at the worst triangles, on each level
@@ -166,23 +167,25 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
 }
 
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
-  Improver improver(surface, improvement);
   const double chord = improvement.targets.max_chord;
   struct Level {
     double below = 0;  // quality
     Bounds bounds;
     double wide = 0;
+    bool soft_creases = false;
   };
   // What is bad may cost more: such triangles are few, and small.
-  const std::array<Level, kCarefulLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0},
-                                                  {kBad, bounds_of(chord, 50, 60, 10), 0},
-                                                  {kBad, widest_bounds(chord), 0},
-                                                  {kWorst, widest_bounds(chord), kWide},
-                                                  {kWorst, bounds_of(0.7 * chord, 80, 80, 20), 0},
-                                                  {kWorst, bounds_of(0.25 * chord, 80, 80, 20), 0},
-                                                  {kWorst, bounds_of(0.08 * chord, 80, 80, 20), 0},
-                                                  {kWorst, bounds_of(0.02 * chord, 80, 80, 20), 0}}};
+  const std::array<Level, kCarefulLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
+                                                  {kBad, bounds_of(chord, 50, 60, 10), 0, false},
+                                                  {kBad, widest_bounds(chord), 0, false},
+                                                  {kWorst, widest_bounds(chord), kWide, false},
+                                                  {kHopeless, widest_bounds(chord), kWide, true},
+                                                  {kWorst, bounds_of(0.7 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.25 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.08 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.02 * chord, 80, 80, 20), 0, false}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
+  Improver improver(surface, improvement, at.soft_creases);
   const int rounds = at.wide > 0 ? 2 * kMendRounds : kMendRounds;
   for (int i = 0; i < rounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;
   improver.settle();

@@ -21,8 +21,8 @@ double cosine(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-Improver::Improver(Surface& surface, const Improvement& improvement)
-    : s_(surface), targets_(improvement.targets), locked_(improvement.locked) {
+Improver::Improver(Surface& surface, const Improvement& improvement, bool soft_creases)
+    : s_(surface), targets_(improvement.targets), locked_(improvement.locked), soft_creases_(soft_creases) {
   locked_.resize(s_.vertex_count(), false);
 }
 
@@ -30,9 +30,20 @@ bool Improver::is_open(std::uint32_t v) const {
   return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved) && !locked_[v];
 }
 
+bool Improver::is_feature(std::uint32_t h) const {
+  if (!s_.edge_has(h, kFeature)) return false;
+  const bool is_hard = s_.edge_has(h, kSeam) || s_.edge_has(h, kBoundary) || s_.edge_has(h, kLocked);
+  return is_hard || !soft_creases_;
+}
+
 Freedom Improver::freedom(std::uint32_t v) const {
   if (!is_open(v)) return Freedom::none;
-  const int features = feature_degree(s_, v);
+  int features = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    const std::uint32_t in = Surface::previous(h);
+    features += is_feature(h) ? 1 : 0;
+    if (s_.opposite[in] == kNone && is_feature(in)) ++features;
+  });
   if (features == 0) return Freedom::free;
   if (features != 2) return Freedom::none;
   bool on_boundary = false;
@@ -66,7 +77,7 @@ bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices,
 
 bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
-  if (o == kNone || s_.edge_has(h, kFeature) || s_.edge_has(h, kLocked)) return false;
+  if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return locked_[w] || !s_.has(w, kRegion); })) return false;
   const Vec3d& a = s_.after[v[0]];
@@ -89,6 +100,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
     flip(s_, h);
     return false;
   }
+  s_.edge_flags[s_.edge[h]] = 0;  // a soft crease is none any more
   ++counts_.flips;
   return true;
 }
@@ -97,7 +109,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
 bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   std::vector<Vec3d> ends;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    if (s_.edge_has(h, kFeature)) ends.push_back(s_.after[s_.target(h)] - s_.after[v]);
+    if (is_feature(h)) ends.push_back(s_.after[s_.target(h)] - s_.after[v]);
   });
   if (ends.size() != 2) return false;
   const Vec3d chord = ends[1] - ends[0];
@@ -119,7 +131,7 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
     merge.place = s_.after[s_.target(e)] * (1 - t) + s_.after[s_.origin(e)] * t;
     merges.push_back(merge);
   };
-  const bool along = s_.edge_has(h, kFeature);
+  const bool along = is_feature(h);
   // Creases that run closer to each other than they may be moved are joined.
   const bool is_short = norm2(s_.after[b] - s_.after[a]) < bounds.crease * bounds.crease;
   const auto may_go = [&](std::uint32_t v) {

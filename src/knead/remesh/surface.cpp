@@ -129,16 +129,6 @@ Vec3d star_vector(const Surface& surface, std::uint32_t v) {
   return sum;
 }
 
-int feature_degree(const Surface& surface, std::uint32_t v) {
-  int count = 0;
-  surface.for_each_outgoing(v, [&](std::uint32_t h) {
-    count += surface.edge_has(h, kFeature) ? 1 : 0;
-    const std::uint32_t in = Surface::previous(h);
-    if (surface.opposite[in] == kNone && surface.edge_has(in, kFeature)) ++count;
-  });
-  return count;
-}
-
 std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3d& after) {
   const auto m = static_cast<std::uint32_t>(s.vertex_count());
   const std::uint32_t a = s.origin(h);

@@ -106,9 +106,6 @@ Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3
 // The sum of the faces' area vectors around v: the volume grows by dot(star, d) / 6 when v moves by d.
 Vec3d star_vector(const Surface& surface, std::uint32_t v);
 
-// How many feature edges end at v.
-int feature_degree(const Surface& surface, std::uint32_t v);
-
 // Splits the edge of half-edge h in its middle; the new vertex, whose number is returned, stands at the given places.
 std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);
 
