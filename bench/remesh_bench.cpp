@@ -41,7 +41,7 @@ struct Pull {
     ImplicitStroke stroke;
     stroke.path = {{0, 0, 0.9}, {0, 0, 1.3}};
     stroke.inner = 0.3;
-    stroke.outer = 0.7;
+    stroke.outer = 0.78;
     flow = flow_of(stroke);
     move.tolerance = 1e-5 * bounding_box(mesh.positions).diagonal();
     advect(flow, after, move);
@@ -97,13 +97,14 @@ BENCHMARK_CAPTURE(remesh_stroke, all, true)->Unit(benchmark::kMillisecond)->UseR
 
 const Patch& patch() {
   static const Patch kPatch =
-      take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
+      remesh_detail::take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
   return kPatch;
 }
 
 void take_out(benchmark::State& state) {
   for (auto iteration : state) {
-    const Patch result = take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
+    const Patch result =
+        remesh_detail::take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
     benchmark::DoNotOptimize(result.surface.corner.data());
   }
 }
