@@ -83,7 +83,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const double volume = det(c - a, d - a, b - a);
   const double span = norm(cross(b - a, d - c));
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
-  if (are_neighbours(s_, v[2], v[3])) return false;
+  if (v[2] == v[3] || are_neighbours(s_, v[2], v[3])) return false;
   flip(s_, h);
   if (!give_back(-volume, v, bounds)) {
     flip(s_, h);
@@ -110,7 +110,8 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
   std::vector<Merge> merges;
-  if (locked_[a] || locked_[b]) return merges;
+  // What hangs on a fixed vertex elsewhere is not seen, so nothing is merged into one.
+  if (locked_[a] || locked_[b] || s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
     merge.halfedge = e;
@@ -332,6 +333,7 @@ bool Improver::split_chord(std::uint32_t h) {
   const std::uint32_t b = s_.target(h);
   const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion) || locked_[a] || locked_[b];
   if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  if (norm2(s_.after[b] - s_.after[a]) < 4 * targets_.max_chord * targets_.max_chord) return false;
   const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, (s_.after[a] + s_.after[b]) * 0.5);
   s_.set(m, kMoved);
   locked_.push_back(false);
@@ -340,6 +342,7 @@ bool Improver::split_chord(std::uint32_t h) {
 }
 
 void Improver::settle() {
+  if (owed_ == 0) return;
   std::vector<std::uint32_t> free;
   double area = 0;
   for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {

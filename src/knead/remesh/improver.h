@@ -37,7 +37,7 @@ class Improver {
   bool absorb_apex(std::uint32_t h, const Bounds& bounds);
 
   // Splits the edge in the middle of its chord, which leaves the surface where it is: between vertices that stand too
-  // close to be merged, and far ones, the triangles then can be graded.
+  // close to be merged, and far ones, the triangles then can be graded. Not below twice max_chord.
   bool split_chord(std::uint32_t h);
 
   // Spreads what could not be given back on the spot over all vertices that are free to move.

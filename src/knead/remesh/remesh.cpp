@@ -16,7 +16,8 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 8;  // of crossing faces
+constexpr int kMostRefinements = 8;      // of crossing faces
+constexpr std::size_t kManyPairs = 300;  // that remain: then no time is spent on avoiding more
 constexpr int kMostUntanglings = 4;
 constexpr int kSteps = 2 + kMendLevels;   // a compensation, the rounds of improving, the levels of mending
 constexpr int kMostAttempts = 5;          // at improving without a crossing
@@ -58,27 +59,29 @@ class Remesher {
       surface() = refined;
       found.pairs = refine_crossings();
       start();
-      for (int step = 0; step < steps; ++step) improve_guarded(step, found.pairs);
+      for (int step = 0; step < steps; ++step) found.pairs = improve_guarded(step, found.pairs);
       // What was left out may be mended now that the rest has changed.
-      for (int step = 2; step < steps; ++step) improve_guarded(step, found.pairs);
-      found = search_.find(patch_);
+      for (int step = 2; step < steps; ++step) found.pairs = improve_guarded(step, found.pairs);
     }
     counts_.crossings = found.pairs;
   }
 
-  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all.
-  void improve_guarded(int step, std::size_t unavoidable) {
+  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all. Returns how
+  // many pairs then cross.
+  std::size_t improve_guarded(int step, std::size_t unavoidable) {
     const Surface saved = surface();
     const RemeshCounts counts = counts_;
     std::vector<bool> locked;
-    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    const int attempts = unavoidable > kManyPairs ? 1 : kMostAttempts;
+    for (int attempt = 0; attempt < attempts; ++attempt) {
       improve_once(step, locked);
       const Crossings found = find_and_untangle(locked);
-      if (found.pairs <= unavoidable) return;
+      if (found.pairs <= unavoidable) return found.pairs;
       lock_around(found, attempt, locked);
       surface() = saved;
       counts_ = counts;
     }
+    return unavoidable;
   }
 
   // What crosses after a few rounds of changes to the faces that do.
