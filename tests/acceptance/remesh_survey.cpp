@@ -7,9 +7,8 @@
 // depends on SEED (1) and its number alone, so that one of them, or a part, can be made again. A session meets what is
 // asked for if it ends with no two triangles that cross, with the coordinates as float, with its Euler characteristic,
 // and with no angle below 5 degrees where it was touched; every other is a refusal, with a line that says why and the
-// session's file in the temporary folder knead_remesh_survey; how far it is goes to
-// the other output. With `distances` that from the true image is measured
-// too, which takes most of the time.
+// session's file in the temporary folder knead_remesh_survey. How far it is goes to the other output. With `distances`
+// those from the true image are measured too, which takes most of the time.
 //
 // Each stroke is drawn on the surface where the strokes before it have moved the shape's own vertices, so that it finds
 // the shape where it is. A stamp that touches nothing there is drawn again.
@@ -192,15 +191,13 @@ Ending run_session(const Subject& subject, const Session& session, bool distance
   return ending;
 }
 
-void print_refusal(std::size_t number, const Subject& subject, const Session& session, const Ending& ending,
-                   const std::filesystem::path& folder) {
+void print_refusal(std::size_t number, const Subject& subject, const Session& session, const Ending& ending) {
   fmt::print("{} {}: {}: {}; volume {:.1e}, {:.1f} s\n", number, subject.name, ending.cause, ending.details,
              ending.volume_error.value_or(0), ending.seconds);
   for (const std::string& stroke : ending.strokes) fmt::print("    {}\n", stroke);
   if (ending.strokes.size() < session.strokes.size()) {
     fmt::print("    {}\n", stroke_line(session.strokes[ending.strokes.size()].stroke).substr(0, 160));
   }
-  std::ofstream(folder / fmt::format("{}.knead", number)) << serialize_session(session);
 }
 
 struct Figures {
@@ -265,10 +262,13 @@ int run(const std::filesystem::path& folder, std::size_t sessions, std::size_t s
     const Subject& subject = shapes[i % shapes.size()];
     Session session = draw_session(subject, scratch, random);
     session.mesh = std::filesystem::relative(folder / subject.name, scratch).string();
+    const std::filesystem::path file = scratch / fmt::format("{}.knead", i);
+    std::ofstream(file) << serialize_session(session);
     endings.push_back(run_session(subject, session, distances));
-    if (!endings.back().cause.empty()) print_refusal(i, subject, session, endings.back(), scratch);
+    if (!endings.back().cause.empty()) print_refusal(i, subject, session, endings.back());
     std::fflush(stdout);
     const Ending& ending = endings.back();
+    if (ending.cause.empty()) std::filesystem::remove(file);
     fmt::print(stderr, "{} {}: {}, {:.1f} s\n", i, subject.name, ending.cause.empty() ? "met" : ending.cause,
                ending.seconds);
   }
