@@ -238,6 +238,17 @@ TEST_F(RenderTest, WireframeFollowsPolygonsNotTriangles) {
   EXPECT_EQ(at(render(scene, options), 120, 100).red, bare.red);
 }
 
+TEST_F(RenderTest, WiresDoNotHideASurfaceOfTinyTriangles) {
+  const Mesh ball = make_ball({}, 1);
+  Scene scene = scene_of(ball);
+  Options options = small_options();
+  const Image bare = render(scene, options);
+  options.wireframe = true;
+  const Image wired = render(scene, options);
+  EXPECT_NE(wired, bare);
+  for (const int x : {100, 110, 120, 130}) EXPECT_GT(at(wired, x, 100).red, 0.75 * at(bare, x, 100).red);
+}
+
 TEST_F(RenderTest, MeshColorsAreShownWhenAsked) {
   Mesh ball = make_ball({}, 1);
   Attribute color{"color", Domain::vertex, NumberType::uint8, 3, {}};

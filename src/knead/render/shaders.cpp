@@ -74,10 +74,14 @@ vec3 unit_normal() {
   vec3 n = normalize(surface_normal);
   return gl_FrontFacing ? n : -n;
 }
+// Faint on triangles that are hardly higher than a wire is wide: else nothing would be seen but wires.
 float wire() {
-  vec3 d = edge_distance / max(fwidth(edge_distance), vec3(1e-8));
+  vec3 height = 1.0 / max(fwidth(edge_distance), vec3(1e-8));
+  vec3 d = edge_distance * height;
   float nearest = min(d.x, min(d.y, d.z));
-  return 1.0 - smoothstep(0.5 * wire_width - 0.5, 0.5 * wire_width + 0.5, nearest);
+  float lowest = min(height.x, min(height.y, height.z));
+  return min(1.0, lowest / (4.0 * wire_width)) *
+         (1.0 - smoothstep(0.5 * wire_width - 0.5, 0.5 * wire_width + 0.5, nearest));
 }
 )";
 
