@@ -190,6 +190,8 @@ void run_deform(const DeformOptions& options, bool has_bounds) {
 
   std::vector<Vec3d> normals;
   if (inputs.shape.mesh.face_count() == 0) normals = vertex_normals_of(inputs.shape);
+  const std::vector<std::uint32_t> labels = face_labels(inputs.shape);
+  replay.face_labels = labels;
   replay.normals = normals;
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;

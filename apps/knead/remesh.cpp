@@ -26,10 +26,15 @@ struct RemeshCommand {
   CommonOptions common;
 };
 
-Remeshed remeshed(const Mesh& mesh, const RemeshSettings& settings, int threads) {
+Remeshed remeshed(const ShapeFile& shape, const RemeshSettings& settings, int threads) {
+  const Mesh& mesh = shape.mesh;
+  const std::vector<MeshEdge> creases = find_creases(mesh);
+  const std::vector<std::uint32_t> labels = face_labels(shape);
   RemeshOptions options;
   options.targets = resolve(settings, mesh);
   options.whole = true;
+  options.creases = creases;
+  options.face_labels = labels;
   options.threads = threads;
   return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
 }
@@ -62,7 +67,7 @@ void run_remesh(RemeshCommand command) {
     for (const std::string& note : shape.notes) print_message(fmt::format("note: {}: {}", command.shape, note));
     print_notes(remesh_losses(command.output, shape));
   }
-  const Remeshed result = remeshed(shape.mesh, settings, command.threads.value_or(0));
+  const Remeshed result = remeshed(shape, settings, command.threads.value_or(0));
   write_remeshed(command.output, shape, result.mesh, result.face_source);
   if (format_of(command.output) == "obj") copy_material_files(shape, command.shape, command.output);
   if (command.common.json) {

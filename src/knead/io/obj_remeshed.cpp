@@ -1,5 +1,6 @@
 // Writing an OBJ file anew with its lines and another mesh.
 #include <array>
+#include <map>
 
 #include "knead/io/large_pages.h"
 #include "knead/io/obj.h"
@@ -14,6 +15,9 @@ namespace {
 constexpr std::array<std::string_view, 25> kNaming = {
     "p",      "l",   "fo",   "vp",   "curv", "curv2", "surf", "parm", "trim", "hole",  "scrv",  "sp", "end",
     "cstype", "deg", "bmat", "step", "bsp",  "bzp",   "cdc",  "cdp",  "res",  "ctech", "stech", "con"};
+
+// Lines that hold for the faces after them.
+constexpr std::array<std::string_view, 4> kGrouping = {"usemtl", "g", "o", "s"};
 
 bool is_naming(std::string_view keyword) { return std::find(kNaming.begin(), kNaming.end(), keyword) != kNaming.end(); }
 
@@ -215,6 +219,27 @@ class Writer {
 }  // namespace
 
 std::string remeshed_obj(const NewMesh& shape, const WriteOptions&) { return Writer(shape).run(); }
+
+std::vector<std::uint32_t> obj_face_labels(const ShapeFile& source) {
+  std::vector<std::uint32_t> labels;
+  std::map<std::string, std::uint32_t> known;
+  std::array<std::string, kGrouping.size()> state;  // the last line of each keyword
+  Statements statements(source.bytes);
+  for (Statement s; statements.next(s);) {
+    if (s.kind == Kind::other) {
+      const std::size_t begin = skip_obj_blanks(source.bytes, s.begin);
+      const std::size_t end = obj_token_end(source.bytes, begin);
+      const auto keyword = std::find(kGrouping.begin(), kGrouping.end(), source.bytes.substr(begin, end - begin));
+      if (keyword == kGrouping.end()) continue;
+      state[static_cast<std::size_t>(keyword - kGrouping.begin())] = source.bytes.substr(begin, s.end - begin);
+    } else if (s.kind == Kind::face && s.words >= 3) {
+      std::string all;
+      for (const std::string& line : state) all += line + '\n';
+      labels.push_back(known.try_emplace(all, static_cast<std::uint32_t>(known.size())).first->second);
+    }
+  }
+  return labels;
+}
 
 std::vector<std::string> obj_remesh_losses(const ShapeFile& source) {
   std::vector<std::string> losses;

@@ -85,6 +85,18 @@ bool are_floats(const Mesh& mesh) {
 
 }  // namespace
 
+std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
+  if (source.format == "obj") return obj_face_labels(source);
+  const GlbLayout* glb = std::get_if<GlbLayout>(&source.layout);
+  if (glb == nullptr) return {};
+  std::vector<std::uint32_t> labels(source.mesh.face_count());
+  for (std::size_t i = 0; i < glb->faces.size(); ++i) {
+    const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(glb->faces[i].first);
+    std::fill(begin, labels.end(), static_cast<std::uint32_t>(i));
+  }
+  return labels;
+}
+
 std::string serialize_remeshed(std::string_view format, const ShapeFile& source, const Mesh& mesh,
                                std::span<const std::uint32_t> face_source, const WriteOptions& options) {
   const NewMesh shape{source, mesh, face_source};

@@ -46,6 +46,11 @@ std::string serialize_remeshed(std::string_view format, const ShapeFile& source,
 void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,
                     std::span<const std::uint32_t> face_source, const WriteOptions& options = {});
 
+// A number for each face: equal where a file keeps the faces together, under one material, group, object and smoothing
+// (OBJ) or in one primitive (GLB). Empty where it has no such thing. A remesh that is given these (RemeshOptions,
+// ReplayOptions: face_labels) keeps the lines between them.
+std::vector<std::uint32_t> face_labels(const ShapeFile& source);
+
 // What write_remeshed may lose when it writes to this path, a sentence each; for another format than the source's what
 // conversion_losses says. Throws InvalidInput where write_remeshed would, whatever the mesh.
 std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source);

@@ -27,6 +27,9 @@ std::string remeshed_glb(const NewMesh& shape, const WriteOptions& options);
 std::string remeshed_stl(const NewMesh& shape, const WriteOptions& options);
 std::string remeshed_off(const NewMesh& shape, const WriteOptions& options);
 
+// face_labels of OBJ.
+std::vector<std::uint32_t> obj_face_labels(const ShapeFile& source);
+
 // What they leave out of the source, a sentence each.
 std::vector<std::string> ply_remesh_losses(const ShapeFile& source);
 std::vector<std::string> obj_remesh_losses(const ShapeFile& source);

@@ -214,6 +214,14 @@ TEST(Remeshed, ObjFacesStandWhereTheirSourceStood) {
   EXPECT_EQ(text_of(remesh_losses("b.obj", shape)), "weights of vertices are left out\nlines 'l' are left out\n");
 }
 
+TEST(Remeshed, FacesAreLabelledByWhatKeepsThemTogether) {
+  const std::string text =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl red\ng left\nf 1 2 3\nf 1 3 4\nusemtl blue\nf 1 2 4\n"
+      "usemtl red\n# back again\nf 2 3 4\ng right\nf 1 2 3\n";
+  EXPECT_EQ(face_labels(parse_shape(text, "obj", "a.obj")), (std::vector<std::uint32_t>{0, 0, 1, 0, 2}));
+  EXPECT_TRUE(face_labels(parse_shape("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "off", "a.off")).empty());
+}
+
 TEST(Remeshed, ObjMaterialFilesAreFoundAsBefore) {
   const std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("knead_remeshed_" + std::to_string(::getpid()));
