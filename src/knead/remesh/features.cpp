@@ -71,7 +71,7 @@ bool goes_on(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, 
 
 // The half-edges of creases: edges of a sharp dihedral that one at least of their ends continues, where enough of them
 // hang together and a third of these are clearly sharp. What else is sharp is noise of a rough surface.
-std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
+std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg) {
   const std::vector<Vec3d> normals = steady_normals(s);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
   const double most = std::cos(angle_deg * std::numbers::pi / 180);
@@ -99,10 +99,41 @@ std::vector<std::uint32_t> find_creases(const Surface& s, double angle_deg) {
   return found;
 }
 
+// The half-edge from v to w, or kNone.
+std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t w) {
+  std::uint32_t found = kNone;
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (s.target(h) == w) found = h;
+    if (s.apex(h) == w && s.opposite[Surface::previous(h)] == kNone) found = Surface::previous(h);
+  });
+  return found;
+}
+
 }  // namespace
 
-void mark_features(const Mesh& mesh, const RemeshOptions& options, Surface& s) {
-  for (const std::uint32_t h : find_creases(s, options.crease_angle_deg)) s.set_edge(h, kFeature);
+std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg) {
+  std::vector<MeshEdge> edges;
+  for (const std::uint32_t h : find_crease_halfedges(s, angle_deg)) {
+    edges.push_back({std::min(s.origin(h), s.target(h)), std::max(s.origin(h), s.target(h))});
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
+                   Patch& patch) {
+  Surface& s = patch.surface;
+  for (const MeshEdge& edge : options.creases) {
+    const std::uint32_t v = patch_number[edge[0]];
+    const std::uint32_t w = patch_number[edge[1]];
+    const std::uint32_t h = v == kNone || w == kNone ? kNone : halfedge_between(s, v, w);
+    if (h == kNone) {
+      patch.other_creases.push_back(edge);
+    } else {
+      s.set_edge(h, kFeature);
+      s.set_edge(h, kCrease);
+    }
+  }
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     const std::uint32_t o = s.opposite[h];
     if (o == kNone || o < h) continue;
@@ -114,3 +145,20 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, Surface& s) {
 }
 
 }  // namespace knead::remesh_detail
+
+namespace knead {
+
+std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
+  remesh_detail::Surface surface;
+  surface.before = mesh.positions;
+  surface.after = mesh.positions;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    surface.corner.insert(surface.corner.end(), t.begin(), t.end());
+    surface.face_source.push_back(0);
+  });
+  connect(surface);
+  return remesh_detail::find_crease_edges(surface, angle_deg);
+}
+
+}  // namespace knead

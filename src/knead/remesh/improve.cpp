@@ -19,6 +19,7 @@ const double kMoveBelow = tangent_of(28);
 const double kPoor = tangent_of(15);
 const double kBad = tangent_of(10);
 const double kWorst = tangent_of(7);
+const double kHopeless = tangent_of(6);
 constexpr double kWide = 0.06;
 constexpr double kTight = 0.1;  // of max_chord, for collapses that no triangle needs
 constexpr int kMendRounds = 6;  // of work at the worst triangles, on each level
@@ -95,7 +96,10 @@ bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
   if (improver.flip_edge(edges[2], bounds)) return true;
   for (const std::uint32_t h : edges) {
-    if (improver.collapse_edge(h, std::max(1.5 * was, 1e-3), bounds)) return true;
+    // Where others around are worse, two faces fewer are a gain.
+    const double around = std::min(star_quality(s, s.origin(h), s.after[s.origin(h)], {}),
+                                   star_quality(s, s.target(h), s.after[s.target(h)], {}));
+    if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {
     if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
@@ -163,19 +167,25 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
 }
 
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
-  Improver improver(surface, improvement);
   const double chord = improvement.targets.max_chord;
   struct Level {
     double below = 0;  // quality
     Bounds bounds;
     double wide = 0;
+    bool soft_creases = false;
   };
   // What is bad may cost more: such triangles are few, and small.
-  const std::array<Level, kMendLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0},
-                                               {kBad, bounds_of(chord, 50, 60, 10), 0},
-                                               {kBad, widest_bounds(chord), 0},
-                                               {kWorst, widest_bounds(chord), kWide}}};
+  const std::array<Level, kCarefulLevels> levels{{{kPoor, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
+                                                  {kBad, bounds_of(chord, 50, 60, 10), 0, false},
+                                                  {kBad, widest_bounds(chord), 0, false},
+                                                  {kWorst, widest_bounds(chord), kWide, false},
+                                                  {kHopeless, widest_bounds(chord), kWide, true},
+                                                  {kWorst, bounds_of(0.7 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.25 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.08 * chord, 80, 80, 20), 0, false},
+                                                  {kWorst, bounds_of(0.02 * chord, 80, 80, 20), 0, false}}};
   const Level& at = levels.at(static_cast<std::size_t>(level));
+  Improver improver(surface, improvement, at.soft_creases);
   const int rounds = at.wide > 0 ? 2 * kMendRounds : kMendRounds;
   for (int i = 0; i < rounds && mend_round(improver, at.below, at.bounds, at.wide); ++i) continue;
   improver.settle();

@@ -32,8 +32,11 @@ struct ImprovementCounts {
 // max_chord.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
-// Whatever helps the worst triangles, with wider bounds from level to level, 0 to kMendLevels - 1.
-inline constexpr int kMendLevels = 4;
+// Whatever helps the worst triangles: with wider bounds from level to level, 0 to kMendLevels - 1, on the last of which
+// also creases give way to triangles of less than 6 degrees; and then, where that
+// made triangles cross, with distances that fall from level to level, to kCarefulLevels - 1.
+inline constexpr int kMendLevels = 5;
+inline constexpr int kCarefulLevels = 9;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
 // Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds: what crosses may

@@ -21,8 +21,8 @@ double cosine(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-Improver::Improver(Surface& surface, const Improvement& improvement)
-    : s_(surface), targets_(improvement.targets), locked_(improvement.locked) {
+Improver::Improver(Surface& surface, const Improvement& improvement, bool soft_creases)
+    : s_(surface), targets_(improvement.targets), locked_(improvement.locked), soft_creases_(soft_creases) {
   locked_.resize(s_.vertex_count(), false);
 }
 
@@ -30,9 +30,20 @@ bool Improver::is_open(std::uint32_t v) const {
   return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved) && !locked_[v];
 }
 
+bool Improver::is_feature(std::uint32_t h) const {
+  if (!s_.edge_has(h, kFeature)) return false;
+  const bool is_hard = s_.edge_has(h, kSeam) || s_.edge_has(h, kBoundary) || s_.edge_has(h, kLocked);
+  return is_hard || !soft_creases_;
+}
+
 Freedom Improver::freedom(std::uint32_t v) const {
   if (!is_open(v)) return Freedom::none;
-  const int features = feature_degree(s_, v);
+  int features = 0;
+  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+    const std::uint32_t in = Surface::previous(h);
+    features += is_feature(h) ? 1 : 0;
+    if (s_.opposite[in] == kNone && is_feature(in)) ++features;
+  });
   if (features == 0) return Freedom::free;
   if (features != 2) return Freedom::none;
   bool on_boundary = false;
@@ -66,7 +77,7 @@ bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices,
 
 bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
-  if (o == kNone || s_.edge_has(h, kFeature) || s_.edge_has(h, kLocked)) return false;
+  if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return locked_[w] || !s_.has(w, kRegion); })) return false;
   const Vec3d& a = s_.after[v[0]];
@@ -83,12 +94,13 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const double volume = det(c - a, d - a, b - a);
   const double span = norm(cross(b - a, d - c));
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
-  if (are_neighbours(s_, v[2], v[3])) return false;
+  if (v[2] == v[3] || are_neighbours(s_, v[2], v[3])) return false;
   flip(s_, h);
   if (!give_back(-volume, v, bounds)) {
     flip(s_, h);
     return false;
   }
+  s_.edge_flags[s_.edge[h]] = 0;  // a soft crease is none any more
   ++counts_.flips;
   return true;
 }
@@ -97,7 +109,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
 bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   std::vector<Vec3d> ends;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    if (s_.edge_has(h, kFeature)) ends.push_back(s_.after[s_.target(h)] - s_.after[v]);
+    if (is_feature(h)) ends.push_back(s_.after[s_.target(h)] - s_.after[v]);
   });
   if (ends.size() != 2) return false;
   const Vec3d chord = ends[1] - ends[0];
@@ -110,7 +122,8 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
   std::vector<Merge> merges;
-  if (locked_[a] || locked_[b]) return merges;
+  // What hangs on a fixed vertex elsewhere is not seen, so nothing is merged into one.
+  if (locked_[a] || locked_[b] || s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
     merge.halfedge = e;
@@ -118,10 +131,13 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
     merge.place = s_.after[s_.target(e)] * (1 - t) + s_.after[s_.origin(e)] * t;
     merges.push_back(merge);
   };
-  const bool along = s_.edge_has(h, kFeature);
+  const bool along = is_feature(h);
+  // Creases that run closer to each other than they may be moved are joined.
+  const bool is_short = norm2(s_.after[b] - s_.after[a]) < bounds.crease * bounds.crease;
   const auto may_go = [&](std::uint32_t v) {
     const Freedom freedom_of_v = freedom(v);
-    return along ? freedom_of_v == Freedom::on_crease && is_straight(v, bounds.crease) : freedom_of_v == Freedom::free;
+    if (freedom_of_v == Freedom::on_crease) return along ? is_straight(v, bounds.crease) : is_short;
+    return freedom_of_v == Freedom::free && !along;
   };
   const bool a_goes = may_go(a);
   const bool b_goes = s_.opposite[h] != kNone && may_go(b);
@@ -255,7 +271,7 @@ bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
-  const bool is_crease = s_.edge_has(h, kFeature) && !s_.edge_has(h, kSeam) && o != kNone;
+  const bool is_crease = s_.edge_has(h, kCrease) && !s_.edge_has(h, kSeam) && o != kNone;
   if (!is_crease || s_.edge_has(h, kLocked) || freedom(v) != Freedom::free || !is_open(a) || !is_open(b)) return false;
   const std::uint32_t d = s_.apex(o);
   if (!is_open(d) || are_neighbours(s_, v, d)) return false;
@@ -282,7 +298,9 @@ bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
   flip(s_, h);
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
-    if (s_.target(e) == a || s_.target(e) == b) s_.set_edge(e, kFeature);
+    if (s_.target(e) != a && s_.target(e) != b) return;
+    s_.set_edge(e, kFeature);
+    s_.set_edge(e, kCrease);
   });
   if (!give_back(volume, ring, bounds)) owed_ += volume;
   ++counts_.flips;
@@ -330,6 +348,7 @@ bool Improver::split_chord(std::uint32_t h) {
   const std::uint32_t b = s_.target(h);
   const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion) || locked_[a] || locked_[b];
   if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  if (norm2(s_.after[b] - s_.after[a]) < 4 * targets_.max_chord * targets_.max_chord) return false;
   const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, (s_.after[a] + s_.after[b]) * 0.5);
   s_.set(m, kMoved);
   locked_.push_back(false);
@@ -338,6 +357,7 @@ bool Improver::split_chord(std::uint32_t h) {
 }
 
 void Improver::settle() {
+  if (owed_ == 0) return;
   std::vector<std::uint32_t> free;
   double area = 0;
   for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {

@@ -22,7 +22,8 @@ enum class Freedom { free, on_crease, none };
 
 class Improver {
  public:
-  Improver(Surface& surface, const Improvement& improvement);
+  // With `soft_creases`, creases are as good as none.
+  Improver(Surface& surface, const Improvement& improvement, bool soft_creases = false);
 
   Freedom freedom(std::uint32_t v) const;
 
@@ -37,7 +38,7 @@ class Improver {
   bool absorb_apex(std::uint32_t h, const Bounds& bounds);
 
   // Splits the edge in the middle of its chord, which leaves the surface where it is: between vertices that stand too
-  // close to be merged, and far ones, the triangles then can be graded.
+  // close to be merged, and far ones, the triangles then can be graded. Not below twice max_chord.
   bool split_chord(std::uint32_t h);
 
   // Spreads what could not be given back on the spot over all vertices that are free to move.
@@ -56,6 +57,7 @@ class Improver {
   };
 
   bool is_open(std::uint32_t v) const;
+  bool is_feature(std::uint32_t h) const;
   std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
   // Moves all of these by one vector, so that six times the volume grows by `volume`. False where it would take more
   // than the tolerance, or turn a face.
@@ -69,6 +71,7 @@ class Improver {
   Surface& s_;
   RemeshTargets targets_;
   std::vector<bool> locked_;
+  bool soft_creases_ = false;
   ImprovementCounts counts_;
   double owed_ = 0;  // six times the volume that is to be given back
 };

@@ -171,7 +171,7 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
   connect(s);
   fix_border(before, number, patch);
   mark_region(moved, options.whole, patch);
-  mark_features(before, options, s);
+  mark_features(before, options, number, patch);
   return patch;
 }
 

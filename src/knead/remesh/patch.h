@@ -18,6 +18,7 @@ struct Patch {
   std::vector<std::uint32_t> vertex_source;  // of the first vertices: their numbers in the mesh, ascending
   std::vector<Triangle> triangles;           // of the first faces, as they were
   std::vector<bool> holds_face;              // for each face of the mesh
+  std::vector<MeshEdge> other_creases;       // of the mesh, between its vertices, that the patch does not hold
 
   bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
   // Whether a face is as it was taken out.
@@ -30,8 +31,12 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
 // The mesh with the patch put back.
 Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch);
 
-// Marks as features the edges of a dihedral above the angle on the undeformed surface, where at least five such hang
-// together (fewer are noise), and the seams between corner values and labels.
-void mark_features(const Mesh& mesh, const RemeshOptions& options, Surface& surface);
+// find_creases() between the vertices of a surface as it is before.
+std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg);
+
+// Marks as features the creases, of which those that the patch does not hold are kept aside, and the seams between
+// corner values and labels.
+void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
+                   Patch& patch);
 
 }  // namespace knead::remesh_detail

@@ -21,6 +21,7 @@ class Assembly {
   Remeshed run() {
     add_vertices();
     add_faces();
+    add_creases();
     return std::move(result_);
   }
 
@@ -70,6 +71,18 @@ class Assembly {
       for (std::size_t t = first; t < triangle; ++t) add_triangle(t);
     }
     for (; triangle < s_.face_count(); ++triangle) add_triangle(triangle);
+  }
+
+  void add_creases() {
+    const auto add = [&](std::uint32_t a, std::uint32_t b) {
+      result_.creases.push_back({std::min(a, b), std::max(a, b)});
+    };
+    for (const auto& [a, b] : patch_.other_creases) add(of_mesh_[a], of_mesh_[b]);
+    for (std::size_t e = 0; e < s_.halfedge.size(); ++e) {
+      const std::uint32_t h = s_.halfedge[e];
+      if (h != kNone && (s_.edge_flags[e] & kCrease) != 0) add(number_[s_.origin(h)], number_[s_.target(h)]);
+    }
+    std::sort(result_.creases.begin(), result_.creases.end());
   }
 
   bool is_untouched(std::size_t first, std::size_t last) const {

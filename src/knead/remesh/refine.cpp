@@ -26,6 +26,14 @@ std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& posi
   return normals;
 }
 
+// Whether the angle opposite to the half-edge is very obtuse.
+bool is_cap(const Surface& s, std::uint32_t h) {
+  const Vec3d& apex = s.after[s.apex(h)];
+  const Vec3d u = s.after[s.origin(h)] - apex;
+  const Vec3d v = s.after[s.target(h)] - apex;
+  return dot(u, v) < kCapCosine * norm(u) * norm(v);
+}
+
 double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
 
 }  // namespace
@@ -143,24 +151,30 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   return edges;
 }
 
-// Where a marked edge is not the longest of a triangle with a very obtuse angle, the longest is split too: halving the
-// others alone would make triangles flatter for ever.
-void Refinement::add_longest_of_caps(std::vector<std::uint32_t>& marked) const {
-  const std::size_t count = marked.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t first = s_.halfedge[marked[i]];
+// Where a marked edge is not the longest of a triangle with a very obtuse angle, the longest is split too, and where
+// that cannot be, neither is split: halving the others alone would make triangles flatter for ever.
+std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<std::uint32_t>& marked) const {
+  std::vector<std::uint32_t> result;
+  for (const std::uint32_t e : marked) {
+    const std::uint32_t first = s_.halfedge[e];
+    const std::size_t count = result.size();
+    bool is_free = true;
     for (const std::uint32_t h : {first, s_.opposite[first]}) {
       if (h == kNone) continue;
       const std::uint32_t longest = longest_edge(s_, h / 3, s_.after);
-      if (longest == h || s_.edge_has(longest, kBoundary) || !is_open(s_.edge[longest])) continue;
-      const Vec3d& apex = s_.after[s_.apex(longest)];
-      const Vec3d u = s_.after[s_.origin(longest)] - apex;
-      const Vec3d v = s_.after[s_.target(longest)] - apex;
-      if (dot(u, v) < kCapCosine * norm(u) * norm(v)) marked.push_back(s_.edge[longest]);
+      if (longest == h || !is_cap(s_, longest)) continue;
+      is_free = is_free && is_open(s_.edge[longest]);
+      if (!s_.edge_has(longest, kBoundary)) result.push_back(s_.edge[longest]);
+    }
+    if (is_free) {
+      result.push_back(e);
+    } else {
+      result.resize(count);
     }
   }
-  std::sort(marked.begin(), marked.end());
-  marked.erase(std::unique(marked.begin(), marked.end()), marked.end());
+  std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
+  return result;
 }
 
 void Refinement::split_edge(std::uint32_t e) {
@@ -187,7 +201,8 @@ bool Refinement::split_round(const std::vector<bool>& forced) {
   std::vector<std::uint32_t> marked = find_marked(forced);
   if (marked.empty()) marked = find_edges_of_large_faces();
   if (marked.empty()) return false;
-  add_longest_of_caps(marked);
+  marked = with_longest_of_caps(marked);
+  if (marked.empty()) return false;
   std::vector<std::pair<double, std::uint32_t>> longest_first;
   longest_first.reserve(marked.size());
   for (const std::uint32_t e : marked) longest_first.emplace_back(-length2(e, s_.after), e);

@@ -35,7 +35,7 @@ class Refinement {
   bool is_moved(std::uint32_t e) const;
   bool is_above(std::uint32_t e, const std::vector<Vec3d>& normals_before,
                 const std::vector<Vec3d>& normals_after) const;
-  void add_longest_of_caps(std::vector<std::uint32_t>& marked) const;
+  std::vector<std::uint32_t> with_longest_of_caps(const std::vector<std::uint32_t>& marked) const;
   void split_edge(std::uint32_t e);
   bool is_open(std::uint32_t e) const;
   double length2(std::uint32_t e, const std::vector<Vec3d>& positions) const;

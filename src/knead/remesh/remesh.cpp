@@ -16,9 +16,12 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 8;  // of crossing faces
+constexpr int kMostRefinements = 8;      // of crossing faces
+constexpr std::size_t kManyPairs = 300;  // that remain: then no time is spent on avoiding more
+constexpr int kMostSearches = 80;        // for crossings
 constexpr int kMostUntanglings = 4;
-constexpr int kSteps = 2 + kMendLevels;   // a compensation, the rounds of improving, the levels of mending
+constexpr int kSteps = 2 + kMendLevels;  // a compensation, the rounds of improving, the levels of mending
+constexpr int kCarefulSteps = 2 + kCarefulLevels;
 constexpr int kMostAttempts = 5;          // at improving without a crossing
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
@@ -58,37 +61,46 @@ class Remesher {
       surface() = refined;
       found.pairs = refine_crossings();
       start();
-      for (int step = 0; step < steps; ++step) improve_guarded(step, found.pairs);
+      if (found.pairs > kManyPairs) {
+        for (int step = 0; step < steps; ++step) improve_once(step, {});
+        counts_.crossings = search_.find(patch_).pairs;
+        return;
+      }
+      const int careful_steps = steps > 1 ? kCarefulSteps : 1;
+      for (int step = 0; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
       // What was left out may be mended now that the rest has changed.
-      for (int step = 2; step < steps; ++step) improve_guarded(step, found.pairs);
-      found = search_.find(patch_);
+      for (int step = kSteps - 1; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
     }
     counts_.crossings = found.pairs;
   }
 
-  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all.
-  void improve_guarded(int step, std::size_t unavoidable) {
+  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all. Returns how
+  // many pairs then cross.
+  std::size_t improve_guarded(int step, std::size_t unavoidable) {
     const Surface saved = surface();
     const RemeshCounts counts = counts_;
     std::vector<bool> locked;
-    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+    for (int attempt = 0; attempt < kMostAttempts && searches_ < kMostSearches; ++attempt) {
       improve_once(step, locked);
       const Crossings found = find_and_untangle(locked);
-      if (found.pairs <= unavoidable) return;
+      if (found.pairs <= unavoidable) return found.pairs;
       lock_around(found, attempt, locked);
       surface() = saved;
       counts_ = counts;
     }
+    return unavoidable;
   }
 
   // What crosses after a few rounds of changes to the faces that do.
   Crossings find_and_untangle(const std::vector<bool>& locked) {
+    ++searches_;
     Crossings found = search_.find(patch_);
     for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
       const ImprovementCounts done = untangle(surface(), {options_.targets, locked}, found.faces);
       counts_.flips += done.flips;
       counts_.collapses += done.collapses;
       const std::size_t was = found.pairs;
+      ++searches_;
       found = search_.find(patch_);
       if (found.pairs >= 2 * was) break;
     }
@@ -172,6 +184,7 @@ class Remesher {
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
+  int searches_ = 0;
 };
 
 }  // namespace

@@ -2,6 +2,7 @@
 // 5.2; method, section 5).
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -46,6 +47,17 @@ inline constexpr int kDefaultRemeshIterations = 4;
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh);
 void validate(const RemeshSettings& settings);
 
+// Two vertices, the smaller first.
+using MeshEdge = std::array<std::uint32_t, 2>;
+
+inline constexpr double kDefaultCreaseDeg = 40;
+
+// The edges of two faces whose normals are apart by more than the angle, where one of their ends at least goes on about
+// straight in another such edge, and at least five hang together of which a third are of more than 60 degrees: what
+// else is sharp is noise of a rough surface. Ascending. To be asked of a shape as it was made; a smooth surface that
+// is folded by a deformation has no creases.
+std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
+
 // How the volume is treated while triangles are improved.
 //   keep:  moves, flips and collapses that leave it as it is, to the rounding, and a compensation for what the chords
 //          of the refined mesh miss (method, section 5, after Kuprat et al. 2001);
@@ -69,7 +81,8 @@ struct RemeshOptions {
   VolumeTreatment volume = VolumeTreatment::keep;
   bool single_precision = true;  // crossings are judged of the positions rounded to float, as most files hold them
   bool whole = false;            // improve the whole surface, not only what moved
-  double crease_angle_deg = 40;  // edges of a greater dihedral on the undeformed mesh are creases
+  // Edges of the mesh before that are creases: split along, never smoothed across. Others are not looked at.
+  std::span<const MeshEdge> creases{};
   // One for each face, or empty: edges between faces of different labels (materials, groups) are treated like seams.
   std::span<const std::uint32_t> face_labels{};
   int threads = 0;  // 0: all
@@ -90,6 +103,7 @@ struct Remeshed {
   Mesh mesh;                                 // the shape after, its attributes interpolated
   std::vector<std::uint32_t> face_source;    // for each face the face of the mesh before that it lies in
   std::vector<std::uint32_t> vertex_source;  // for each vertex the vertex of the mesh before, or kNewVertex
+  std::vector<MeshEdge> creases;             // ascending; what became of those given
   std::vector<bool> moved;                   // for each vertex: whether the deformation moves the surface there
   RemeshCounts counts;
 };
@@ -98,11 +112,11 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 // The shape `before`, whose vertices are moved to `after` by the deformation, with a mesh that follows it.
 //
 // Edges are split on the undeformed and the deformed surface at once, the new vertex carried by the deformation. Then
-// triangles are improved by flips, collapses and diffusion along the surface. Creases (by options.crease_angle_deg on
-// the undeformed shape), boundaries, and seams of attributes and face attributes are split along and neither flipped
-// nor diffused; edges of more than two faces are left as they are. Faces that the deformation does not touch keep their
-// corners, and all vertices that it does not their bits; both keep their order, and come before new ones. Polygons are
-// cut into triangles where touched. A move that would make triangles cross is taken back.
+// triangles are improved by flips, collapses and diffusion along the surface. Creases, boundaries, and seams of
+// attributes and face attributes are split along and neither flipped nor diffused; edges of more than two faces are
+// left as they are. Faces that the deformation does not touch keep their corners, and all vertices that it does not
+// their bits; both keep their order, and come before new ones. Polygons are cut into triangles where touched. A move
+// that would make triangles cross is taken back.
 //
 // Attributes: numbers per vertex and corner are interpolated, per face inherited; "normal" (3) is turned along by the
 // deformation as by transport_normals.

@@ -32,7 +32,8 @@ double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
 }
 
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
-  bool found = false;
+  if (s.has(v, kFixed)) std::swap(v, w);
+  bool found = s.has(v, kFixed);
   s.for_each_outgoing(v, [&](std::uint32_t h) { found = found || s.target(h) == w || s.apex(h) == w; });
   return found;
 }

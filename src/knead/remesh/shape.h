@@ -61,7 +61,7 @@ double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const Tur
 // How far p is from the planes of the faces around v, at most; thin faces are left out.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 
-// Whether an edge joins the two.
+// Whether an edge joins the two, or might, outside of the patch, because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
 
 }  // namespace knead::remesh_detail

@@ -61,6 +61,49 @@ std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
   return k;
 }
 
+// Gives the corners around an edge that is collapsed into its target their values: those on each side of it that have
+// the side's value get (1 - t) times that at the target plus t times that at the origin. Corners beyond another seam
+// keep theirs.
+void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::uint32_t> at_a,
+                   std::span<const std::uint32_t> at_b) {
+  if (s.corner_values.stride == 0) return;
+  const std::uint32_t o = s.opposite[h];
+  const std::uint32_t left_b = Surface::next(h);
+  const std::uint32_t right_a = o == kNone ? h : Surface::next(o);
+  const std::uint32_t right_b = o == kNone ? left_b : o;
+  const auto same = [&](std::uint32_t c, std::uint32_t d) {
+    return std::equal(s.corner_values.of(c).begin(), s.corner_values.of(c).end(), s.corner_values.of(d).begin());
+  };
+  std::vector<std::uint32_t> left;
+  std::vector<std::uint32_t> right;
+  const auto sort_in = [&](std::uint32_t c, std::uint32_t of_left, std::uint32_t of_right) {
+    if (same(c, of_left)) {
+      left.push_back(c);
+    } else if (same(c, of_right)) {
+      right.push_back(c);
+    }
+  };
+  for (const std::uint32_t c : at_a) sort_in(c, h, right_a);
+  for (const std::uint32_t c : at_b) sort_in(c, left_b, right_b);
+  Values sides{s.corner_values.stride, {}};
+  sides.resize(2);
+  for (std::size_t i = 0; i < sides.stride; ++i) {
+    const auto mix = [&](std::uint32_t of_b, std::uint32_t of_a) {
+      const double from = s.corner_values.of(of_b)[i];
+      const double at = s.corner_values.of(of_a)[i];
+      return from == at ? from : (1 - t) * from + t * at;
+    };
+    sides.of(0)[i] = mix(left_b, h);
+    sides.of(1)[i] = mix(right_b, right_a);
+  }
+  for (const std::size_t side : {0, 1}) {
+    const std::span<const double> values = sides.of(side);
+    for (const std::uint32_t c : side == 0 ? left : right) {
+      std::copy(values.begin(), values.end(), s.corner_values.of(c).begin());
+    }
+  }
+}
+
 }  // namespace
 
 void Values::copy(std::size_t from, std::size_t to) {
@@ -84,16 +127,6 @@ Vec3d star_vector(const Surface& surface, std::uint32_t v) {
   Vec3d sum{};
   surface.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(surface, h / 3, surface.after); });
   return sum;
-}
-
-int feature_degree(const Surface& surface, std::uint32_t v) {
-  int count = 0;
-  surface.for_each_outgoing(v, [&](std::uint32_t h) {
-    count += surface.edge_has(h, kFeature) ? 1 : 0;
-    const std::uint32_t in = Surface::previous(h);
-    if (surface.opposite[in] == kNone && surface.edge_has(in, kFeature)) ++count;
-  });
-  return count;
 }
 
 std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3d& after) {
@@ -211,39 +244,12 @@ void collapse(Surface& s, std::uint32_t h, const Vec3d& after, double t) {
   const std::uint32_t b = s.target(h);
   s.halfedge[s.edge[h]] = kNone;
   s.vertex_values.blend(b, a, t, b);
-  // The values at the corners of the removed vertex and of the one that stays, on each side: what lies beyond the
-  // edge's own faces follows the side that it hangs on without crossing a feature.
   std::vector<std::uint32_t> at_a;
   std::vector<std::uint32_t> at_b;
   s.for_each_outgoing(a, [&](std::uint32_t e) { at_a.push_back(e); });
   s.for_each_outgoing(b, [&](std::uint32_t e) { at_b.push_back(e); });
   const std::uint32_t o = s.opposite[h];
-  if (s.corner_values.stride > 0) {
-    const std::uint32_t left_b = Surface::next(h);
-    const std::uint32_t right_a = o == kNone ? h : Surface::next(o);
-    const std::uint32_t right_b = o == kNone ? left_b : o;
-    const auto same = [&](std::uint32_t c, std::uint32_t d) {
-      return std::equal(s.corner_values.of(c).begin(), s.corner_values.of(c).end(), s.corner_values.of(d).begin());
-    };
-    std::vector<std::pair<std::uint32_t, bool>> right;  // corners, and whether they take the right side's values
-    for (const std::uint32_t c : at_a) right.emplace_back(c, !same(c, h) && same(c, right_a));
-    for (const std::uint32_t c : at_b) right.emplace_back(c, !same(c, left_b) && same(c, right_b));
-    Values sides{s.corner_values.stride, {}};
-    sides.resize(2);
-    for (std::size_t i = 0; i < sides.stride; ++i) {
-      const auto mix = [&](std::uint32_t of_b, std::uint32_t of_a) {
-        const double from = s.corner_values.of(of_b)[i];
-        const double at = s.corner_values.of(of_a)[i];
-        return from == at ? from : (1 - t) * from + t * at;
-      };
-      sides.of(0)[i] = mix(left_b, h);
-      sides.of(1)[i] = mix(right_b, right_a);
-    }
-    for (const auto& [c, is_right] : right) {
-      const std::span<const double> side = sides.of(is_right ? 1 : 0);
-      std::copy(side.begin(), side.end(), s.corner_values.of(c).begin());
-    }
-  }
+  blend_corners(s, h, t, at_a, at_b);
   for (const std::uint32_t e : at_a) s.corner[e] = b;
   const auto remove_face = [&](std::uint32_t e) {
     const std::uint32_t n = Surface::next(e);

@@ -31,7 +31,8 @@ enum EdgeFlag : std::uint8_t {
   kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
   kBoundary = 2,  // of one face: split, but never collapsed, so that coincident boundaries stay together
   kLocked = 4,    // never split: an edge of the surface that goes on elsewhere, or of more than two faces
-  kSeam = 8,      // a feature that is more than a crease: values or labels differ across it
+  kSeam = 8,      // a feature across which values or labels differ
+  kCrease = 16,   // a feature of the shape
 };
 
 enum VertexFlag : std::uint8_t {
@@ -104,9 +105,6 @@ Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3
 
 // The sum of the faces' area vectors around v: the volume grows by dot(star, d) / 6 when v moves by d.
 Vec3d star_vector(const Surface& surface, std::uint32_t v);
-
-// How many feature edges end at v.
-int feature_degree(const Surface& surface, std::uint32_t v);
 
 // Splits the edge of half-edge h in its middle; the new vertex, whose number is returned, stands at the given places.
 std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);

@@ -106,6 +106,23 @@ void add_measures(const Mesh& before, const Mesh& after, Certificate& certificat
   certificate.volume_error_sampling = error - certificate.volume_error_integration;
 }
 
+void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& certificate) {
+  double squares = 0;
+  double back_squares = 0;
+  double points = 0;
+  for (const StrokeDistance& stroke : strokes) {
+    const auto count = static_cast<double>(stroke.points);
+    squares += stroke.rms * stroke.rms * count;
+    back_squares += stroke.back_rms * stroke.back_rms * count;
+    points += count;
+    certificate.distance_max = std::max(certificate.distance_max, stroke.max);
+    certificate.carried_back_max = std::max(certificate.carried_back_max, stroke.back_max);
+  }
+  if (points == 0) return;
+  certificate.distance_rms = std::sqrt(squares / points);
+  certificate.carried_back_rms = std::sqrt(back_squares / points);
+}
+
 }  // namespace
 
 struct CertificateBuilder::State {
@@ -144,14 +161,7 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   add_angles(before, after, certificate);
   certificate.motion_outside = state_->motion_outside;
   certificate.strokes = state_->strokes;
-  double squares = 0;
-  std::size_t points = 0;
-  for (const StrokeDistance& stroke : state_->strokes) {
-    squares += stroke.rms * stroke.rms * static_cast<double>(stroke.points);
-    points += stroke.points;
-    certificate.distance_max = std::max(certificate.distance_max, stroke.max);
-  }
-  if (points > 0) certificate.distance_rms = std::sqrt(squares / static_cast<double>(points));
+  add_distances(state_->strokes, certificate);
   return certificate;
 }
 

@@ -13,12 +13,17 @@
 namespace knead {
 
 // How far one stroke's result lies from the true image of the surface that it began with: of the vertices and the
-// centres of the faces that it moved, carried back by the inverse of its flow.
+// centres of the faces that it moved. They are carried back by the inverse of its flow; their distances from the
+// surface there are g, and g / |grad g|, to the first order the distances here, where g is taken as a function of the
+// place after. Where the stroke presses a surface flat, g is many times that. Relative to the diagonal of the input's
+// box.
 struct StrokeDistance {
   std::size_t line = 0;  // of the session
   std::size_t points = 0;
-  double rms = 0;  // both relative to the diagonal of the input's box
+  double rms = 0;
   double max = 0;
+  double back_rms = 0;  // of g
+  double back_max = 0;
 };
 
 // Of the result with its positions as they are written. The members are the keys of the report.
@@ -47,8 +52,10 @@ struct Certificate {
   std::optional<double> smallest_angle_after;
   std::optional<double> touched_angle_before;
   std::optional<double> touched_angle_after;
-  double distance_rms = 0;  // over all strokes
+  double distance_rms = 0;  // over all strokes; StrokeDistance
   double distance_max = 0;
+  double carried_back_rms = 0;
+  double carried_back_max = 0;
   std::vector<StrokeDistance> strokes;
 };
 
@@ -59,7 +66,7 @@ class CertificateBuilder {
   CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
   ~CertificateBuilder();
 
-  // Costs about three times the stroke, in double precision, and a search for the nearest point of the surface for each
+  // Costs about six times the stroke, in double precision, and a search for the nearest point of the surface for each
   // vertex and face that moved.
   void add(const AppliedStroke& stroke);
 

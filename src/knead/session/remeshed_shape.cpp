@@ -55,6 +55,7 @@ void hand_on(const Remeshed& remeshed, RemeshedShape& shape) {
   shape.face_source = std::move(face_source);
   shape.touched = std::move(touched);
   shape.steps = std::move(steps);
+  shape.creases = remeshed.creases;
   add(remeshed.counts, shape.counts);
 }
 
@@ -103,6 +104,8 @@ std::optional<Remeshed> move_and_remesh(const Flow& flow, const AdvectOptions& m
   RemeshOptions here = *remesh_options;
   const std::vector<std::uint32_t> labels = labels_of(shape, here.face_labels);
   here.face_labels = labels;
+  if (!shape.creases) shape.creases = find_creases(shape.mesh);
+  here.creases = *shape.creases;
   deformation.feature = reach.smallest_feature();
   try {
     Remeshed result = remesh(shape.mesh, after, deformation, here);

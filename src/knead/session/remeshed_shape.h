@@ -13,13 +13,14 @@ namespace knead::session_detail {
 
 struct RemeshedShape {
   Mesh mesh;
-  std::vector<std::uint32_t> face_source;    // of the mesh at the beginning
-  std::vector<std::uint32_t> vertex_source;  // the same, or kNewVertex
-  std::vector<bool> touched;                 // for each vertex: whether it, or the surface there, was moved
-  std::vector<std::uint32_t> steps;          // accepted, of each vertex
-  RemeshCounts counts;                       // of all strokes
-  AdvectResult work;                         // of all path lines
-  bool renumbered = false;                   // vertices have other numbers than at the beginning
+  std::vector<std::uint32_t> face_source;          // of the mesh at the beginning
+  std::vector<std::uint32_t> vertex_source;        // the same, or kNewVertex
+  std::vector<bool> touched;                       // for each vertex: whether it, or the surface there, was moved
+  std::optional<std::vector<MeshEdge>> creases{};  // of the shape at the beginning, as far as it was remeshed
+  std::vector<std::uint32_t> steps;                // accepted, of each vertex
+  RemeshCounts counts;                             // of all strokes
+  AdvectResult work;                               // of all path lines
+  bool renumbered = false;                         // vertices have other numbers than at the beginning
 };
 
 RemeshedShape unmoved(const Mesh& mesh);

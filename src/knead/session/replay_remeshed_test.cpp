@@ -271,6 +271,7 @@ TEST(ReplayRemeshed, RefusesSettingsOutOfRange) {
   RemeshSettings wrong;
   wrong.max_chord = 2;
   EXPECT_TRUE(refusal(ball(), session_of(kPulledAndTurned), remeshing(wrong)).starts_with("\"max_chord\""));
+  EXPECT_TRUE(refusal(ball(), session_of(kPulledAndTurned, wrong)).starts_with("s.knead:2: \"max_chord\""));
 }
 
 // Strokes report themselves, with the shape before and after, with and without remeshing.

@@ -100,8 +100,12 @@ nlohmann::ordered_json json_of(const RemeshReport& remesh) {
 nlohmann::ordered_json json_of(const Certificate& certificate) {
   nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
   for (const StrokeDistance& stroke : certificate.strokes) {
-    strokes.push_back(
-        {{"line", stroke.line}, {"points", stroke.points}, {"distance_rms", stroke.rms}, {"distance_max", stroke.max}});
+    strokes.push_back({{"line", stroke.line},
+                       {"points", stroke.points},
+                       {"distance_rms", stroke.rms},
+                       {"distance_max", stroke.max},
+                       {"carried_back_rms", stroke.back_rms},
+                       {"carried_back_max", stroke.back_max}});
   }
   return {{"crossings_before", certificate.crossings_before},
           {"crossings_after", certificate.crossings_after},
@@ -122,6 +126,8 @@ nlohmann::ordered_json json_of(const Certificate& certificate) {
           {"touched_angle_after", or_null(certificate.touched_angle_after)},
           {"distance_rms", certificate.distance_rms},
           {"distance_max", certificate.distance_max},
+          {"carried_back_rms", certificate.carried_back_rms},
+          {"carried_back_max", certificate.carried_back_max},
           {"strokes", strokes}};
 }
 

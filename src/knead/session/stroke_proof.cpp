@@ -19,6 +19,8 @@ namespace {
 // to which the surface is searched first.
 constexpr double kBackTolerance = 1e-8;
 constexpr double kNear = 1e-3;
+// How far apart places are whose ways back tell a gradient: far above the error, far below what bends a flow.
+constexpr double kNeighbour = 1e-5;
 
 // Path lines whose drift is looked at, of a stroke with few segments and with many.
 constexpr std::size_t kMostDrifts = 256;
@@ -136,32 +138,85 @@ Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
   return probes;
 }
 
-// The probes that moved, where they came from. With a cylinder only those known to have moved are taken: which others
-// might have, its inverse does not tell.
-std::vector<Vec3d> carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
-                                double diagonal) {
-  const bool members_only = has_cylinder(stroke.flow);
-  std::vector<Vec3d> points;
+// Points after a stroke, and where they came from.
+struct CarriedBack {
   std::vector<Vec3d> there;
-  std::vector<bool> moved;
-  for (std::size_t i = 0; i < probes.points.size(); ++i) {
-    if (members_only && !probes.moved[i]) continue;
-    there.push_back(probes.points[i]);
-    moved.push_back(probes.moved[i]);
-  }
+  std::vector<Vec3d> back;
+};
+
+void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double diagonal,
+                std::vector<Vec3d>& points) {
   AdvectOptions back;
   back.tolerance = kBackTolerance * diagonal;
   back.precision = Precision::float64;
   back.threads = options.threads;
-  points = there;
   if (advect(inverse(for_members(stroke.flow)), points, back).status != AdvectStatus::done) {
     throw InvalidInput("the result cannot be carried back to prove it: a path line runs away; leave --check out");
   }
-  std::vector<Vec3d> result;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (moved[i] || points[i] != there[i]) result.push_back(points[i]);
+}
+
+// The probes that moved. With a cylinder only those known to have moved are taken: which others might have, its inverse
+// does not tell.
+CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
+                         double diagonal) {
+  const bool members_only = has_cylinder(stroke.flow);
+  CarriedBack all;
+  std::vector<bool> moved;
+  for (std::size_t i = 0; i < probes.points.size(); ++i) {
+    if (members_only && !probes.moved[i]) continue;
+    all.there.push_back(probes.points[i]);
+    moved.push_back(probes.moved[i]);
+  }
+  all.back = all.there;
+  carry_back(stroke, options, diagonal, all.back);
+  CarriedBack result;
+  for (std::size_t i = 0; i < all.back.size(); ++i) {
+    if (!moved[i] && all.back[i] == all.there[i]) continue;
+    result.there.push_back(all.there[i]);
+    result.back.push_back(all.back[i]);
   }
   return result;
+}
+
+// From each point carried back to the nearest of the surface before.
+std::vector<Vec3d> ways_to_surface(const AppliedStroke& stroke, const CarriedBack& points, int threads,
+                                   double diagonal) {
+  const SurfaceTree tree(triangulate(stroke.before.mesh), stroke.before.positions);
+  std::vector<Vec3d> ways(points.back.size());
+  parallel_for(ways.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      std::optional<SurfacePoint> nearest = tree.closest(points.back[i], kNear * diagonal);
+      if (!nearest) nearest = tree.closest(points.back[i]);
+      if (nearest) ways[i] = nearest->point - points.back[i];
+    }
+  });
+  return ways;
+}
+
+// The distances after the stroke that these ways before it stand for: g / |grad g|, the gradient by where neighbours
+// came from.
+std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBack& points,
+                                    const std::vector<Vec3d>& ways, const ReplayOptions& options, double diagonal) {
+  const double reach = kNeighbour * diagonal;
+  std::vector<Vec3d> neighbours;
+  for (const Vec3d& p : points.there) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      neighbours.push_back(p);
+      neighbours.back()[axis] += reach;
+    }
+  }
+  carry_back(stroke, options, diagonal, neighbours);
+  std::vector<double> distances(ways.size());
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    const double g = norm(ways[i]);
+    if (!(g > 0)) continue;
+    Vec3d gradient;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      gradient[axis] = dot(ways[i], neighbours[3 * i + axis] - points.back[i]) / (g * reach);
+    }
+    distances[i] = norm(gradient) > 0 ? g / norm(gradient) : g;
+  }
+  return distances;
 }
 
 StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
@@ -169,24 +224,22 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
   StrokeDistance result;
   result.line = stroke.line;
   if (stroke.before.mesh.face_count() == 0) return result;
-  const std::vector<Vec3d> points = carried_back(stroke, probes_of(stroke, moved), options, diagonal);
-  result.points = points.size();
-  if (points.empty()) return result;
-  const SurfaceTree tree(triangulate(stroke.before.mesh), stroke.before.positions);
-  std::vector<double> distances(points.size());
-  parallel_for(points.size(), kGrain, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      std::optional<SurfacePoint> nearest = tree.closest(points[i], kNear * diagonal);
-      if (!nearest) nearest = tree.closest(points[i]);
-      distances[i] = nearest ? nearest->distance / diagonal : 0;
-    }
-  });
+  const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, diagonal);
+  result.points = points.back.size();
+  if (points.back.empty()) return result;
+  const std::vector<Vec3d> ways = ways_to_surface(stroke, points, options.threads, diagonal);
+  const std::vector<double> after = distances_after(stroke, points, ways, options, diagonal);
   double squares = 0;
-  for (const double distance : distances) {
-    squares += distance * distance;
-    result.max = std::max(result.max, distance);
+  double back_squares = 0;
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    squares += after[i] * after[i];
+    back_squares += norm2(ways[i]);
+    result.max = std::max(result.max, after[i] / diagonal);
+    result.back_max = std::max(result.back_max, norm(ways[i]) / diagonal);
   }
-  result.rms = std::sqrt(squares / static_cast<double>(distances.size()));
+  const auto count = static_cast<double>(ways.size());
+  result.rms = std::sqrt(squares / count) / diagonal;
+  result.back_rms = std::sqrt(back_squares / count) / diagonal;
   return result;
 }
 

@@ -1,0 +1,5 @@
+knead_test(knead_remesh_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/improve_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/remesh_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/settings_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/surface_test.cpp)
