@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "knead/math/error.h"
+#include "knead/tool/stroke.h"
 #include "support/random_segments.h"
 
 namespace knead {
@@ -304,6 +305,31 @@ TEST(Advect, RefusesWhatMeansNothing) {
   std::vector<std::uint32_t> steps(2);
   options.steps = steps;
   EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput);
+}
+
+// Beside the axis of a bend the turning plane is all but at rest when the stroke begins; a way that looks short there
+// is not.
+TEST(Advect, AToolThatIsSlowAtItsBeginningIsNotTakenForOneAtRest) {
+  BendStroke bend;
+  bend.axis = {0, 0, 1};
+  bend.normal = {-1, 0, 0};
+  bend.angle_deg = 90;
+  bend.extent = BendWidth{2};
+  const Flow flow = flow_of(bend);
+  std::vector<Vec3d> points;
+  for (int i = 0; i <= 40; ++i) {
+    for (const double y : {0.0, 1e-9, 1e-4}) points.push_back({-1.05 + 0.005 * i, y, -0.5});
+  }
+  const std::vector<Vec3d> exact = moved(flow, points, precisely(1e-11));
+  for (const Precision precision : {Precision::float32, Precision::float64}) {
+    AdvectOptions options;
+    options.tolerance = 1e-5;
+    options.precision = precision;
+    const std::vector<Vec3d> found = moved(flow, points, options);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      EXPECT_LT(norm(found[i] - exact[i]), 1e-5) << points[i].x << " " << points[i].y;
+    }
+  }
 }
 
 }  // namespace
