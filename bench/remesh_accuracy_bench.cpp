@@ -1,13 +1,14 @@
 // How accurate deformations are without remeshing, with the paper's, and with ours: the scenes of the paper's table of
-// volume errors (its section 6.2), as a table in Markdown.
+// volume errors, as a table in Markdown.
 //
 //   remesh_accuracy_bench [MESHES [SCENE [WAY]]]
+//
+// MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name, WAY
+// one of off, paper and ours.
 //
 // Distances from the true image are those of the certificate (session/certificate.h), in parts of the box's diagonal:
 // the rms of the stroke where it is greatest, the greatest of all, and the rms of what is carried back. Seconds are
 // those of the processor.
-// MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name,
-// WAY one of off, paper and ours.
 #include <fmt/format.h>
 
 #include <algorithm>
