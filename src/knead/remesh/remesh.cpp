@@ -18,7 +18,7 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 8;      // of crossing faces
 constexpr std::size_t kManyPairs = 300;  // that remain: then no time is spent on avoiding more
-constexpr int kMostSearches = 80;        // for crossings
+constexpr double kMostSearched = 8e6;    // faces, over all searches for crossings that follow the first
 constexpr int kMostUntanglings = 4;
 constexpr int kSteps = 2 + kMendLevels;  // a compensation, the rounds of improving, the levels of mending
 constexpr int kCarefulSteps = 2 + kCarefulLevels;
@@ -57,7 +57,7 @@ class Remesher {
     start();
     for (int step = 0; step < steps; ++step) improve_once(step, {});
     Crossings found = find_and_untangle({});
-    if (found.pairs > 0) {
+    if (found.pairs > 0 && found.pairs > crossings_before(refined)) {
       surface() = refined;
       found.pairs = refine_crossings();
       start();
@@ -80,7 +80,7 @@ class Remesher {
     const Surface saved = surface();
     const RemeshCounts counts = counts_;
     std::vector<bool> locked;
-    for (int attempt = 0; attempt < kMostAttempts && searches_ < kMostSearches; ++attempt) {
+    for (int attempt = 0; attempt < kMostAttempts && searched_ < kMostSearched; ++attempt) {
       improve_once(step, locked);
       const Crossings found = find_and_untangle(locked);
       if (found.pairs <= unavoidable) return found.pairs;
@@ -91,17 +91,30 @@ class Remesher {
     return unavoidable;
   }
 
+  // How many pairs crossed on the undeformed surface.
+  std::size_t crossings_before(const Surface& refined) {
+    Surface improved = std::move(surface());
+    surface() = refined;
+    surface().after = refined.before;
+    const std::size_t pairs = search().pairs;
+    surface() = std::move(improved);
+    return pairs;
+  }
+
+  Crossings search() {
+    searched_ += static_cast<double>(surface().face_count());
+    return search_.find(patch_);
+  }
+
   // What crosses after a few rounds of changes to the faces that do.
   Crossings find_and_untangle(const std::vector<bool>& locked) {
-    ++searches_;
-    Crossings found = search_.find(patch_);
+    Crossings found = search();
     for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
       const ImprovementCounts done = untangle(surface(), {options_.targets, locked}, found.faces);
       counts_.flips += done.flips;
       counts_.collapses += done.collapses;
       const std::size_t was = found.pairs;
-      ++searches_;
-      found = search_.find(patch_);
+      found = search();
       if (found.pairs >= 2 * was) break;
     }
     return found;
@@ -184,7 +197,7 @@ class Remesher {
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
-  int searches_ = 0;
+  double searched_ = 0;
 };
 
 }  // namespace
