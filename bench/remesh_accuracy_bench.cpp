@@ -1,15 +1,18 @@
 // How accurate deformations are without remeshing, with the paper's, and with ours: the scenes of the paper's table of
-// volume errors (its section 6.2), as a table in Markdown.
+// volume errors, as a table in Markdown.
 //
-//   remesh_accuracy_bench [MESHES [SCENE]]
+//   remesh_accuracy_bench [MESHES [SCENE [WAY]]]
+//
+// MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name, WAY
+// one of off, paper and ours.
 //
 // Distances from the true image are those of the certificate (session/certificate.h), in parts of the box's diagonal:
 // the rms of the stroke where it is greatest, the greatest of all, and the rms of what is carried back. Seconds are
 // those of the processor.
-// MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -56,6 +59,7 @@ std::vector<Scene> all_scenes() {
 }
 
 enum class Way { off, paper, ours };
+constexpr std::array kWays{"off", "paper", "ours"};
 
 // Of all threads.
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -166,7 +170,7 @@ void print_row(const Scene& scene, const Mesh& mesh, Way way) {
   const double volume = measure(mesh).volume;
   const std::string uncompensated =
       way == Way::ours ? fmt::format("{:.1e}", error - outcome.result.remesh.compensated_volume / volume) : "";
-  const char* const name = way == Way::off ? "off" : way == Way::paper ? "paper's way" : "ours";
+  const char* const name = way == Way::paper ? "paper's way" : kWays.at(static_cast<std::size_t>(way));
   fmt::print("| {} | {} | {} | {} | {:.1e} | {} | {} | {:.1f} | {:.1e} | {:.1e} | {:.1e} | {:.1f} |\n",
              way == Way::off ? scene.name : "", name, outcome.result.positions.size(), uncompensated, error,
              way == Way::off ? scene.paper : "", c.crossings_after, c.touched_angle_after.value_or(0), worst_stroke(c),
@@ -178,7 +182,7 @@ void print_row(const Scene& scene, const Mesh& mesh, Way way) {
   fmt::print(stderr, "{}, distance of each stroke, rms:{}\n", scene.name, strokes);
 }
 
-void run(const std::filesystem::path& folder, const std::string& only) {
+void run(const std::filesystem::path& folder, const std::string& only, const std::string& way) {
   fmt::print(
       "| scene | remeshing | vertices | volume error, uncompensated | volume error | the paper's | crossings | ");
   fmt::print("smallest angle | distance, rms | max | carried back, rms | s |\n");
@@ -190,13 +194,15 @@ void run(const std::filesystem::path& folder, const std::string& only) {
       if (folder.empty() || !std::filesystem::exists(scene.file)) continue;
     }
     const Mesh mesh = scene.kind ? make_shape(*scene.kind, scene.vertices) : read_shape(scene.file).mesh;
-    for (const Way way : {Way::off, Way::paper, Way::ours}) print_row(scene, mesh, way);
+    for (std::size_t i = 0; i < kWays.size(); ++i) {
+      if (way.empty() || way == kWays[i]) print_row(scene, mesh, static_cast<Way>(i));
+    }
   }
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  run(argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "");
+  run(argc > 1 ? argv[1] : "", argc > 2 ? argv[2] : "", argc > 3 ? argv[3] : "");
   return 0;
 }
