@@ -39,9 +39,12 @@ double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cr
 }  // namespace
 
 Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole)
-    : s_(surface), deformation_(deformation), targets_(targets), whole_(whole) {
-  shortest_ = kShortestShare * targets.max_chord;
-  most_vertices_ = std::max(kMostVertices, 4 * surface.vertex_count());
+    : s_(surface),
+      deformation_(deformation),
+      targets_(targets),
+      whole_(whole),
+      shortest_(kShortestShare * targets.max_chord),
+      most_vertices_(std::max(kMostVertices, 4 * surface.vertex_count())) {
   deviation_.resize(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
     if ((s_.edge_flags[e] & kLocked) == 0) fresh_.push_back(e);

@@ -38,7 +38,8 @@ struct AppliedStroke {
   const Flow& flow;      // which moved the vertices
   PosedMesh before;
   PosedMesh after;
-  const Remeshed* remeshed = nullptr;  // how the vertices and faces came from those before; null: they are the same
+  // How the vertices and faces came from those before, its mesh moved out into `after`; null: they are the same.
+  const Remeshed* remeshed = nullptr;
 };
 
 struct ReplayOptions {
