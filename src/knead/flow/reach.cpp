@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -27,7 +28,7 @@ double feature_of(const Field& field) {
 }  // namespace
 
 struct FlowReach::Parts {
-  explicit Parts(const Flow& whole) : flow(whole) {
+  explicit Parts(Flow whole) : flow(std::move(whole)) {
     for (const Segment& segment : flow.segments) segments.emplace_back(segment);
   }
   Parts(const Parts&) = delete;

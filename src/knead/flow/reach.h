@@ -11,6 +11,8 @@ namespace knead {
 class FlowReach {
  public:
   explicit FlowReach(const Flow& flow);
+  FlowReach(const FlowReach&) = delete;
+  FlowReach& operator=(const FlowReach&) = delete;
   ~FlowReach();
   FlowReach(FlowReach&&) noexcept;
   FlowReach& operator=(FlowReach&&) noexcept;
