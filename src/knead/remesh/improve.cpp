@@ -36,15 +36,12 @@ double edge_quality(const Surface& s, std::uint32_t h) {
   return o == kNone ? q : std::min(q, quality(s, o / 3, s.after));
 }
 
-bool flip_round(Improver& improver, const Bounds& bounds) {
+void flip_round(Improver& improver, const Bounds& bounds) {
   Surface& s = improver.surface();
-  bool changed = false;
   for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
     const std::uint32_t h = s.halfedge[e];
-    if (h == kNone || edge_quality(s, h) > kFlipBelow) continue;
-    changed = improver.flip_edge(h, bounds) || changed;
+    if (h != kNone && edge_quality(s, h) <= kFlipBelow) improver.flip_edge(h, bounds);
   }
-  return changed;
 }
 
 void collapse_short_edges(Improver& improver, double shortest, const Bounds& bounds) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "knead/remesh/remesh.h"
@@ -24,6 +25,9 @@ class Refinement {
 
   // Of each edge: from the middle of its chord to where its middle is carried; zero where it is locked.
   const std::vector<Vec3d>& deviations() const { return deviation_; }
+
+  // Of a surface that was put back to what it was when these were its deviations.
+  void put_back(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
 
   std::size_t splits() const { return splits_; }
 

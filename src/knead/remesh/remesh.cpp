@@ -125,6 +125,7 @@ class Remesher {
     Crossings found = search_.find(patch_);
     std::size_t fewest = found.pairs;
     Surface best = surface();
+    std::vector<Vec3d> deviations = refinement_.deviations();
     for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest; ++round) {
       if (found.pairs > kMostPairs) break;
       counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
@@ -132,8 +133,10 @@ class Remesher {
       if (found.pairs >= fewest) continue;
       fewest = found.pairs;
       best = surface();
+      deviations = refinement_.deviations();
     }
     surface() = std::move(best);
+    refinement_.put_back(std::move(deviations));
     return fewest;
   }
 
