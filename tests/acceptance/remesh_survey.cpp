@@ -239,7 +239,7 @@ void print_table(const std::vector<Ending>& endings) {
   row("volume error (met)", volume);
   row("vertices, times (met)", growth);
   row("processor seconds (all)", seconds);
-  if (!figures(max).max) return;
+  if (figures(max).max == 0) return;
   row("distance, rms (met)", rms);
   row("distance, max (met)", max);
 }
