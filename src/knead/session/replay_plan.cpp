@@ -28,25 +28,6 @@ double checked_until(const Session& session, const ReplayOptions& options) {
   return until;
 }
 
-PlannedStroke plan_stroke(const Session& session, const SessionStroke& source, double part, bool inverse) {
-  PlannedStroke planned;
-  planned.source = &source;
-  planned.part = part;
-  if (!reads_surface(source.stroke)) {
-    planned.flow = flow_of(source.stroke);
-    validate(planned.flow);
-    planned.barrel = barrel_of(source.stroke);
-    return planned;
-  }
-  require(!inverse,
-          "this stroke reads the surface as it was before it, which the deformed shape does not tell; resolve the "
-          "session with the undeformed shape (knead resolve) and take that session back");
-  validate(source.stroke);
-  planned.tool = tool_mesh_of(session, source.stroke);
-  planned.expected_segments = expected_segments(source.stroke, planned.tool.get());
-  return planned;
-}
-
 std::vector<PlannedStroke> plan_strokes(const Session& session, double until, bool inverse) {
   std::vector<PlannedStroke> strokes;
   for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
@@ -71,6 +52,25 @@ std::vector<double> frame_moments(const ReplayOptions& options, double until) {
 }
 
 }  // namespace
+
+PlannedStroke plan_stroke(const Session& session, const SessionStroke& source, double part, bool inverse) {
+  PlannedStroke planned;
+  planned.source = &source;
+  planned.part = part;
+  if (!reads_surface(source.stroke)) {
+    planned.flow = flow_of(source.stroke);
+    validate(planned.flow);
+    planned.barrel = barrel_of(source.stroke);
+    return planned;
+  }
+  require(!inverse,
+          "this stroke reads the surface as it was before it, which the deformed shape does not tell; resolve the "
+          "session with the undeformed shape (knead resolve) and take that session back");
+  validate(source.stroke);
+  planned.tool = tool_mesh_of(session, source.stroke);
+  planned.expected_segments = expected_segments(source.stroke, planned.tool.get());
+  return planned;
+}
 
 Plan make_plan(const Session& session, const ReplayOptions& options) {
   const double until = checked_until(session, options);

@@ -45,6 +45,9 @@ struct Plan {
 // that cannot be done: one that reads the surface, backwards; a tool that cannot be used.
 Plan make_plan(const Session& session, const ReplayOptions& options);
 
+// One stroke, wholly or in part. Reads the file of a stamp. Throws InvalidInput for a stroke that cannot be done.
+PlannedStroke plan_stroke(const Session& session, const SessionStroke& source, double part, bool inverse);
+
 Place place_of(const Session& session, const SessionStroke& stroke);
 
 // The flow from one moment to another, in segments; backwards where to < from. The segments are whole ones.

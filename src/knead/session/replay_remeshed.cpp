@@ -27,17 +27,6 @@ bool has_settings(const Session& session, const ReplayOptions& options) {
                      [&](const SessionStroke& stroke) { return settings_of(stroke, options).has_value(); });
 }
 
-// A vertex's number means nothing once the vertices have other numbers.
-void require_no_numbers(const Session& session, const SessionStroke& source) {
-  const auto* handles = std::get_if<HandlesStroke>(&source.stroke);
-  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
-  const bool full = !handles->full_vertices.empty();
-  throw InvalidInput(place_of(session, source),
-                     fmt::format("\"{}\" names vertices whose numbers the remeshing of an earlier stroke has changed; "
-                                 "name points instead, with \"{}\"",
-                                 full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
-}
-
 // Carries out a plan, remeshing after each stroke that has settings.
 class RemeshingReplayer {
  public:
@@ -55,6 +44,7 @@ class RemeshingReplayer {
     }
     for (const PlannedStroke& stroke : plan_.strokes) remesh_options_.push_back(remesh_options(stroke));
     shape_ = unmoved(mesh);
+    triangles_ = triangulate(mesh);
   }
 
   // Strokes that read the surface find it as these readings say, one for each stroke.
@@ -108,10 +98,8 @@ class RemeshingReplayer {
   }
 
   void enter(PlannedStroke& stroke, std::size_t index) {
-    const std::vector<Triangle> triangles =
-        reads_surface(stroke.source->stroke) || stroke.barrel ? triangulate(shape_.mesh) : std::vector<Triangle>{};
     if (reads_surface(stroke.source->stroke)) {
-      if (!are_given_) readings_[index] = read(stroke, triangles);
+      if (!are_given_) readings_[index] = read(stroke);
       const SurfaceReading& reading = readings_[index];
       stroke.flow = reading.flow;
       stroke.barrel = reading.barrel;
@@ -122,15 +110,15 @@ class RemeshingReplayer {
       result_.resolved.push_back(*stroke.source);
     }
     if (result_.status != AdvectStatus::done) return;
-    const std::optional<std::string> warning = barrel_warning(session_, stroke, shape_.mesh.positions, triangles);
+    const std::optional<std::string> warning = barrel_warning(session_, stroke, shape_.mesh.positions, triangles_);
     if (warning) warn(stroke, *warning);
   }
 
-  SurfaceReading read(const PlannedStroke& stroke, std::span<const Triangle> triangles) {
+  SurfaceReading read(const PlannedStroke& stroke) {
     if (shape_.renumbered) require_no_numbers(session_, *stroke.source);
     MovedShape ahead;
     ahead.positions = shape_.mesh.positions;
-    SurfaceReading reading = read_surface(session_, stroke, triangles, {}, move_, ahead);
+    SurfaceReading reading = read_surface(session_, stroke, triangles_, {}, move_, ahead);
     result_.status = ahead.counts.status;
     return reading;
   }
@@ -164,6 +152,7 @@ class RemeshingReplayer {
     if (options_.on_stroke) before = shape_.mesh;
     const std::optional<Remeshed> remeshed =
         move_and_remesh(flow, move_.vertices, remesh_options_[task.stroke], shape_);
+    if (remeshed) triangles_ = triangulate(shape_.mesh);
     result_.status = shape_.work.status;
     result_.segments += static_cast<std::size_t>(std::ceil(stroke.segments()));
     if (!options_.on_stroke || result_.status != AdvectStatus::done) return;
@@ -198,11 +187,23 @@ class RemeshingReplayer {
   std::vector<SurfaceReading> readings_;                      // for each planned stroke; empty where it reads nothing
   bool are_given_ = false;
   RemeshedShape shape_;
+  std::vector<Triangle> triangles_;  // of its faces, cut where they came about: a polygon is always cut the same way
   int frame_ = 0;
   ReplayResult result_;
 };
 
 }  // namespace
+
+// A vertex's number means nothing once the vertices have other numbers.
+void require_no_numbers(const Session& session, const SessionStroke& source) {
+  const auto* handles = std::get_if<HandlesStroke>(&source.stroke);
+  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
+  const bool full = !handles->full_vertices.empty();
+  throw InvalidInput(place_of(session, source),
+                     fmt::format("\"{}\" names vertices whose numbers the remeshing of an earlier stroke has changed; "
+                                 "name points instead, with \"{}\"",
+                                 full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
+}
 
 const std::optional<RemeshSettings>& settings_of(const SessionStroke& stroke, const ReplayOptions& options) {
   return stroke.remesh ? stroke.remesh : options.remesh;

@@ -20,6 +20,10 @@ std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& sessi
 // Whether a remeshed replay is done twice: first as usual, for strokes that read the surface.
 bool reads_first(const Session& session, const ReplayOptions& options);
 
+// Refuses marked regions given by vertices where a remesh has changed the vertices' numbers: throws InvalidInput that
+// names the session's line.
+void require_no_numbers(const Session& session, const SessionStroke& source);
+
 // replay() where remeshes().
 ReplayResult replay_remeshed(const Mesh& mesh, const Session& session, const ReplayOptions& options);
 

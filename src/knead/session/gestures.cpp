@@ -1,0 +1,66 @@
+#include <algorithm>
+
+#include "knead/session/workbench.h"
+#include "knead/tool/continued.h"
+#include "knead/tool/mirrored.h"
+
+namespace knead {
+
+namespace {
+
+constexpr std::size_t kMostImages = 8;  // of one gesture, mirrored in three planes
+
+bool has_vertices(const Stroke& stroke) {
+  const auto* handles = std::get_if<HandlesStroke>(&stroke);
+  return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
+}
+
+bool are_images(const Stroke& a, const Stroke& b) {
+  if (a.index() != b.index() || has_vertices(a)) return false;
+  for (int planes = 1; planes < 8; ++planes) {
+    Stroke image = a;
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((planes >> axis & 1) != 0) image = mirrored(image, axis);
+    }
+    if (auto* stamp = std::get_if<StampStroke>(&image)) stamp->mesh = std::get<StampStroke>(b).mesh;
+    if (image == b && image != a) return true;
+  }
+  return false;
+}
+
+bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& stroke) {
+  const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
+  return std::any_of(group.begin() + static_cast<std::ptrdiff_t>(first), group.end(), [&](const SessionStroke& member) {
+    if (member.remesh != stroke.remesh) return false;
+    return continues(member.stroke, stroke.stroke) || are_images(member.stroke, stroke.stroke);
+  });
+}
+
+}  // namespace
+
+std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes) {
+  std::vector<std::vector<SessionStroke>> groups;
+  for (const SessionStroke& stroke : strokes) {
+    if (groups.empty() || !belongs_to(groups.back(), stroke)) groups.emplace_back();
+    groups.back().push_back(stroke);
+  }
+  return groups;
+}
+
+std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
+  std::vector<SessionStroke> result;
+  for (SessionStroke& stroke : strokes) {
+    std::optional<Stroke> both;
+    if (!result.empty() && result.back().remesh == stroke.remesh && !stroke.remesh) {
+      both = joined(result.back().stroke, stroke.stroke);
+    }
+    if (both) {
+      result.back().stroke = std::move(*both);
+    } else {
+      result.push_back(std::move(stroke));
+    }
+  }
+  return result;
+}
+
+}  // namespace knead
