@@ -1,0 +1,115 @@
+// Gestures along the surface: paint, lines drawn, marks.
+#include <algorithm>
+#include <cmath>
+
+#include "gesture_parts.h"
+#include "knead/tool/paint.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr int kDabs = 6;  // that add up to the full depth
+constexpr double kLeastPressure = 0.05;
+constexpr int kMostRays = 400;          // between two places of the pointer
+constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
+
+double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
+
+Pointer between(const Pointer& a, const Pointer& b, double t) {
+  Pointer result = b;
+  result.x = a.x + (b.x - a.x) * t;
+  result.y = a.y + (b.y - a.y) * t;
+  result.pressure = a.pressure + (b.pressure - a.pressure) * t;
+  return result;
+}
+
+}  // namespace
+
+std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  const ToolSettings& settings = around.settings;
+  PaintGesture gesture;
+  const bool in = settings.paint_in != pointer.modifiers.ctrl;
+  gesture.stroke.outer = settings.radius;
+  gesture.stroke.depth = settings.depth * settings.radius / kDabs * (in ? 1 : -1);
+  gesture.spacing = kDabLength * settings.radius / kDabs;
+  gesture.stroke.samples = {{hit->point, hit->normal}};
+  gesture.last = pointer;
+  gesture.last_point = hit->point;
+  return gesture;
+}
+
+void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture) {
+  const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
+  const double fine = 0.25 * gesture.spacing / pixel_size(around.screen, gesture.last_point);  // pixels
+  const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMostRays);
+  const Pointer from = gesture.last;
+  for (int i = 1; i <= rays; ++i) {
+    const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
+    gesture.last = here;
+    const auto hit = hit_at(here, around);
+    if (!hit) continue;
+    gesture.travelled += norm(hit->point - gesture.last_point) * pressure_of(here);
+    gesture.last_point = hit->point;
+    if (gesture.travelled < gesture.spacing) continue;
+    gesture.travelled = std::min(gesture.travelled - gesture.spacing, gesture.spacing);
+    gesture.stroke.samples.push_back({hit->point, hit->normal});
+  }
+}
+
+// A click is a dab of full depth.
+void end_paint(PaintGesture& gesture) {
+  if (gesture.stroke.samples.size() > 1) return;
+  gesture.stroke.samples.resize(kDabs, gesture.stroke.samples.front());
+}
+
+std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  return DrawGesture{{hit->point}, around.settings.tool == ToolKind::curve};
+}
+
+void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return;
+  if (!gesture.is_curve) {
+    gesture.points = {hit->point};
+  } else if (norm(hit->point - gesture.points.back()) >= kPointSpacing * around.settings.radius) {
+    gesture.points.push_back(hit->point);
+  }
+}
+
+void end_draw(const DrawGesture& gesture, Placed& placed) {
+  if (gesture.is_curve && gesture.points.size() > 1) {
+    placed.curves.push_back(gesture.points);
+  } else {
+    placed.points.push_back(gesture.points.front());
+  }
+}
+
+MarkGesture begin_mark(const Pointer& pointer, const Surroundings& around) {
+  MarkMode mode = around.settings.mark;
+  if (pointer.modifiers.ctrl) mode = mode == MarkMode::full ? MarkMode::zero : MarkMode::full;
+  if (pointer.modifiers.shift) mode = MarkMode::erase;
+  return {mode == MarkMode::erase ? std::uint8_t{0} : mode == MarkMode::full ? kMarkedFull : kMarkedZero};
+}
+
+void move_mark(const Pointer& pointer, const Surroundings& around, const MarkGesture& gesture, Placed& placed) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return;
+  const Snapshot& positions = around.state.positions;
+  placed.marks.resize(positions.size());
+  const double reach2 = around.settings.radius * around.settings.radius / 4;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    Vec3d image = positions[i];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool other_side = around.settings.mirror[axis] && image[axis] * hit->point[axis] < 0;
+      if (other_side) image[axis] = -image[axis];
+    }
+    if (norm2(image - hit->point) <= reach2) placed.marks[i] = gesture.mark;
+  }
+}
+
+}  // namespace knead::studio
