@@ -17,7 +17,7 @@ remesh:  math mesh
 tool:    math field flow mesh
 session: math field flow mesh io remesh tool
 gpu:     math field flow
-render:  math mesh
+render:  math field flow mesh
 '
 
 # shellcheck disable=SC2016  # awk's own dollar signs

@@ -33,11 +33,11 @@ void check_strokes(const PanelOptions& options, const Session& session) {
 struct PlayedStroke {
   std::vector<SessionStroke> parts;
   Flow flow;
-  std::optional<StampTool> stamp;
+  std::optional<render::StampTool> stamp;
 };
 
-StampTool stamp_tool(const StampStroke& stamp, const Session& session) {
-  StampTool tool{read_shape(std::filesystem::path(session.name).parent_path() / stamp.mesh).mesh, stamp.path};
+render::StampTool stamp_tool(const StampStroke& stamp, const Session& session) {
+  render::StampTool tool{read_shape(std::filesystem::path(session.name).parent_path() / stamp.mesh).mesh, stamp.path};
   for (Vec3d& p : tool.mesh.positions) p = stamp.pose * p;
   return tool;
 }
@@ -84,8 +84,8 @@ double parts_at(const std::vector<PlayedStroke>& played, double moment) {
 }
 
 // The tools that are drawn on their whole way.
-std::vector<DrawnTool> all_tools(const PanelOptions& options, const std::vector<PlayedStroke>& played) {
-  std::vector<DrawnTool> tools;
+std::vector<render::DrawnTool> all_tools(const PanelOptions& options, const std::vector<PlayedStroke>& played) {
+  std::vector<render::DrawnTool> tools;
   for (std::size_t i = 0; i < played.size(); ++i) {
     if (!options.stroke || i + 1 == *options.stroke) tools.push_back({played[i].flow, played[i].stamp, {}});
   }
@@ -93,7 +93,8 @@ std::vector<DrawnTool> all_tools(const PanelOptions& options, const std::vector<
 }
 
 // Of the stroke under way; none where the session is over.
-std::vector<DrawnTool> tools_at(const PanelOptions& options, const std::vector<PlayedStroke>& played, double moment) {
+std::vector<render::DrawnTool> tools_at(const PanelOptions& options, const std::vector<PlayedStroke>& played,
+                                        double moment) {
   const auto index = static_cast<std::size_t>(moment);
   if (index >= played.size() || (options.stroke && index + 1 != *options.stroke)) return {};
   const PlayedStroke& stroke = played[index];

@@ -8,7 +8,7 @@
 #include "knead/render/image.h"
 #include "knead/render/renderer.h"
 #include "knead/render/scene.h"
-#include "tool_picture.h"
+#include "knead/render/tool_picture.h"
 
 namespace knead::command {
 namespace {
@@ -24,7 +24,7 @@ std::vector<Scene> scenes_of(const PictureRequest& request) {
     shape.mesh = &panel.shape;
     shape.use_mesh_colors = true;
     const Box box = render::shapes_box(scenes[i]);
-    for (const DrawnTool& tool : panel.tools) draw_tool(tool, box, scenes[i]);
+    for (const render::DrawnTool& tool : panel.tools) render::draw_tool(tool, box, scenes[i]);
     if (request.cut) scenes[i].clip = {.normal = request.cut->normal, .offset = request.cut->offset};
   }
   return scenes;

@@ -5,28 +5,15 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/segment.h"
 #include "knead/math/vec3.h"
 #include "knead/mesh/mesh.h"
+#include "knead/render/drawn_tool.h"
 
 namespace knead::command {
 
-// The shape that a stamp presses in, posed but not moved, and the places of its origin.
-struct StampTool {
-  Mesh mesh;
-  std::vector<Vec3d> path;
-};
-
-// The tool of a stroke: its whole way, or the place where it is at a moment, given in segments of the stroke.
-struct DrawnTool {
-  Flow stroke;
-  std::optional<StampTool> stamp;
-  std::optional<double> moment;
-};
-
 struct Panel {
   Mesh shape;
-  std::vector<DrawnTool> tools;
+  std::vector<render::DrawnTool> tools;
 };
 
 // Takes away the side dot(normal, x) > offset of every shape.

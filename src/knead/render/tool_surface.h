@@ -8,7 +8,7 @@
 #include "knead/math/box.h"
 #include "knead/mesh/mesh.h"
 
-namespace knead::command {
+namespace knead::render {
 
 // The surface {r = level} at t = 0 with the field's centre at `center`. A plane is cut to about the box, or to the
 // cylinder where there is one. Where the level of a ball, capsule or point set is not positive: a small ball at each
@@ -19,4 +19,4 @@ Mesh region_surface(const Field& field, const Vec3d& center, double level, const
 // The cylinder from the far end of the box up to the field's outer plane; the field's region is a half-space.
 Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& around);
 
-}  // namespace knead::command
+}  // namespace knead::render

@@ -1,4 +1,4 @@
-#include "tool_picture.h"
+#include "knead/render/tool_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,12 +6,10 @@
 #include <variant>
 #include <vector>
 
-#include "tool_surface.h"
+#include "knead/render/tool_surface.h"
 
-namespace knead::command {
+namespace knead::render {
 namespace {
-
-using render::Color;
 
 constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
@@ -19,7 +17,7 @@ constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, o
 
 // What the arrows of one field are drawn with.
 struct Sketch {
-  render::Scene& scene;
+  Scene& scene;
   const Field& field;
   double size;    // a typical length of the tool
   double radius;  // of arrows
@@ -105,18 +103,18 @@ Color fainter(Color color, double opacity) {
 }
 
 // The regions of all fields as they stand at the segment's beginning.
-void draw_regions(const Segment& segment, double opacity, const Box& around, render::Scene& scene) {
+void draw_regions(const Segment& segment, double opacity, const Box& around, Scene& scene) {
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
       scene.surfaces.push_back(
           {region_surface(field, field.center, level, around, segment.cylinder), fainter(color, opacity)});
     };
-    add(field.thresholds.inner, render::kInnerRed);
-    add(field.thresholds.outer, render::kOuterGreen);
+    add(field.thresholds.inner, kInnerRed);
+    add(field.thresholds.outer, kOuterGreen);
   }
 }
 
-void draw_start(const Segment& segment, const Box& around, render::Scene& scene) {
+void draw_start(const Segment& segment, const Box& around, Scene& scene) {
   draw_regions(segment, 1, around, scene);
   for (const Field& field : segment.fields) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
@@ -129,10 +127,10 @@ void draw_start(const Segment& segment, const Box& around, render::Scene& scene)
 }
 
 // Through the places of each field in turn, as long as the segments have the same fields.
-void draw_path(const Flow& stroke, const Box& around, render::Scene& scene) {
+void draw_path(const Flow& stroke, const Box& around, Scene& scene) {
   const std::size_t count = stroke.segments.front().fields.size();
   for (std::size_t i = 0; i < count; ++i) {
-    render::Line path{.points = {}, .radius = 0.003 * around.diagonal()};
+    Line path{.points = {}, .radius = 0.003 * around.diagonal()};
     for (const Segment& segment : stroke.segments) {
       if (segment.fields.size() != count) return;
       path.points.push_back(segment.fields[i].center);
@@ -165,7 +163,7 @@ bool moves(const Flow& stroke) {
   return stroke.segments.size() > 1 || stroke.segments.back().displacement != Vec3d{0, 0, 0};
 }
 
-void draw_whole_way(const Flow& stroke, const Box& around, render::Scene& scene) {
+void draw_whole_way(const Flow& stroke, const Box& around, Scene& scene) {
   draw_start(stroke.segments.front(), around, scene);
   if (!moves(stroke)) return;
   draw_regions(at_time(stroke.segments.back(), 1), kFaint, around, scene);
@@ -189,12 +187,12 @@ Vec3d way_from(const Flow& stroke, double moment) {
   return way;
 }
 
-void draw_stamp(const DrawnTool& tool, const Box& around, render::Scene& scene) {
+void draw_stamp(const DrawnTool& tool, const Box& around, Scene& scene) {
   const StampTool& stamp = *tool.stamp;
   const double moment = tool.moment.value_or(0);
   Vec3d place = stamp.path.front();
   if (moment > 0) place = stamp.path.back() - way_from(tool.stroke, moment);
-  render::TranslucentSurface surface{stamp.mesh, kStampBlue};
+  TranslucentSurface surface{stamp.mesh, kStampBlue};
   for (Vec3d& p : surface.mesh.positions) p += place;
   scene.surfaces.push_back(std::move(surface));
   if (moment > 0 && !tool.stroke.segments.empty()) {
@@ -209,7 +207,7 @@ void draw_stamp(const DrawnTool& tool, const Box& around, render::Scene& scene) 
 
 }  // namespace
 
-void draw_tool(const DrawnTool& tool, const Box& around, render::Scene& scene) {
+void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene) {
   if (tool.stamp) return draw_stamp(tool, around, scene);
   if (tool.stroke.segments.empty()) return;
   if (!tool.moment) return draw_whole_way(tool.stroke, around, scene);
@@ -217,4 +215,4 @@ void draw_tool(const DrawnTool& tool, const Box& around, render::Scene& scene) {
   if (moves(tool.stroke)) draw_path(tool.stroke, around, scene);
 }
 
-}  // namespace knead::command
+}  // namespace knead::render

@@ -1,4 +1,4 @@
-#include "tool_surface.h"
+#include "knead/render/tool_surface.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 #include "knead/mesh/polygonise.h"
 
-namespace knead::command {
+namespace knead::render {
 namespace {
 
 constexpr std::uint32_t kSides = 64;
@@ -216,4 +216,4 @@ Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& aro
   return mesh;
 }
 
-}  // namespace knead::command
+}  // namespace knead::render
