@@ -381,19 +381,19 @@ std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* 
   return bench_->state_after(bench_->now(), std::min(entries, bench_->now().size()), progress);
 }
 
-std::vector<const HistoryEntry*> Workbench::done() const {
-  std::vector<const HistoryEntry*> result;
-  for (const auto& entry : bench_->now()) result.push_back(&entry->info);
+std::vector<std::shared_ptr<const HistoryEntry>> Workbench::done() const {
+  std::vector<std::shared_ptr<const HistoryEntry>> result;
+  for (const auto& entry : bench_->now()) result.emplace_back(entry, &entry->info);
   return result;
 }
 
-std::vector<const HistoryEntry*> Workbench::redoable() const {
-  std::vector<const HistoryEntry*> result;
+std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
+  std::vector<std::shared_ptr<const HistoryEntry>> result;
   std::size_t size = bench_->now().size();
   for (auto history = bench_->redoable().rbegin(); history != bench_->redoable().rend(); ++history) {
     if (history->size() <= size) break;
     size = history->size();
-    result.push_back(&history->back()->info);
+    result.emplace_back(history->back(), &history->back()->info);
   }
   return result;
 }

@@ -88,8 +88,9 @@ class Workbench {
   WorkResult finish(Progress* progress = nullptr);
 
   // The history, first to last, and what redo would bring back, next first.
-  std::vector<const HistoryEntry*> done() const;
-  std::vector<const HistoryEntry*> redoable() const;
+  // They do not change, and may be kept.
+  std::vector<std::shared_ptr<const HistoryEntry>> done() const;
+  std::vector<std::shared_ptr<const HistoryEntry>> redoable() const;
 
   bool can_undo() const;
   bool can_redo() const;

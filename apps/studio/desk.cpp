@@ -1,0 +1,233 @@
+#include "desk.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "knead/io/remeshed.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/tool/placement.h"
+
+namespace knead::studio {
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point began) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+}  // namespace
+
+Desk::Desk(DeskOptions options) : options_(std::move(options)) {}
+
+bool Desk::guarded(const std::function<void()>& work) {
+  try {
+    work();
+    return true;
+  } catch (const std::bad_alloc&) {
+    options_.tell({true, "There is not enough memory for that; close other programs or take a smaller shape."});
+  } catch (const std::exception& error) {
+    options_.tell({true, error.what()});
+  }
+  return false;
+}
+
+void Desk::show() {
+  ++shown_.version;
+  options_.show(shown_);
+}
+
+void Desk::show_state() {
+  shown_.state = bench_->state();
+  shown_.looked_at.reset();
+  shown_.history = bench_->done();
+  shown_.redoable = bench_->redoable();
+  if (!shown_.history.empty()) shown_.live_steps = shown_.history.back()->steps;
+  show();
+}
+
+void Desk::open(ShapeFile source, const std::string& title, const std::filesystem::path& path) {
+  auto next = std::make_shared<const ShapeFile>(std::move(source));
+  const double diagonal = bounding_box(next->mesh.positions).diagonal();
+  std::optional<Journal> journal;
+  Workbench bench = [&] {
+    std::filesystem::path folder = std::filesystem::temp_directory_path();
+    try {
+      journal.emplace(Journal::create(options_.journals, *next, title));
+      folder = journal->folder();
+    } catch (const IoError& error) {
+      options_.tell({true, fmt::format("No journal can be kept, so a crash would lose work: {}", error.what())});
+    }
+    try {
+      return Workbench(next->mesh, folder, face_labels(*next), options_.threads);
+    } catch (...) {
+      if (journal) journal->discard();
+      throw;
+    }
+  }();
+  close();
+  source_ = std::move(next);
+  bench_.emplace(std::move(bench));
+  journal_ = std::move(journal);
+  const Measures measures = measure(source_->mesh);
+  is_measurable_ = measures.closed() && measures.oriented();
+  const std::uint64_t version = shown_.version;
+  const std::uint64_t opened = shown_.opened;
+  shown_ = {};
+  shown_.version = version;
+  shown_.opened = opened + 1;
+  shown_.title = title;
+  shown_.shape_path = path;
+  shown_.diagonal = diagonal > 0 ? diagonal : 1;
+  if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
+  shown_.picker = std::make_shared<const Picker>(bench_->state());
+  picker_is_stale_ = false;
+  for (const std::string& note : source_->notes) options_.tell({false, title + ": " + note});
+  show_state();
+}
+
+void Desk::close() {
+  if (journal_) journal_->discard();
+  journal_.reset();
+  bench_.reset();
+}
+
+void Desk::journal(const LineChange& change) {
+  if (!journal_ || change.empty()) return;
+  const auto began = std::chrono::steady_clock::now();
+  if (change.taken_back == 0) {
+    journal_->append(change.appended);
+  } else if (change.appended.empty()) {
+    journal_->take_back(change.taken_back);
+  } else {
+    journal_->replace(change.taken_back, change.appended);
+  }
+  shown_.journal_seconds = seconds_since(began);
+  shown_.journal_trouble = journal_->trouble().value_or("");
+  shown_.is_changed = true;
+}
+
+// Tells why something was not done; true where it was.
+bool Desk::take(const WorkResult& result, const char* what) {
+  journal(result.lines);
+  if (result.is_done()) return true;
+  if (!result.refusal.empty()) {
+    options_.tell({true, fmt::format("{}: {}", what, result.refusal)});
+  } else if (result.status == AdvectStatus::step_limit) {
+    options_.tell({true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what)});
+  } else {
+    options_.tell({false, fmt::format("{}: cancelled.", what)});
+  }
+  return false;
+}
+
+void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
+  if (!bench_) return;
+  guarded([&] {
+    const auto began = std::chrono::steady_clock::now();
+    const WorkResult result = bench_->set_live(std::move(strokes), &progress);
+    shown_.live_seconds = seconds_since(began);
+    shown_.refusal = result.refusal;
+    journal(result.lines);
+    show_state();
+  });
+}
+
+void Desk::finish(Progress& progress) {
+  if (!bench_ || bench_->live().empty()) return;
+  guarded([&] {
+    const std::size_t before = bench_->done().size();
+    if (!take(bench_->finish(&progress), "The stroke")) journal(bench_->set_live({}).lines);
+    const auto done = bench_->done();
+    if (done.size() > before) {
+      for (const std::string& warning : done.back()->warnings) options_.tell({false, warning});
+    }
+    shown_.refusal.clear();
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Desk::undo(Progress& progress) {
+  if (!bench_) return;
+  guarded([&] {
+    take(bench_->undo(&progress), "Undo");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Desk::redo(Progress& progress) {
+  if (!bench_) return;
+  guarded([&] {
+    take(bench_->redo(&progress), "Redo");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Desk::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress) {
+  if (!bench_ || entry >= bench_->done().size()) return;
+  guarded([&] {
+    take(bench_->edit(entry, std::move(strokes), &progress), "The change");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Desk::look_at(std::optional<std::size_t> entries, Progress& progress) {
+  if (!bench_) return;
+  guarded([&] {
+    if (!entries || *entries >= bench_->done().size()) {
+      show_state();
+      return;
+    }
+    const std::optional<ShapeState> state = bench_->state_after(*entries, &progress);
+    if (!state) return;
+    shown_.state = *state;
+    shown_.looked_at = entries;
+    show();
+  });
+}
+
+void Desk::measure_volume() {
+  if (!is_measurable_) return;
+  shown_.volume = measure_volume_and_area(*bench_->state().mesh, bench_->state().positions.copy()).volume;
+}
+
+void Desk::when_idle() {
+  if (!bench_ || !picker_is_stale_) return;
+  guarded([&] {
+    picker_is_stale_ = false;
+    measure_volume();
+    if (journal_) journal_->sync();
+    shown_.picker = std::make_shared<const Picker>(bench_->state(), shown_.picker.get());
+    show();
+  });
+}
+
+void Desk::count_crossings() {
+  if (!bench_) return;
+  guarded([&] {
+    const ShapeState& state = bench_->state();
+    const SelfIntersections found =
+        self_intersections(triangulate(*state.mesh), state.positions.copy(), {options_.threads});
+    options_.tell({false, found.count == 1 ? "1 pair of triangles crosses."
+                                           : fmt::format("{} pairs of triangles cross.", found.count)});
+  });
+}
+
+LimbProposal Desk::propose(const LimbQuery& query) const {
+  LimbProposal result;
+  result.problem = "No shape is open.";
+  if (!bench_ || !shown_.picker) return result;
+  return propose_limb(query, bench_->state().positions.copy(), shown_.picker->triangles());
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,343 @@
+#include "studio.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kFirstRadius = 0.12;  // of the diagonal
+constexpr double kWheelFactor = 1.1;
+constexpr double kRatioStep = 0.05;
+constexpr double kRatioPerPixel = 0.003;
+constexpr double kBendAngle = 90;  // that a limb's place is to be fit for
+
+std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
+
+DeskOptions desk_options(const StudioOptions& options, std::function<void(const Shown&)> show,
+                         std::function<void(Notice)> tell) {
+  DeskOptions result;
+  result.journals = journals_of(options);
+  result.threads = options.threads;
+  result.show = std::move(show);
+  result.tell = std::move(tell);
+  return result;
+}
+
+}  // namespace
+
+Studio::Studio(StudioOptions options)
+    : options_(std::move(options)),
+      desk_(desk_options(
+          options_,
+          [this](const Shown& shown) {
+            const std::lock_guard lock(mailbox_.mutex);
+            mailbox_.shown = shown;
+          },
+          [this](Notice notice) { tell(std::move(notice)); })) {
+  worker_.emplace(options_.has_worker, [this](Progress& /*progress*/) { desk_.when_idle(); });
+  LoadedPreferences loaded = load_preferences(options_.config);
+  preferences_ = std::move(loaded.preferences);
+  for (std::string& message : loaded.messages) tell({true, std::move(message)});
+  navigation_.preset = preferences_.navigation;
+  navigation_.view.up = preferences_.up;
+  recent_ = load_recent(options_.state);
+  abandoned_ = abandoned_journals(journals_of(options_));
+}
+
+Studio::~Studio() { worker_.reset(); }
+
+void Studio::tell(Notice notice) {
+  const std::lock_guard lock(mailbox_.mutex);
+  mailbox_.notices.push_back(std::move(notice));
+}
+
+std::vector<Notice> Studio::take_notices() {
+  const std::lock_guard lock(mailbox_.mutex);
+  return std::exchange(mailbox_.notices, {});
+}
+
+void Studio::post(Worker::Job job) {
+  worker_->post(std::move(job));
+  refresh();
+}
+
+void Studio::refresh() {
+  const std::uint64_t opened = shown_.opened;
+  {
+    const std::lock_guard lock(mailbox_.mutex);
+    if (mailbox_.shown.version != shown_.version) shown_ = mailbox_.shown;
+    if (mailbox_.limb && placed_.placement == mailbox_.limb->first) placed_.placement->limb = mailbox_.limb->second;
+    mailbox_.limb.reset();
+    if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
+  }
+  if (shown_.opened != opened) after_opening();
+  if (placed_.marks.size() != shown_.state.positions.size()) placed_.marks.clear();
+}
+
+void Studio::after_opening() {
+  gesture_.reset();
+  const std::optional<StampShape> stamp = placed_.stamp;
+  placed_ = {};
+  settings_.radius = kFirstRadius * shown_.diagonal;
+  view_.cut = false;
+  frame_all();
+  if (stamp) set_stamp([this, stamp] { return desk_.add_stamp(stamp->name, *stamp->mesh); });
+  if (shown_.shape_path.empty()) return;
+  add_recent(recent_, std::filesystem::absolute(shown_.shape_path));
+  try {
+    save_recent(options_.state, recent_);
+  } catch (const IoError& error) {
+    tell({true, error.what()});
+  }
+}
+
+Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
+
+Surroundings Studio::surroundings() const {
+  const bool fits = shown_.picker && shown_.picker->fits(shown_.state);
+  return {screen(), shown_.state, fits ? shown_.picker.get() : nullptr, settings_, worker_->begun() >= sent_};
+}
+
+void Studio::frame_all() {
+  if (shown_.opened == 0) return;
+  const Box box = bounding_box(shown_.state.positions.copy());
+  navigation_.view = framed(navigation_.view, box, static_cast<double>(navigation_.width) / navigation_.height);
+}
+
+void Studio::handle(const Event& event) {
+  refresh();
+  if (const auto* moved = std::get_if<PointerMoved>(&event)) {
+    pointer_ = {moved->x, moved->y, moved->pressure, moved->modifiers};
+  }
+  const bool in_hand = gesture_ || adjusting_;
+  if (!in_hand && navigate(navigation_, event)) return;
+  struct Handler {
+    Studio& studio;
+
+    void operator()(const PointerMoved& e) const { studio.move(e); }
+    void operator()(const ButtonChanged& e) const { e.down ? studio.press(e) : studio.release(e); }
+    void operator()(const WheelTurned& e) const { studio.turn_wheel(e); }
+    void operator()(const KeyChanged& e) const { studio.press_key(e); }
+    void operator()(const FilesDropped& e) const { studio.drop_files(e.files); }
+    void operator()(const Resized& e) const { navigate(studio.navigation_, e); }
+  };
+  std::visit(Handler{*this}, event);
+}
+
+void Studio::drop_files(const std::vector<std::filesystem::path>& files) {
+  for (const std::filesystem::path& file : files) open(file);
+}
+
+// --- the pointer -----------------------------------------------------------------------------------------------------
+
+void Studio::press(const ButtonChanged& button) {
+  pointer_ = {button.x, button.y, pointer_.pressure, button.modifiers};
+  if (adjusting_) {
+    if (button.button == MouseButton::right) adjust(adjusting_->start_x);
+    adjusting_.reset();
+    return;
+  }
+  if (gesture_ && button.button == MouseButton::right) return end(false);
+  if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
+  if (shown_.looked_at) {
+    look_at(std::nullopt);
+    tell({false, "Back from the past: the shape is as it is now."});
+    return;
+  }
+  begin();
+}
+
+void Studio::begin() {
+  gesture_ = begin_gesture(pointer_, surroundings(), placed_);
+  sent_strokes_.clear();
+  if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
+  if (settings_.tool == ToolKind::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
+  send_live();
+}
+
+void Studio::move(const PointerMoved& moved) {
+  if (adjusting_) adjust(moved.x);
+  if (!gesture_) return;
+  move_gesture(pointer_, surroundings(), placed_, *gesture_);
+  send_live();
+}
+
+void Studio::release(const ButtonChanged& button) {
+  if (!gesture_ || button.button != MouseButton::left) return;
+  pointer_ = {button.x, button.y, pointer_.pressure, button.modifiers};
+  // Nothing waits any more that could still be changed: what was sent is kept as it is.
+  Surroundings around = surroundings();
+  end_gesture(pointer_, around, placed_, *gesture_);
+  send_live();
+  end(true);
+}
+
+void Studio::send_live() {
+  if (!gesture_) return;
+  std::vector<Stroke> strokes = strokes_of(*gesture_, settings_, image_file);
+  if (strokes == sent_strokes_) return;
+  sent_strokes_ = strokes;
+  std::vector<SessionStroke> live;
+  for (Stroke& stroke : strokes) {
+    live.push_back({std::move(stroke)});
+    if (settings_.remesh) live.back().remesh = settings_.remesh_settings;
+  }
+  sent_ = worker_->post_latest([this, live](Progress& progress) { desk_.set_live(live, progress); });
+  refresh();
+}
+
+void Studio::end(bool is_kept) {
+  const bool did_something = !sent_strokes_.empty();
+  const bool was_placing =
+      std::holds_alternative<GizmoGesture>(gesture_->kind) || std::holds_alternative<TurnGesture>(gesture_->kind);
+  gesture_.reset();
+  sent_strokes_.clear();
+  if (did_something && is_kept) {
+    post([this](Progress& progress) { desk_.finish(progress); });
+  } else if (did_something) {
+    post([this](Progress& progress) { desk_.set_live({}, progress); });
+  }
+  if (was_placing) propose_limb();
+}
+
+void Studio::propose_limb() {
+  const bool needs_limb = settings_.tool == ToolKind::twist || settings_.tool == ToolKind::bend;
+  if (!needs_limb || !settings_.whole_limb || !placed_.placement) return;
+  const Placement placement = *placed_.placement;
+  LimbQuery query{placement.center, placement.z};
+  if (settings_.tool == ToolKind::bend) {
+    query.axis = placement.x;
+    query.angle_deg = kBendAngle;
+  }
+  post([this, placement, query](Progress& /*progress*/) {
+    const LimbProposal limb = desk_.propose(query);
+    const std::lock_guard lock(mailbox_.mutex);
+    mailbox_.limb = {placement, limb};
+  });
+}
+
+void Studio::turn_wheel(const WheelTurned& wheel) {
+  if (wheel.modifiers.shift) {
+    settings_.inner_ratio = std::clamp(settings_.inner_ratio + kRatioStep * wheel.steps, 0.01, 0.95);
+  } else if (wheel.modifiers.ctrl) {
+    settings_.radius *= std::pow(kWheelFactor, wheel.steps);
+  }
+}
+
+void Studio::adjust(double x) {
+  const double pixels = x - adjusting_->start_x;
+  if (adjusting_->what == Action::radius) {
+    const double per_pixel = pixel_size(screen(), navigation_.view.target);
+    settings_.radius = std::max(adjusting_->start_value + pixels * per_pixel, 1e-4 * shown_.diagonal);
+  } else {
+    settings_.inner_ratio = std::clamp(adjusting_->start_value + pixels * kRatioPerPixel, 0.01, 0.95);
+  }
+}
+
+// --- files and history -----------------------------------------------------------------------------------------------
+
+void Studio::open(const std::filesystem::path& path) {
+  if (path.extension() == ".knead") {
+    post([this, path](Progress& progress) { desk_.open_session(path, progress); });
+  } else {
+    post([this, path](Progress& progress) { desk_.open_shape(path, progress); });
+  }
+}
+
+void Studio::open_made(ShapeKind kind, std::size_t vertices) {
+  post([this, kind, vertices](Progress& progress) { desk_.open_made(kind, vertices, progress); });
+}
+
+void Studio::save(const std::filesystem::path& path) {
+  post([this, path](Progress& /*progress*/) { desk_.save(path); });
+}
+
+void Studio::export_shape(const std::filesystem::path& path, bool as_double) {
+  post([this, path, as_double](Progress& /*progress*/) { desk_.export_shape(path, as_double); });
+}
+
+void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
+  post([this, pattern, frames](Progress& progress) { desk_.export_frames(pattern, frames, progress); });
+}
+
+void Studio::recover(const std::filesystem::path& journal) {
+  std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
+  post([this, journal](Progress& progress) { desk_.recover(journal, progress); });
+}
+
+void Studio::discard(const std::filesystem::path& journal) {
+  std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
+  discard_journal(journal);
+}
+
+void Studio::undo() {
+  if (gesture_) return end(false);
+  post([this](Progress& progress) { desk_.undo(progress); });
+}
+
+void Studio::redo() {
+  if (gesture_) return;
+  post([this](Progress& progress) { desk_.redo(progress); });
+}
+
+void Studio::edit(std::size_t entry, std::vector<SessionStroke> strokes) {
+  if (gesture_) end(false);
+  post([this, entry, strokes = std::move(strokes)](Progress& progress) { desk_.edit(entry, strokes, progress); });
+}
+
+void Studio::look_at(std::optional<std::size_t> entries) {
+  if (gesture_) end(false);
+  post([this, entries](Progress& progress) { desk_.look_at(entries, progress); });
+}
+
+void Studio::count_crossings() {
+  post([this](Progress& /*progress*/) { desk_.count_crossings(); });
+}
+
+void Studio::set_stamp(const std::function<StampShape()>& make) {
+  post([this, make](Progress& /*progress*/) {
+    try {
+      StampShape stamp = make();
+      const std::lock_guard lock(mailbox_.mutex);
+      mailbox_.stamp = std::move(stamp);
+    } catch (const std::exception& error) {
+      tell({true, error.what()});
+    }
+  });
+}
+
+void Studio::use_stamp(ShapeKind kind) {
+  set_stamp([this, kind] {
+    return desk_.add_stamp(std::string(shape_names()[static_cast<std::size_t>(kind)]), make_shape(kind));
+  });
+}
+
+void Studio::use_stamp(const std::filesystem::path& file) {
+  set_stamp([this, file] { return desk_.add_stamp(file.stem().string(), read_shape(file).mesh); });
+}
+
+void Studio::clear_placed() {
+  const std::optional<StampShape> stamp = placed_.stamp;
+  placed_ = {};
+  placed_.stamp = stamp;
+}
+
+std::vector<Stroke> Studio::preview() const {
+  if (!gesture_) return {};
+  return strokes_of(*gesture_, settings_, image_file);
+}
+
+void Studio::close() {
+  post([this](Progress& /*progress*/) { desk_.close(); });
+  worker_->wait();
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,67 @@
+// One thread that does what takes time, so that the window never waits.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "knead/flow/advect.h"
+
+namespace knead::studio {
+
+// Jobs are done one after the other, in the order in which they were posted. They do not throw.
+class Worker {
+ public:
+  using Job = std::function<void(Progress&)>;
+
+  // Without a thread every job is done where it is posted, for tests and scripts. `when_idle` is called whenever
+  // nothing is left to be done.
+  explicit Worker(bool has_thread, Job when_idle);
+  ~Worker();  // what was posted is done first
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+
+  void post(Job job);
+
+  // A job that replaces the one posted last where that is of this kind too and has not begun: of a drag, only the
+  // latest place counts. Returns a number that grows.
+  std::uint64_t post_latest(Job job);
+
+  // The number of the last such job that has begun: those before it are done, replaced, or were never begun.
+  std::uint64_t begun() const;
+
+  bool is_busy() const;
+
+  // Asks the job that is being done, and those waiting, to give up as soon as they can.
+  void cancel();
+
+  // Returns when nothing is left to be done.
+  void wait() const;
+
+ private:
+  struct Waiting {
+    Job job;
+    std::uint64_t latest = 0;  // 0: not to be replaced
+  };
+
+  void run();
+  void perform(const Waiting& waiting);
+
+  Job when_idle_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::deque<Waiting> queue_;
+  bool is_performing_ = false;
+  bool is_ending_ = false;
+  bool idle_is_due_ = false;
+  std::uint64_t posted_latest_ = 0;
+  std::uint64_t begun_latest_ = 0;
+  Progress progress_;
+  bool has_thread_ = false;
+  std::thread thread_;
+};
+
+}  // namespace knead::studio
