@@ -1,0 +1,211 @@
+#include "keys.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace knead::studio {
+
+namespace {
+
+struct ActionInfo {
+  Action action;
+  std::string_view name;
+  std::string_view title;
+  std::string_view group;
+  std::array<std::string_view, 2> chords;  // empty: none
+};
+
+using enum Action;
+
+// In the order of Action.
+const std::array<ActionInfo, kActionCount> kActions{{
+    {new_shape, "new_shape", "New shape...", "File", {"Ctrl+N"}},
+    {open, "open", "Open...", "File", {"Ctrl+O"}},
+    {save, "save", "Save", "File", {"Ctrl+S"}},
+    {save_as, "save_as", "Save as...", "File", {"Ctrl+Shift+S"}},
+    {export_shape, "export", "Export...", "File", {"Ctrl+E"}},
+    {picture, "picture", "Picture...", "File", {"F12"}},
+    {quit, "quit", "Quit", "File", {"Ctrl+Q"}},
+    {undo, "undo", "Undo", "Edit", {"Ctrl+Z"}},
+    {redo, "redo", "Redo", "Edit", {"Ctrl+Shift+Z", "Ctrl+Y"}},
+    {cancel, "cancel", "Give up what is under way", "Edit", {"Escape"}},
+    {finish, "finish", "Finish a curve", "Edit", {"Enter", "Numpad Enter"}},
+    {tool_ball, "tool_ball", "Ball", "Tools", {"1"}},
+    {tool_capsule, "tool_capsule", "Capsule", "Tools", {"2"}},
+    {tool_paint, "tool_paint", "Paint", "Tools", {"3"}},
+    {tool_points, "tool_points", "Points", "Tools", {"4"}},
+    {tool_curve, "tool_curve", "Curve", "Tools", {"5"}},
+    {tool_stamp, "tool_stamp", "Stamp", "Tools", {"6"}},
+    {tool_rotate, "tool_rotate", "Rotate", "Tools", {"7"}},
+    {tool_stretch, "tool_stretch", "Stretch", "Tools", {"8"}},
+    {tool_twist, "tool_twist", "Twist", "Tools", {"9"}},
+    {tool_bend, "tool_bend", "Bend", "Tools", {"0"}},
+    {tool_marks, "tool_marks", "Marked regions", "Tools", {"-"}},
+    {radius, "radius", "Radius by moving the pointer", "Tools", {"F"}},
+    {inner_ratio, "inner_ratio", "Inner ratio by moving the pointer", "Tools", {"Shift+F"}},
+    {larger, "larger", "Larger radius", "Tools", {"]"}},
+    {smaller, "smaller", "Smaller radius", "Tools", {"["}},
+    {rounder, "rounder", "Larger inner ratio", "Tools", {"Shift+]"}},
+    {sharper, "sharper", "Smaller inner ratio", "Tools", {"Shift+["}},
+    {drag_mode, "drag_mode", "Next way of dragging", "Tools", {"D"}},
+    {paint_in, "paint_in", "Paint in or out", "Tools", {"I"}},
+    {mirror_x, "mirror_x", "Mirror in x", "Tools", {"Alt+X"}},
+    {mirror_y, "mirror_y", "Mirror in y", "Tools", {"Alt+Y"}},
+    {mirror_z, "mirror_z", "Mirror in z", "Tools", {"Alt+Z"}},
+    {remesh, "remesh", "Remesh when a drag ends", "Tools", {"R"}},
+    {frame_all, "frame_all", "Frame all", "View", {"Home", "Numpad ."}},
+    {view_front, "view_front", "From the front", "View", {"Numpad 1", "Alt+1"}},
+    {view_back, "view_back", "From the back", "View", {"Ctrl+Numpad 1", "Ctrl+Alt+1"}},
+    {view_right, "view_right", "From the right", "View", {"Numpad 3", "Alt+3"}},
+    {view_left, "view_left", "From the left", "View", {"Ctrl+Numpad 3", "Ctrl+Alt+3"}},
+    {view_top, "view_top", "From above", "View", {"Numpad 7", "Alt+7"}},
+    {view_bottom, "view_bottom", "From below", "View", {"Ctrl+Numpad 7", "Ctrl+Alt+7"}},
+    {projection, "projection", "Perspective", "View", {"Numpad 5", "Alt+5"}},
+    {wireframe, "wireframe", "Wireframe", "View", {"W"}},
+    {shading, "shading", "Next shading", "View", {"S"}},
+    {influence, "influence", "Region of influence", "View", {"G"}},
+    {cutting_plane, "cutting_plane", "Cutting plane", "View", {"C"}},
+    {help, "help", "Help", "Window", {"H", "F1"}},
+    {panels, "panels", "Panels", "Window", {"Tab"}},
+    {history, "history", "History", "Window", {"L"}},
+    {statistics, "statistics", "Statistics", "Window", {"T"}},
+    {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
+}};
+
+const ActionInfo& info(Action action) { return kActions[static_cast<std::size_t>(action)]; }
+
+constexpr std::array<std::string_view, 95> kKeyNames{
+    "A",         "B",         "C",        "D",        "E",        "F",        "G",
+    "H",         "I",         "J",        "K",        "L",        "M",        "N",
+    "O",         "P",         "Q",        "R",        "S",        "T",        "U",
+    "V",         "W",         "X",        "Y",        "Z",        "0",        "1",
+    "2",         "3",         "4",        "5",        "6",        "7",        "8",
+    "9",         "F1",        "F2",       "F3",       "F4",       "F5",       "F6",
+    "F7",        "F8",        "F9",       "F10",      "F11",      "F12",      "[",
+    "]",         ",",         ".",        "/",        ";",        "'",        "`",
+    "-",         "=",         "\\",       "Space",    "Escape",   "Enter",    "Tab",
+    "Backspace", "Insert",    "Delete",   "Right",    "Left",     "Down",     "Up",
+    "Page Up",   "Page Down", "Home",     "End",      "Pause",    "Numpad 0", "Numpad 1",
+    "Numpad 2",  "Numpad 3",  "Numpad 4", "Numpad 5", "Numpad 6", "Numpad 7", "Numpad 8",
+    "Numpad 9",  "Numpad .",  "Numpad /", "Numpad *", "Numpad -", "Numpad +", "Numpad Enter",
+    "Shift",     "Ctrl",      "Alt",      "Menu"};
+
+bool same_text(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+}
+
+// Takes the prefix away from the text if it is there.
+bool take(std::string_view& text, std::string_view prefix) {
+  if (text.size() <= prefix.size() || !same_text(text.substr(0, prefix.size()), prefix)) return false;
+  text.remove_prefix(prefix.size());
+  return true;
+}
+
+bool remove_chord(std::vector<Chord>& chords, const Chord& chord) { return std::erase(chords, chord) > 0; }
+
+}  // namespace
+
+std::string text_of(const Chord& chord) {
+  return fmt::format("{}{}{}{}", chord.modifiers.ctrl ? "Ctrl+" : "", chord.modifiers.alt ? "Alt+" : "",
+                     chord.modifiers.shift ? "Shift+" : "", chord.key);
+}
+
+std::optional<Chord> chord_of(std::string_view text) {
+  Modifiers modifiers;
+  for (;;) {
+    if (take(text, "Ctrl+")) {
+      modifiers.ctrl = true;
+    } else if (take(text, "Alt+")) {
+      modifiers.alt = true;
+    } else if (take(text, "Shift+")) {
+      modifiers.shift = true;
+    } else {
+      break;
+    }
+  }
+  const auto* const name =
+      std::find_if(kKeyNames.begin(), kKeyNames.end(), [&](std::string_view key) { return same_text(key, text); });
+  if (name == kKeyNames.end()) return std::nullopt;
+  return Chord{std::string(*name), modifiers};
+}
+
+std::span<const std::string_view> key_names() { return kKeyNames; }
+
+std::string_view name_of(Action action) { return info(action).name; }
+
+std::string_view title_of(Action action) { return info(action).title; }
+
+std::string_view group_of(Action action) { return info(action).group; }
+
+std::optional<Action> action_named(std::string_view name) {
+  for (const ActionInfo& info : kActions) {
+    if (info.name == name) return info.action;
+  }
+  return std::nullopt;
+}
+
+KeyMap default_keys() {
+  KeyMap keys;
+  for (const ActionInfo& info : kActions) {
+    for (const std::string_view text : info.chords) {
+      if (const std::optional<Chord> chord = chord_of(text)) keys.of(info.action).push_back(*chord);
+    }
+  }
+  return keys;
+}
+
+std::optional<Action> action_of(const KeyMap& keys, const Chord& chord) {
+  for (const ActionInfo& info : kActions) {
+    const std::vector<Chord>& chords = keys.of(info.action);
+    if (std::find(chords.begin(), chords.end(), chord) != chords.end()) return info.action;
+  }
+  return std::nullopt;
+}
+
+std::string keys_text(const KeyMap& keys, Action action) {
+  std::string text;
+  for (const Chord& chord : keys.of(action)) text += (text.empty() ? "" : " or ") + text_of(chord);
+  return text;
+}
+
+std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> choices) {
+  std::vector<std::string> messages;
+  std::array<bool, kActionCount> chosen{};
+  for (const KeyChoice& choice : choices) {
+    const std::optional<Action> action = action_named(choice.action);
+    if (!action) {
+      messages.push_back(fmt::format("keys: there is no action \"{}\"; the help (H) lists them", choice.action));
+      continue;
+    }
+    chosen[static_cast<std::size_t>(*action)] = true;
+    keys.of(*action).clear();
+  }
+  for (const KeyChoice& choice : choices) {
+    const std::optional<Action> action = action_named(choice.action);
+    if (!action) continue;
+    for (const std::string& text : choice.chords) {
+      const std::optional<Chord> chord = chord_of(text);
+      if (!chord) {
+        messages.push_back(fmt::format("keys: \"{}\": there is no key \"{}\"", choice.action, text));
+        continue;
+      }
+      const std::optional<Action> other = action_of(keys, *chord);
+      if (other && chosen[static_cast<std::size_t>(*other)]) {
+        messages.push_back(fmt::format("keys: {} is given to both \"{}\" and \"{}\"; it stays with the first",
+                                       text_of(*chord), name_of(*other), choice.action));
+        continue;
+      }
+      if (other && remove_chord(keys.of(*other), *chord) && keys.of(*other).empty()) {
+        messages.push_back(fmt::format("keys: \"{}\" takes {} away from \"{}\", which has no key now", choice.action,
+                                       text_of(*chord), name_of(*other)));
+      }
+      keys.of(*action).push_back(*chord);
+    }
+  }
+  return messages;
+}
+
+}  // namespace knead::studio

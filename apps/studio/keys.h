@@ -1,0 +1,124 @@
+// What can be asked for with a key, and which key asks for it.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "event.h"
+
+namespace knead::studio {
+
+enum class Action {
+  new_shape,
+  open,
+  save,
+  save_as,
+  export_shape,
+  picture,
+  quit,
+  undo,
+  redo,
+  cancel,
+  finish,
+  tool_ball,
+  tool_capsule,
+  tool_paint,
+  tool_points,
+  tool_curve,
+  tool_stamp,
+  tool_rotate,
+  tool_stretch,
+  tool_twist,
+  tool_bend,
+  tool_marks,
+  radius,
+  inner_ratio,
+  larger,
+  smaller,
+  rounder,
+  sharper,
+  drag_mode,
+  paint_in,
+  mirror_x,
+  mirror_y,
+  mirror_z,
+  remesh,
+  frame_all,
+  view_front,
+  view_back,
+  view_right,
+  view_left,
+  view_top,
+  view_bottom,
+  projection,
+  wireframe,
+  shading,
+  influence,
+  cutting_plane,
+  help,
+  panels,
+  history,
+  statistics,
+  full_screen,
+};
+inline constexpr std::size_t kActionCount = static_cast<std::size_t>(Action::full_screen) + 1;
+
+// A key with the modifiers held. The key's name is that of its place on a US keyboard: see key_names().
+struct Chord {
+  std::string key;
+  Modifiers modifiers{};
+
+  friend bool operator==(const Chord&, const Chord&) = default;
+};
+
+// "Ctrl+Shift+Z", "Numpad 5", "Alt+[".
+std::string text_of(const Chord& chord);
+
+// The other way, in upper or lower case and with modifiers in any order; nothing where a name is not known.
+std::optional<Chord> chord_of(std::string_view text);
+
+// Every key that there is: "A" to "Z", "0" to "9", "F1" to "F12", "[", "Space", "Escape", "Numpad 1", "Home", ...
+std::span<const std::string_view> key_names();
+
+// How an action is named: in the configuration file ("save_as"), and by a person ("Save as...").
+std::string_view name_of(Action action);
+std::string_view title_of(Action action);
+std::optional<Action> action_named(std::string_view name);
+
+// Under which heading of the help an action stands: "File", "Edit", "Tools", "View" or "Window".
+std::string_view group_of(Action action);
+
+// The chords of each action; no chord belongs to two.
+struct KeyMap {
+  std::array<std::vector<Chord>, kActionCount> chords;
+
+  const std::vector<Chord>& of(Action action) const { return chords[static_cast<std::size_t>(action)]; }
+  std::vector<Chord>& of(Action action) { return chords[static_cast<std::size_t>(action)]; }
+
+  friend bool operator==(const KeyMap&, const KeyMap&) = default;
+};
+
+KeyMap default_keys();
+
+// What the key asks for.
+std::optional<Action> action_of(const KeyMap& keys, const Chord& chord);
+
+// What a person reads beside an action: "Ctrl+Z", "H or F1"; empty for none.
+std::string keys_text(const KeyMap& keys, Action action);
+
+// One line of a configuration: the action of that name is to have these chords and no others.
+struct KeyChoice {
+  std::string action;
+  std::vector<std::string> chords;
+};
+
+// Changes the map by these lines. A chord is taken away from the action that has it by default. Returns a sentence for
+// each line or chord that could not be used (unknown, or given twice), and for each action that was left without a key
+// by another one; the rest is used all the same.
+std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> choices);
+
+}  // namespace knead::studio

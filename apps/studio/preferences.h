@@ -1,0 +1,51 @@
+// What Studio remembers from one start to the next, and where.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "keys.h"
+#include "navigation.h"
+
+namespace knead::studio {
+
+// $XDG_CONFIG_HOME/knead and $XDG_STATE_HOME/knead, by default ~/.config/knead and ~/.local/state/knead. As the
+// standard says, a variable that is no absolute path counts as not set; without a home, a folder of the temporary ones.
+std::filesystem::path config_folder();
+std::filesystem::path state_folder();
+
+struct Preferences {
+  KeyMap keys = default_keys();
+  NavigationPreset navigation = NavigationPreset::blender;
+  UpAxis up = UpAxis::y;
+  double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
+};
+
+struct LoadedPreferences {
+  Preferences preferences;
+  std::vector<std::string> messages;  // what could not be used, a line each
+};
+
+// Reads studio.json of this folder, e.g. {"keys": {"undo": "Ctrl+Z", "redo": ["Ctrl+Y", "F5"]}, "navigation": "maya",
+// "up": "z", "interface_scale": 1.25}. What is missing is as by default. Nothing in it is fatal: what cannot be used is
+// left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
+LoadedPreferences load_preferences(const std::filesystem::path& folder);
+
+// Writes what differs from the defaults, all but the keys, into studio.json; keys and whatever else a person wrote
+// there stay. The file is replaced whole. Throws IoError(write).
+void save_preferences(const std::filesystem::path& folder, const Preferences& preferences);
+
+// The files that were opened last, the latest first, from recent.json of the state folder. Those that are there no
+// longer are left out; a broken file counts as none.
+std::vector<std::filesystem::path> load_recent(const std::filesystem::path& folder);
+
+// Puts a file in front of the list, which holds at most kMostRecent, each once.
+inline constexpr std::size_t kMostRecent = 12;
+void add_recent(std::vector<std::filesystem::path>& recent, const std::filesystem::path& file);
+
+// Throws IoError(write).
+void save_recent(const std::filesystem::path& folder, std::span<const std::filesystem::path> recent);
+
+}  // namespace knead::studio
