@@ -22,8 +22,7 @@ void set_with_alpha(const Program& program, const char* name, const Color& c) {
   glUniform4f(uniform(program, name), c.red, c.green, c.blue, c.alpha);
 }
 
-void use(const Program& program, const Pass& pass) {
-  const View& view = pass.view;
+void use(const Program& program, const View& view, int width, int height) {
   glUseProgram(program.get());
   set(program, "eye", view.eye);
   set(program, "forward", view.frame.forward);
@@ -31,10 +30,12 @@ void use(const Program& program, const Pass& pass) {
   set(program, "top", view.top);
   glUniform2f(uniform(program, "range"), static_cast<float>(view.near), static_cast<float>(view.far));
   set(program, "perspective", view.perspective ? 1.0 : 0.0);
-  glUniform2f(uniform(program, "samples"), static_cast<float>(pass.width), static_cast<float>(pass.height));
+  glUniform2f(uniform(program, "samples"), static_cast<float>(width), static_cast<float>(height));
   glUniformMatrix4fv(uniform(program, "matrix"), 1, GL_FALSE, view.matrix.data());
   glUniform4f(uniform(program, "clip"), 0, 0, 0, 1);
 }
+
+void use(const Program& program, const Pass& pass) { use(program, pass.view, pass.width, pass.height); }
 
 void use_clipped(const Program& program, const Pass& pass) {
   use(program, pass);

@@ -10,7 +10,8 @@ void set(const Program& program, const char* name, double x);
 void set(const Program& program, const char* name, const Color& c);
 void set_with_alpha(const Program& program, const char* name, const Color& c);
 
-// Makes the program current and tells it of the camera; the second also of the clipping plane, if there is one.
+// Makes the program current and tells it of the camera; the last also of the clipping plane, if there is one.
+void use(const Program& program, const View& view, int width, int height);
 void use(const Program& program, const Pass& pass);
 void use_clipped(const Program& program, const Pass& pass);
 

@@ -13,6 +13,7 @@ void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
 void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
 void delete_sampler(GLuint name) { glDeleteSamplers(1, &name); }
+void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
 void delete_shader(GLuint name) { glDeleteShader(name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
 

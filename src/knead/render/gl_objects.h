@@ -38,6 +38,7 @@ void delete_vertex_array(GLuint name);
 void delete_texture(GLuint name);
 void delete_framebuffer(GLuint name);
 void delete_sampler(GLuint name);
+void delete_renderbuffer(GLuint name);
 void delete_shader(GLuint name);
 void delete_program(GLuint name);
 
@@ -46,6 +47,7 @@ using VertexArray = GlName<delete_vertex_array>;
 using Texture = GlName<delete_texture>;
 using Framebuffer = GlName<delete_framebuffer>;
 using Sampler = GlName<delete_sampler>;
+using Renderbuffer = GlName<delete_renderbuffer>;
 using Program = GlName<delete_program>;
 
 Buffer make_buffer(GLenum target, const void* data, std::size_t bytes);  // stays bound to target

@@ -7,8 +7,6 @@
 namespace knead::render {
 namespace {
 
-constexpr int kSides = 48;
-
 // A circle of vertices to be joined to others: where, how wide, and how far the normals lean along the axis.
 struct Circle {
   Vec3d center;
@@ -20,17 +18,18 @@ struct Frame {
   Vec3d axis;
   Vec3d u;
   Vec3d v;
+  int sides = 48;  // of the prisms along the axis
 };
 
-Frame frame_along(const Vec3d& axis) {
+Frame frame_along(const Vec3d& axis, int sides) {
   const Vec3d u = any_orthogonal(axis);
-  return {normalized(axis), u, cross(normalized(axis), u)};
+  return {normalized(axis), u, cross(normalized(axis), u), sides};
 }
 
 void add_circle(const Circle& circle, const Frame& frame, Bytes4 color, DrawSurface& surface) {
   const double outwards = std::sqrt(std::max(0.0, 1 - circle.lean * circle.lean));
-  for (int i = 0; i < kSides; ++i) {
-    const double angle = 2 * std::numbers::pi * i / kSides;
+  for (int i = 0; i < frame.sides; ++i) {
+    const double angle = 2 * std::numbers::pi * i / frame.sides;
     const Vec3d out = frame.u * std::cos(angle) + frame.v * std::sin(angle);
     surface.vertices.push_back(
         {Vec3f(circle.center + out * circle.radius), Vec3f(out * outwards + frame.axis * circle.lean), color});
@@ -38,23 +37,24 @@ void add_circle(const Circle& circle, const Frame& frame, Bytes4 color, DrawSurf
 }
 
 // Joins the two circles added last.
-void join_circles(DrawSurface& surface) {
-  const auto first = static_cast<std::uint32_t>(surface.vertices.size()) - 2 * kSides;
-  for (std::uint32_t i = 0; i < kSides; ++i) {
+void join_circles(const Frame& frame, DrawSurface& surface) {
+  const auto sides = static_cast<std::uint32_t>(frame.sides);
+  const auto first = static_cast<std::uint32_t>(surface.vertices.size()) - 2 * sides;
+  for (std::uint32_t i = 0; i < sides; ++i) {
     const std::uint32_t a = first + i;
-    const std::uint32_t b = first + (i + 1) % kSides;
-    for (const std::uint32_t index : {a, b, b + kSides, a, b + kSides, a + kSides}) surface.indices.push_back(index);
+    const std::uint32_t b = first + (i + 1) % sides;
+    for (const std::uint32_t index : {a, b, b + sides, a, b + sides, a + sides}) surface.indices.push_back(index);
   }
 }
 
 void add_band(const Circle& from, const Circle& to, const Frame& frame, Bytes4 color, DrawSurface& surface) {
   add_circle(from, frame, color, surface);
   add_circle(to, frame, color, surface);
-  join_circles(surface);
+  join_circles(frame, surface);
 }
 
 void add_ball(const Vec3d& center, double radius, const Frame& frame, Bytes4 color, DrawSurface& surface) {
-  constexpr int bands = 12;
+  const int bands = std::max(3, frame.sides / 4);
   for (int i = 0; i < bands; ++i) {
     const auto circle = [&](int k) {
       const double angle = std::numbers::pi * k / bands;
@@ -67,13 +67,13 @@ void add_ball(const Vec3d& center, double radius, const Frame& frame, Bytes4 col
 
 }  // namespace
 
-void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface) {
+void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface, int sides) {
   const Vec3d from = placement.apply(arrow.from);
   const Vec3d to = placement.apply(arrow.to);
   const double length = norm(to - from);
   const double radius = arrow.radius * placement.scale;
   if (!(length > 0) || !(radius > 0) || !std::isfinite(length + radius)) return;
-  const Frame frame = frame_along(to - from);
+  const Frame frame = frame_along(to - from, sides);
   const Bytes4 color = to_bytes(arrow.color);
   const double head = std::min(0.6 * length, 6 * radius);
   const double head_radius = 2.4 * radius * head / (6 * radius);
@@ -86,7 +86,7 @@ void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surf
   add_band({neck, head_radius, lean}, {to, 0, lean}, frame, color, surface);
 }
 
-void add_line(const Line& line, const Placement& placement, DrawSurface& surface) {
+void add_line(const Line& line, const Placement& placement, DrawSurface& surface, int sides) {
   const double radius = line.radius * placement.scale;
   const std::size_t count = line.points.size();
   if (!(radius > 0) || !std::isfinite(radius) || count < 2) return;
@@ -97,7 +97,7 @@ void add_line(const Line& line, const Placement& placement, DrawSurface& surface
     const Vec3d to = placement.apply(line.points[(i + 1) % count]);
     const double length = norm(to - from);
     if (!(length > 0) || !std::isfinite(length)) continue;
-    const Frame frame = frame_along(to - from);
+    const Frame frame = frame_along(to - from, sides);
     add_band({from, radius, 0}, {to, radius, 0}, frame, color, surface);
     add_ball(from, radius, frame, color, surface);
     if (!line.closed && i + 1 == pieces) add_ball(to, radius, frame, color, surface);

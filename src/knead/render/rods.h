@@ -5,8 +5,9 @@
 
 namespace knead::render {
 
-// Appends the arrow or line to the surface. Parts of no length or radius, or not finite, are left out.
-void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface);
-void add_line(const Line& line, const Placement& placement, DrawSurface& surface);
+// Appends the arrow or line to the surface. Parts of no length or radius, or not finite, are left out. sides: of
+// the prisms that stand for round things, at least 3.
+void add_arrow(const Arrow& arrow, const Placement& placement, DrawSurface& surface, int sides = 48);
+void add_line(const Line& line, const Placement& placement, DrawSurface& surface, int sides = 48);
 
 }  // namespace knead::render

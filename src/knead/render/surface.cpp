@@ -2,146 +2,38 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "knead/mesh/triangulate.h"
+#include "knead/render/smooth_groups.h"
 
 namespace knead::render {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffff;
-
-struct FaceData {
-  std::vector<Vec3d> positions;            // placed
-  std::vector<Vec3d> normals;              // per face, unit; zero: the face is left out
-  std::vector<std::uint32_t> corner_face;  // per corner
-};
-
-FaceData face_data(const Mesh& mesh, const Placement& placement) {
-  FaceData data;
-  data.positions.reserve(mesh.vertex_count());
-  for (const Vec3d& p : mesh.positions) data.positions.push_back(placement.apply(p));
-  data.normals.reserve(mesh.face_count());
-  data.corner_face.reserve(mesh.corner_vertex.size());
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    const auto face = mesh.face(f);
-    data.corner_face.insert(data.corner_face.end(), face.size(), static_cast<std::uint32_t>(f));
-    const Vec3d normal = face.size() < 3 ? Vec3d{} : polygon_normal(data.positions, face);
-    const double length = norm(normal);
-    data.normals.push_back(length > 0 && std::isfinite(length) ? normal / length : Vec3d{});
-  }
-  return data;
+// The face's normal, as long as the corner's angle.
+Vec3d weighted_normal(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
+  const auto [previous, next] = around(mesh, faces, corner);
+  const Vec3d p = faces.positions[mesh.corner_vertex[corner]];
+  const Vec3d a = faces.positions[previous] - p;
+  const Vec3d b = faces.positions[next] - p;
+  return faces.normals[faces.corner_face[corner]] * (std::atan2(norm(cross(a, b)), dot(a, b)) + 1e-9);
 }
 
-// The corners at each vertex: list[begin[v]] to list[begin[v + 1]]. Corners of faces that are left out are not in it.
-struct Incidence {
-  std::vector<std::uint32_t> begin;
-  std::vector<std::uint32_t> list;
-};
-
-Incidence incidence(const Mesh& mesh, const FaceData& data) {
-  Incidence result;
-  result.begin.assign(mesh.vertex_count() + 1, 0);
-  const auto used = [&](std::size_t corner) { return data.normals[data.corner_face[corner]] != Vec3d{}; };
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) ++result.begin[mesh.corner_vertex[c] + 1];
+// Appends a vertex per smooth group.
+void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<Bytes4>& colors,
+                  const SmoothGroups& groups, DrawSurface& surface) {
+  std::vector<Vec3d> sums(groups.corner.size());
+  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
+    const std::uint32_t drawn = groups.corner_vertex[c];
+    if (drawn != kNoVertex) sums[drawn] += weighted_normal(mesh, faces, c);
   }
-  std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
-  result.list.resize(result.begin.back());
-  std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
-  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
-    if (used(c)) result.list[next[mesh.corner_vertex[c]]++] = static_cast<std::uint32_t>(c);
+  surface.vertices.reserve(groups.corner.size());
+  for (std::size_t drawn = 0; drawn < sums.size(); ++drawn) {
+    const std::uint32_t corner = groups.corner[drawn];
+    const std::uint32_t v = mesh.corner_vertex[corner];
+    const double length = norm(sums[drawn]);
+    const Vec3d normal = length > 1e-12 ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
+    surface.vertices.push_back({Vec3f(faces.positions[v]), Vec3f(normal), colors.empty() ? to_bytes({}) : colors[v]});
   }
-  return result;
-}
-
-// Sorts the corners round single vertices into smooth groups; keeps its scratch memory.
-class CreaseSplitter {
- public:
-  CreaseSplitter(const Mesh& mesh, const FaceData& data, double crease_angle)
-      : mesh_(mesh), data_(data), split_all_(crease_angle < 0), cosine_(std::cos(std::max(0.0, crease_angle))) {}
-
-  // The group of each corner, named by one of its members (an index into corners).
-  const std::vector<std::uint32_t>& groups(std::span<const std::uint32_t> corners) {
-    parent_.resize(corners.size());
-    std::iota(parent_.begin(), parent_.end(), 0u);
-    if (split_all_) return parent_;
-    neighbors_.clear();
-    for (std::uint32_t i = 0; i < corners.size(); ++i) add_neighbors(corners[i], i);
-    std::sort(neighbors_.begin(), neighbors_.end());
-    for (std::size_t i = 1; i < neighbors_.size(); ++i) {
-      if (neighbors_[i].first != neighbors_[i - 1].first) continue;
-      const std::uint32_t a = neighbors_[i - 1].second;
-      const std::uint32_t b = neighbors_[i].second;
-      if (dot(normal(corners[a]), normal(corners[b])) >= cosine_) parent_[root(a)] = root(b);
-    }
-    for (std::uint32_t i = 0; i < corners.size(); ++i) parent_[i] = root(i);
-    return parent_;
-  }
-
-  // The face's normal, as long as the corner's angle.
-  Vec3d weighted_normal(std::uint32_t corner) const {
-    const auto [previous, next] = around(corner);
-    const Vec3d p = data_.positions[mesh_.corner_vertex[corner]];
-    const Vec3d a = data_.positions[previous] - p;
-    const Vec3d b = data_.positions[next] - p;
-    return normal(corner) * (std::atan2(norm(cross(a, b)), dot(a, b)) + 1e-9);
-  }
-
- private:
-  const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
-
-  // The vertices before and after a corner in its face.
-  std::pair<std::uint32_t, std::uint32_t> around(std::uint32_t corner) const {
-    const std::uint32_t f = data_.corner_face[corner];
-    const std::uint32_t begin = mesh_.face_begin[f];
-    const std::uint32_t end = mesh_.face_begin[f + 1];
-    return {mesh_.corner_vertex[corner == begin ? end - 1 : corner - 1],
-            mesh_.corner_vertex[corner + 1 == end ? begin : corner + 1]};
-  }
-
-  void add_neighbors(std::uint32_t corner, std::uint32_t index) {
-    const auto [previous, next] = around(corner);
-    neighbors_.emplace_back(previous, index);
-    neighbors_.emplace_back(next, index);
-  }
-
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-
-  const Mesh& mesh_;
-  const FaceData& data_;
-  bool split_all_;
-  double cosine_;
-  std::vector<std::uint32_t> parent_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbors_;
-};
-
-// Appends a vertex per smooth group; returns the drawn vertex of each corner.
-std::vector<std::uint32_t> add_vertices(const Mesh& mesh, const FaceData& data, const std::vector<Bytes4>& colors,
-                                        double crease_angle, DrawSurface& surface) {
-  const Incidence at = incidence(mesh, data);
-  CreaseSplitter splitter(mesh, data, crease_angle);
-  std::vector<std::uint32_t> corner_vertex(mesh.corner_vertex.size(), kNone);
-  std::vector<Vec3d> sums;
-  surface.vertices.reserve(mesh.vertex_count());
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
-    const auto& groups = splitter.groups(corners);
-    sums.assign(corners.size(), Vec3d{});
-    for (std::size_t i = 0; i < corners.size(); ++i) sums[groups[i]] += splitter.weighted_normal(corners[i]);
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-      if (groups[i] != i) continue;
-      const double length = norm(sums[i]);
-      const Vec3d normal = length > 1e-12 ? sums[i] / length : data.normals[data.corner_face[corners[i]]];
-      corner_vertex[corners[i]] = static_cast<std::uint32_t>(surface.vertices.size());
-      surface.vertices.push_back({Vec3f(data.positions[v]), Vec3f(normal), colors.empty() ? to_bytes({}) : colors[v]});
-    }
-    for (std::size_t i = 0; i < corners.size(); ++i) corner_vertex[corners[i]] = corner_vertex[corners[groups[i]]];
-  }
-  return corner_vertex;
 }
 
 // A triangle with vertices of its own that know how far the polygon's edges are.
@@ -159,34 +51,19 @@ void add_wire_triangle(const std::array<std::uint32_t, 3>& local, const std::arr
   }
 }
 
-void add_triangles(const Mesh& mesh, const FaceData& data, const std::vector<std::uint32_t>& corner_vertex,
+void add_triangles(const Mesh& mesh, const PlacedFaces& faces, const std::vector<std::uint32_t>& corner_vertex,
                    bool wireframe, DrawSurface& surface) {
-  std::vector<Vec3d> points;
-  std::vector<std::uint32_t> local;
-  std::vector<Triangle> triangles;
-  surface.indices.reserve(3 * mesh.face_count());
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
-    if (data.normals[f] == Vec3d{}) continue;
-    const auto face = mesh.face(f);
-    triangles.clear();
-    if (face.size() == 3) {
-      triangles.push_back({0, 1, 2});
-    } else {
-      points.clear();
-      for (const std::uint32_t v : face) points.push_back(data.positions[v]);
-      local.resize(face.size());
-      std::iota(local.begin(), local.end(), 0u);
-      triangulate_polygon(points, local, triangles);
+  const std::vector<Triangle> triangles = corner_triangles(mesh, faces);
+  surface.indices.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) {
+    const Triangle drawn{corner_vertex[t[0]], corner_vertex[t[1]], corner_vertex[t[2]]};
+    if (!wireframe) {
+      surface.indices.insert(surface.indices.end(), drawn.begin(), drawn.end());
+      continue;
     }
+    const std::uint32_t f = faces.corner_face[t[0]];
     const std::uint32_t first = mesh.face_begin[f];
-    for (const Triangle& t : triangles) {
-      const Triangle drawn{corner_vertex[first + t[0]], corner_vertex[first + t[1]], corner_vertex[first + t[2]]};
-      if (wireframe) {
-        add_wire_triangle(t, drawn, face.size(), surface);
-      } else {
-        surface.indices.insert(surface.indices.end(), drawn.begin(), drawn.end());
-      }
-    }
+    add_wire_triangle({t[0] - first, t[1] - first, t[2] - first}, drawn, mesh.face(f).size(), surface);
   }
 }
 
@@ -252,9 +129,10 @@ DrawSurface make_surface(const Mesh& mesh, const std::vector<Bytes4>& vertex_col
     add_points(mesh, vertex_colors, placement, surface);
     return surface;
   }
-  const FaceData data = face_data(mesh, placement);
-  const auto corner_vertex = add_vertices(mesh, data, vertex_colors, options.crease_angle, surface);
-  add_triangles(mesh, data, corner_vertex, options.wireframe, surface);
+  const PlacedFaces faces = place_faces(mesh, placement);
+  const SmoothGroups groups = smooth_groups(mesh, faces, options.crease_angle);
+  add_vertices(mesh, faces, vertex_colors, groups, surface);
+  add_triangles(mesh, faces, groups.corner_vertex, options.wireframe, surface);
   return surface;
 }
 

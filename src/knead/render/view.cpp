@@ -18,11 +18,6 @@ void check(const Camera& camera) {
   }
 }
 
-Placement make_placement(const Box& box) {
-  const double radius = 0.5 * box.diagonal();
-  return {box.empty() ? Vec3d{} : box.center(), radius > 0 && std::isfinite(radius) ? 1 / radius : 1};
-}
-
 Mat4f clip_matrix(const View& view) {
   // Rows of the matrix on (p - eye): x and y by the frame, z and w by the depth range.
   const double depth = view.far - view.near;
@@ -42,11 +37,16 @@ Mat4f clip_matrix(const View& view) {
 
 }  // namespace
 
-View make_view(const Scene& scene, double aspect, int samples_high) {
-  const Camera& camera = scene.camera;
+Placement make_placement(const Box& box) {
+  const double radius = 0.5 * box.diagonal();
+  return {box.empty() ? Vec3d{} : box.center(), radius > 0 && std::isfinite(radius) ? 1 / radius : 1};
+}
+
+View make_view(const Camera& camera, const Placement& placement, const BoundingBall& shown, double aspect,
+               int samples_high) {
   check(camera);
   View view;
-  view.placement = make_placement(scene_box(scene));
+  view.placement = placement;
   view.frame = camera_frame(camera);
   view.ground_up = normalized(camera.up);
   view.eye = view.placement.apply(camera.eye);
@@ -56,17 +56,21 @@ View make_view(const Scene& scene, double aspect, int samples_high) {
   view.top = view.frame.up * half_height;
   view.side = view.frame.right * (half_height * aspect);
   view.pixel = 2 * half_height / samples_high;
-  // Rods have a thickness beyond the box that was measured.
-  constexpr double reach = 1.1;
-  const double middle = -dot(view.eye, view.frame.forward);
-  view.near = middle - reach;
-  view.far = middle + reach;
+  const double middle = dot(shown.center - view.eye, view.frame.forward);
+  view.near = middle - shown.radius;
+  view.far = middle + shown.radius;
   if (view.perspective) {
     view.near = std::max(view.near, 1e-3 * distance);
     view.far = std::max(view.far, 2 * view.near);
   }
   view.matrix = clip_matrix(view);
   return view;
+}
+
+View make_view(const Scene& scene, double aspect, int samples_high) {
+  // Rods have a thickness beyond the box that was measured.
+  constexpr double reach = 1.1;
+  return make_view(scene.camera, make_placement(scene_box(scene)), {{}, reach}, aspect, samples_high);
 }
 
 }  // namespace knead::render

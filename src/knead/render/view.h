@@ -15,6 +15,9 @@ struct Placement {
   Vec3d apply(const Vec3d& p) const { return (p - center) * scale; }
 };
 
+// The middle of the box at the origin, its corners on the unit sphere; a box without extent keeps its size.
+Placement make_placement(const Box& box);
+
 using Mat4f = std::array<float, 16>;  // by columns, as OpenGL wants it
 
 // The camera in renderer units. A point of the picture (x, y in -1..1) at distance t in front of the eye is
@@ -34,7 +37,19 @@ struct View {
   Mat4f matrix{};    // to clip space
 };
 
-// samples_high: the rows of samples in the picture. Throws InvalidInput for a camera outside its range.
+// A ball in renderer units.
+struct BoundingBall {
+  Vec3d center;
+  double radius = 1;
+};
+
+// The view by which everything in the ball is seen. samples_high: the rows of samples in the picture. Throws
+// InvalidInput for a camera outside its range.
+View make_view(const Camera& camera, const Placement& placement, const BoundingBall& shown, double aspect,
+               int samples_high);
+
+// Of a scene, which it also places. samples_high: the rows of samples in the picture. Throws InvalidInput for a camera
+// outside its range.
 View make_view(const Scene& scene, double aspect, int samples_high);
 
 }  // namespace knead::render

@@ -1,0 +1,202 @@
+#include "knead/render/live_gpu.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include "knead/math/error.h"
+#include "knead/render/live_shaders.h"
+#include "knead/render/matcap.h"
+
+namespace knead::render {
+namespace {
+
+constexpr int kMatcapSize = 256;
+
+Program compile(const ShaderSource& source) { return make_program(source.vertex, source.fragment); }
+
+Texture make_matcap() {
+  Texture texture = make_texture(kMatcapSize, kMatcapSize, GL_RGBA8);
+  const std::vector<Bytes4> picture = matcap_picture(kMatcapSize);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kMatcapSize, kMatcapSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
+void describe_floats(GLuint location, std::size_t offset) {
+  const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
+  glEnableVertexAttribArray(location);
+  glVertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, sizeof(LiveVertex), start);
+}
+
+Buffer make_indices(std::span<const std::uint32_t> indices) {
+  return make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size_bytes());
+}
+
+LiveBuffers make_buffers(std::span<const LiveVertex> vertices, std::span<const Bytes4> colors,
+                         std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> edges) {
+  LiveBuffers buffers;
+  buffers.layout = make_vertex_array();
+  buffers.vertices = make_buffer(GL_ARRAY_BUFFER, vertices.data(), vertices.size_bytes());
+  describe_floats(0, offsetof(LiveVertex, position));
+  describe_floats(1, offsetof(LiveVertex, normal));
+  if (!colors.empty()) {
+    buffers.colors = make_buffer(GL_ARRAY_BUFFER, colors.data(), colors.size_bytes());
+    glEnableVertexAttribArray(2);
+    glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Bytes4), nullptr);
+  }
+  buffers.edges = make_indices(edges);
+  buffers.triangles = make_indices(triangles);
+  buffers.vertex_count = static_cast<GLsizei>(vertices.size());
+  buffers.triangle_indices = static_cast<GLsizei>(triangles.size());
+  buffers.edge_indices = static_cast<GLsizei>(edges.size());
+  return buffers;
+}
+
+}  // namespace
+
+LivePrograms::LivePrograms()
+    : shape{compile(live_shape_source(Material::clay)), compile(live_shape_source(Material::matcap)),
+            compile(live_shape_source(Material::flat))},
+      cloud(compile(live_cloud_source())),
+      wire(compile(live_wire_source())),
+      depth(compile(live_depth_source())),
+      cut(compile(live_cut_source())),
+      background(compile(live_background_source())),
+      rod(compile(live_rod_source())),
+      glass(compile(live_glass_source())),
+      present(compile(live_present_source())),
+      nothing(make_vertex_array()),
+      matcap(make_matcap()) {}
+
+LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors) {
+  return make_buffers(mesh.vertices(), colors, mesh.triangles(), mesh.edges());
+}
+
+LiveBuffers make_live_buffers(const DrawSurface& surface) {
+  std::vector<LiveVertex> vertices;
+  std::vector<Bytes4> colors;
+  for (const DrawVertex& v : surface.vertices) {
+    vertices.push_back({v.position, v.normal});
+    colors.push_back(v.color);
+  }
+  return make_buffers(vertices, colors, surface.indices, {});
+}
+
+UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<const VertexRange> drawn) {
+  UploadCounts counts;
+  const std::vector<LiveVertex>& vertices = mesh.vertices();
+  glBindBuffer(GL_ARRAY_BUFFER, buffers.vertices.get());
+  for (const VertexRange& range : drawn) {
+    const std::size_t bytes = (range.end - range.begin) * sizeof(LiveVertex);
+    // All of it: into fresh memory, so that the card may still draw from the old.
+    if (bytes == vertices.size() * sizeof(LiveVertex)) {
+      glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), vertices.data(), GL_STREAM_DRAW);
+    } else {
+      glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(range.begin * sizeof(LiveVertex)),
+                      static_cast<GLsizeiptr>(bytes), vertices.data() + range.begin);
+    }
+    counts.bytes += bytes;
+    ++counts.ranges;
+  }
+  return counts;
+}
+
+void update_colors(const LiveBuffers& buffers, std::span<const Bytes4> colors, const VertexRange& drawn) {
+  if (drawn.begin >= drawn.end) return;
+  glBindBuffer(GL_ARRAY_BUFFER, buffers.colors.get());
+  glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(drawn.begin * sizeof(Bytes4)),
+                  static_cast<GLsizeiptr>((drawn.end - drawn.begin) * sizeof(Bytes4)), colors.data() + drawn.begin);
+}
+
+void draw_triangles(const LiveBuffers& buffers) {
+  if (buffers.triangle_indices == 0) return;
+  glBindVertexArray(buffers.layout.get());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.triangles.get());
+  glDrawElements(GL_TRIANGLES, buffers.triangle_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void draw_edges(const LiveBuffers& buffers) {
+  if (buffers.edge_indices == 0) return;
+  glBindVertexArray(buffers.layout.get());
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, buffers.edges.get());
+  glDrawElements(GL_LINES, buffers.edge_indices, GL_UNSIGNED_INT, nullptr);
+}
+
+void draw_points(const LiveBuffers& buffers) {
+  if (buffers.vertex_count == 0) return;
+  glBindVertexArray(buffers.layout.get());
+  glDrawArrays(GL_POINTS, 0, buffers.vertex_count);
+}
+
+namespace {
+
+Renderbuffer make_renderbuffer(int width, int height, int samples, GLenum format) {
+  GLuint name = 0;
+  glGenRenderbuffers(1, &name);
+  Renderbuffer buffer(name);
+  glBindRenderbuffer(GL_RENDERBUFFER, name);
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
+  return buffer;
+}
+
+Texture make_depth_texture(int width, int height) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH24_STENCIL8, width, height, 0, GL_DEPTH_STENCIL, GL_UNSIGNED_INT_24_8,
+               nullptr);
+  return texture;
+}
+
+void require_complete() {
+  if (glGetError() != GL_OUT_OF_MEMORY && glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return;
+  throw InvalidInput("live view: the graphics driver has no room for a picture of this size; make the window smaller");
+}
+
+GLint limit(GLenum name) {
+  GLint value = 0;
+  glGetIntegerv(name, &value);
+  return value;
+}
+
+}  // namespace
+
+LiveTargets make_live_targets(int width, int height, int samples) {
+  if (std::max(width, height) > std::min(limit(GL_MAX_RENDERBUFFER_SIZE), limit(GL_MAX_TEXTURE_SIZE))) {
+    throw InvalidInput("live view: a picture of " + std::to_string(width) + " x " + std::to_string(height) +
+                       " pixels is larger than the graphics driver allows; make the window smaller");
+  }
+  LiveTargets targets;
+  targets.width = width;
+  targets.height = height;
+  targets.samples = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
+  targets.color = make_renderbuffer(width, height, targets.samples, GL_RGBA8);
+  targets.depth = make_renderbuffer(width, height, targets.samples, GL_DEPTH24_STENCIL8);
+  targets.many = make_framebuffer({}, nullptr);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());
+  glDrawBuffer(GL_COLOR_ATTACHMENT0);
+  require_complete();
+  targets.one_color = make_texture(width, height, GL_RGBA8);
+  targets.one_depth = make_depth_texture(width, height);
+  targets.one = make_framebuffer({&targets.one_color}, nullptr);
+  glFramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, targets.one_depth.get(), 0);
+  require_complete();
+  return targets;
+}
+
+void gather(const LiveTargets& targets, GLbitfield what) {
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.one.get());
+  glBlitFramebuffer(0, 0, targets.width, targets.height, 0, 0, targets.width, targets.height, what, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
+}
+
+}  // namespace knead::render

@@ -1,0 +1,74 @@
+// What the live view keeps on the graphics card.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "knead/render/gl_objects.h"
+#include "knead/render/live_mesh.h"
+#include "knead/render/live_view.h"
+#include "knead/render/surface.h"
+
+namespace knead::render {
+
+struct LivePrograms {
+  std::array<Program, 3> shape;  // by Material
+  Program cloud;
+  Program wire;
+  Program depth;
+  Program cut;
+  Program background;
+  Program rod;
+  Program glass;
+  Program present;
+  VertexArray nothing;  // for vertices made by the vertex program
+  Texture matcap;
+
+  LivePrograms();
+};
+
+// The buffers of a LiveMesh, or of rods, which have no edges.
+struct LiveBuffers {
+  VertexArray layout;
+  Buffer vertices;
+  Buffer colors;  // red, green, blue, influence
+  Buffer triangles;
+  Buffer edges;
+  GLsizei vertex_count = 0;
+  GLsizei triangle_indices = 0;
+  GLsizei edge_indices = 0;
+};
+
+// colors: one per drawn vertex, or none.
+LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors);
+LiveBuffers make_live_buffers(const DrawSurface& surface);
+
+// Sends the ranges of drawn vertices.
+UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<const VertexRange> drawn);
+void update_colors(const LiveBuffers& buffers, std::span<const Bytes4> colors, const VertexRange& drawn);
+
+void draw_triangles(const LiveBuffers& buffers);
+void draw_edges(const LiveBuffers& buffers);
+void draw_points(const LiveBuffers& buffers);
+
+// Where the picture is made: several samples per pixel, and the same after they are put together.
+struct LiveTargets {
+  int width = 0;
+  int height = 0;
+  int samples = 0;
+  Renderbuffer color;
+  Renderbuffer depth;  // and stencil
+  Framebuffer many;
+  Texture one_color;
+  Texture one_depth;
+  Framebuffer one;
+};
+
+// Throws InvalidInput where the driver has no memory for them, or no pictures of this size.
+LiveTargets make_live_targets(int width, int height, int samples);
+
+// Puts the samples of each pixel together: of the colour, the depth or both. Leaves `many` bound.
+void gather(const LiveTargets& targets, GLbitfield what);
+
+}  // namespace knead::render

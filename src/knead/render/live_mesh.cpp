@@ -1,0 +1,229 @@
+#include "knead/render/live_mesh.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "knead/math/error.h"
+#include "knead/math/parallel.h"
+#include "knead/render/live_rings.h"
+#include "knead/render/smooth_groups.h"
+
+namespace knead::render {
+namespace {
+
+constexpr std::uint32_t kBlock = 4096;       // vertices
+constexpr std::size_t kMostRuns = 256;       // of drawn vertices to upload
+constexpr std::size_t kWorthThreads = 4096;  // vertices; below, starting threads costs more than they save
+
+// Runs body(begin, end) over parts of all ranges, on several threads where that is worth it.
+template <class Body>
+void for_parts(std::span<const VertexRange> ranges, int threads, Body body) {
+  std::size_t total = 0;
+  for (const VertexRange& range : ranges) total += range.end - range.begin;
+  if (total < kWorthThreads) {
+    for (const VertexRange& range : ranges) body(range);
+    return;
+  }
+  std::vector<VertexRange> parts;
+  for (const VertexRange& range : ranges) {
+    for (std::uint32_t begin = range.begin; begin < range.end; begin += kBlock) {
+      parts.push_back({begin, std::min(range.end - begin, kBlock) + begin});
+    }
+  }
+  const std::size_t grain = std::max<std::size_t>(1, parts.size() / 64);
+  parallel_for(parts.size(), grain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) body(parts[i]);
+  });
+}
+
+Vec3f unit(const Vec3f& e) {
+  const float length2 = e.x * e.x + e.y * e.y + e.z * e.z;
+  return e * (1.0f / std::sqrt(std::max(length2, 1e-30f)));
+}
+
+// For unit vectors: their cross product, made about as long as the angle between them (within a tenth up to 120
+// degrees).
+Vec3f corner_normal(const Vec3f& a, const Vec3f& b) {
+  const float c = a.x * b.x + a.y * b.y + a.z * b.z;
+  const float weight = 1.5708f + c * (-1.0f + c * (0.55f - 0.12f * c));
+  return cross(a, b) * weight;
+}
+
+double mean_length(const std::vector<LiveVertex>& vertices, const std::vector<std::uint32_t>& edges) {
+  double sum = 0;
+  for (std::size_t i = 0; i < edges.size(); i += 2) {
+    sum += norm(Vec3d(vertices[edges[i]].position - vertices[edges[i + 1]].position));
+  }
+  return edges.empty() ? 0 : 2 * sum / static_cast<double>(edges.size());
+}
+
+}  // namespace
+
+LiveMesh::LiveMesh(const Mesh& mesh, const Placement& placement, double crease_angle)
+    : placement_(placement),
+      points_(mesh.vertex_count()),
+      boxes_((mesh.vertex_count() + kBlock - 1) / kBlock),
+      marks_(mesh.vertex_count()) {
+  if (mesh.face_count() > 0) {
+    const PlacedFaces faces = place_faces(mesh, placement);
+    SmoothGroups groups = smooth_groups(mesh, faces, crease_angle);
+    Rings rings = make_rings(mesh, faces, groups);
+    ring_begin_ = std::move(rings.begin);
+    ring_ = std::move(rings.list);
+    edges_ = polygon_edges(mesh, faces, groups);
+    for (const Triangle& t : corner_triangles(mesh, faces)) {
+      for (const std::uint32_t corner : t) triangles_.push_back(groups.corner_vertex[corner]);
+    }
+    drawn_begin_ = std::move(groups.begin);
+  } else {
+    for (const Vec3d& p : mesh.positions) drawn_begin_.push_back(drawn_begin_.back() + (is_finite(p) ? 1 : 0));
+  }
+  vertices_.resize(drawn_begin_.back());
+  const VertexRange all{0, static_cast<std::uint32_t>(mesh.vertex_count())};
+  move(mesh.positions, {&all, 1}, 0);
+  mean_edge_ = mean_length(vertices_, edges_);
+}
+
+void LiveMesh::place(std::span<const Vec3d> positions, const VertexRange& range) {
+  for (std::uint32_t v = range.begin; v < range.end; ++v) points_[v] = Vec3f(placement_.apply(positions[v]));
+}
+
+// The boxes of the blocks with a flag.
+void LiveMesh::measure(const std::vector<std::uint8_t>& blocks, int threads) {
+  std::vector<VertexRange> ranges;
+  for (std::uint32_t block = 0; block < blocks.size(); ++block) {
+    const auto count = static_cast<std::uint32_t>(points_.size());
+    if (blocks[block] != 0) ranges.push_back({block * kBlock, std::min(count, (block + 1) * kBlock)});
+  }
+  for_parts(ranges, threads, [&](const VertexRange& range) {
+    Box box;
+    for (std::uint32_t v = range.begin; v < range.end; ++v) {
+      const Vec3d p(points_[v]);
+      if (is_finite(p)) box.extend(p);
+    }
+    boxes_[range.begin / kBlock] = box;
+  });
+}
+
+Box LiveMesh::box() const {
+  Box box;
+  for (const Box& block : boxes_) {
+    if (block.empty()) continue;
+    box.extend(block.min);
+    box.extend(block.max);
+  }
+  return box;
+}
+
+Vec3f LiveMesh::normal(std::uint32_t vertex, std::uint32_t drawn) const {
+  const Vec3f p = points_[vertex];
+  Vec3f sum;
+  Vec3f last;
+  bool in_chain = false;
+  for (std::uint32_t i = ring_begin_[drawn]; i < ring_begin_[drawn + 1]; ++i) {
+    if (ring_[i] == kNoVertex) {
+      in_chain = false;
+      continue;
+    }
+    const Vec3f e = unit(points_[ring_[i]] - p);
+    if (in_chain) sum = sum + corner_normal(last, e);
+    last = e;
+    in_chain = true;
+  }
+  const float length2 = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
+  return length2 > 1e-20f ? sum * (1.0f / std::sqrt(length2)) : Vec3f{0, 0, 1};
+}
+
+void LiveMesh::shade(const VertexRange& range) {
+  const bool cloud = ring_begin_.empty();
+  for_each_drawn(range, [&](std::uint32_t v, std::uint32_t d) {
+    vertices_[d] = {points_[v], cloud ? Vec3f{} : normal(v, d)};
+  });
+}
+
+// Several threads may set the same mark.
+void LiveMesh::mark(const VertexRange& range) {
+  const auto set = [&](std::uint32_t v) {
+    const std::atomic_ref<std::uint8_t> flag(marks_[v]);
+    if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
+  };
+  for (std::uint32_t v = range.begin; v < range.end; ++v) set(v);
+  if (ring_begin_.empty()) return;
+  const std::uint32_t begin = ring_begin_[drawn_begin_[range.begin]];
+  const std::uint32_t end = ring_begin_[drawn_begin_[range.end]];
+  for (std::uint32_t i = begin; i < end; ++i) {
+    if (ring_[i] != kNoVertex) set(ring_[i]);
+  }
+}
+
+// The runs of marked vertices, with gaps closed until they are few; clears the marks.
+std::vector<VertexRange> LiveMesh::marked_runs() {
+  std::vector<VertexRange> runs;
+  const std::size_t count = marks_.size();
+  constexpr std::uint32_t gap = 16;
+  for (std::size_t v = 0; v < count;) {
+    std::uint64_t eight = 0;
+    if (v + 8 <= count) std::memcpy(&eight, marks_.data() + v, 8);
+    if (v + 8 <= count && eight == 0) {
+      v += 8;
+      continue;
+    }
+    const std::size_t end = std::min(count, v + 8);
+    for (; v < end; ++v) {
+      if (marks_[v] == 0) continue;
+      marks_[v] = 0;
+      const auto here = static_cast<std::uint32_t>(v);
+      if (!runs.empty() && here < runs.back().end + gap) {
+        runs.back().end = here + 1;
+      } else {
+        runs.push_back({here, here + 1});
+      }
+    }
+  }
+  for (std::uint32_t wider = 4 * gap; runs.size() > kMostRuns; wider *= 4) {
+    std::size_t kept = 0;
+    for (const VertexRange& run : std::span(runs).subspan(1)) {
+      if (run.begin < runs[kept].end + wider) {
+        runs[kept].end = run.end;
+      } else {
+        runs[++kept] = run;
+      }
+    }
+    runs.resize(kept + 1);
+  }
+  return runs;
+}
+
+std::vector<VertexRange> LiveMesh::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed,
+                                        int threads) {
+  if (positions.size() != points_.size()) {
+    throw InvalidInput("live view: " + std::to_string(positions.size()) + " positions for a shape of " +
+                       std::to_string(points_.size()) + " vertices; set the shape anew");
+  }
+  std::vector<std::uint8_t> stale(boxes_.size(), 0);
+  bool everything = false;
+  for (const VertexRange& range : changed) {
+    if (range.begin > range.end || range.end > points_.size()) {
+      throw InvalidInput("live view: a range of vertices ends beyond the shape; give ranges within it");
+    }
+    if (range.begin == range.end) continue;
+    everything = everything || range.end - range.begin == points_.size();
+    for (std::uint32_t block = range.begin / kBlock; block <= (range.end - 1) / kBlock; ++block) stale[block] = 1;
+  }
+  for_parts(changed, threads, [&](const VertexRange& range) { place(positions, range); });
+  measure(stale, threads);
+  std::vector<VertexRange> runs{{0, static_cast<std::uint32_t>(points_.size())}};
+  if (!everything) {
+    for_parts(changed, threads, [&](const VertexRange& range) { mark(range); });
+    runs = marked_runs();
+  }
+  for_parts(runs, threads, [&](const VertexRange& range) { shade(range); });
+  for (VertexRange& run : runs) run = {drawn_begin_[run.begin], drawn_begin_[run.end]};
+  std::erase_if(runs, [](const VertexRange& run) { return run.begin == run.end; });
+  return runs;
+}
+
+}  // namespace knead::render

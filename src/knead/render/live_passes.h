@@ -1,0 +1,63 @@
+// The steps of the interactive picture, each drawing into the bound framebuffer over what is there.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <span>
+
+#include "knead/render/live_gpu.h"
+#include "knead/render/view.h"
+
+namespace knead::render {
+
+// In renderer units: dot(normal, p) > offset is taken away.
+struct LiveCut {
+  Vec3d normal;  // unit
+  double offset = 0;
+  Color color;
+};
+
+struct LiveFrame {
+  const LivePrograms& programs;
+  const View& view;
+  const LiveScene& scene;
+  BoundingBall bounds;  // of the shape
+  int width = 0;
+  int height = 0;
+  std::optional<LiveCut> cut;
+};
+
+// The plane of the scene's clip, if there is one. Throws InvalidInput for a plane without direction.
+std::optional<LiveCut> live_cut(const LiveScene& scene, const Placement& placement);
+
+struct LiveShape {
+  const LiveMesh& mesh;
+  const LiveBuffers& buffers;
+};
+
+// Clears the targets and gets the state ready.
+void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets);
+
+// The shape, its edges, and the flat face of the cut.
+void draw_live_shape(const LiveFrame& frame, const LiveShape& shape);
+
+// Where nothing is yet.
+void draw_live_background(const LiveFrame& frame);
+
+// Faintly where they are hidden.
+void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods);
+
+struct LiveGlass {
+  const LiveBuffers& buffers;
+  Color color;
+  double near = 0;  // extent along the view
+  double far = 0;
+};
+
+// Backs and fronts from far to near. depths: of what is solid.
+void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const Texture& depths);
+
+// Leaves the depth test and blending off.
+void present_live(const LivePrograms& programs, const LiveTargets& targets);
+
+}  // namespace knead::render
