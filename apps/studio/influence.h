@@ -1,0 +1,16 @@
+// How much of a tool's motion a shape's vertices would have, to be shown as colour before the drag.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "knead/flow/segment.h"
+#include "knead/session/snapshot.h"
+
+namespace knead::studio {
+
+// For each vertex the weight w = (1 - b)^2 of the inner motion, from 0 (outside) to 1 (inner region), where the flows
+// begin; of several the greatest. Evaluated by the fields themselves, in double.
+std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads = 0);
+
+}  // namespace knead::studio

@@ -1,0 +1,37 @@
+// What is seen besides the shape: the tool's region, the gizmo, what is placed, the cut; and the influence as colour.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "knead/render/live_view.h"
+#include "studio.h"
+
+namespace knead::studio {
+
+// Remembers what it drew, so that nothing is made anew while nothing changes.
+class Overlay {
+ public:
+  // The scene for the live view as Studio is at the moment.
+  render::LiveScene scene(const Studio& studio);
+
+  // The influence to be shown; nothing where it is what was returned last. Empty: none.
+  std::optional<std::vector<float>> influence(const Studio& studio);
+
+  // Why a tool that turns cannot be used where it is placed; empty: it can.
+  static std::string placement_problem(const Studio& studio);
+
+ private:
+  std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
+  std::optional<Placement> drawn_stamp_;
+  double drawn_size_ = 0;
+  render::Scene parts_;
+  std::vector<Stroke> influencing_;
+  std::uint64_t influenced_version_ = 0;
+  bool has_influence_ = false;
+};
+
+// The strokes that the tool would begin with where the pointer is, mirror images included; empty where it is nowhere.
+std::vector<Stroke> hovering(const Studio& studio);
+
+}  // namespace knead::studio

@@ -1,0 +1,314 @@
+#include "script.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <thread>
+
+#include "knead/math/error.h"
+
+namespace knead::studio {
+
+namespace {
+
+using Json = nlohmann::json;
+
+[[noreturn]] void fail(const std::string& what) { throw InvalidInput(what); }
+
+// The index of a word among the choices.
+std::size_t choice(const Json& value, std::initializer_list<std::string_view> choices) {
+  const auto word = value.get<std::string>();
+  std::size_t index = 0;
+  std::string all;
+  for (const std::string_view each : choices) {
+    if (each == word) return index;
+    ++index;
+    all += (all.empty() ? "" : ", ") + std::string(each);
+  }
+  fail(fmt::format("'{}' is not one of {}", word, all));
+}
+
+Vec3d vector_of(const Json& value) {
+  const auto numbers = value.get<std::array<double, 3>>();
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+Modifiers modifiers_of(const Json& line) {
+  Modifiers result;
+  for (const Json& each : line.value("modifiers", Json::array())) {
+    const std::size_t which = choice(each, {"shift", "ctrl", "alt"});
+    (which == 0 ? result.shift : which == 1 ? result.ctrl : result.alt) = true;
+  }
+  return result;
+}
+
+ToolKind tool_named(const std::string& name) {
+  for (int i = 0; i < kToolCount; ++i) {
+    std::string known = name_of(static_cast<ToolKind>(i));
+    known.front() = static_cast<char>(std::tolower(known.front()));
+    if (known == name) return static_cast<ToolKind>(i);
+  }
+  fail(fmt::format("there is no tool '{}'", name));
+}
+
+class Script {
+ public:
+  Script(Studio& studio, const ScriptHost& host) : studio_(studio), host_(host) {}
+
+  void run(const Json& line) {
+    if (!line.is_object() || line.empty()) fail("a line is a JSON object such as {\"key\": \"Ctrl+Z\"}");
+    studio_.refresh();
+    if (!pointer(line) && !settings(line) && !files(line) && !pauses(line)) {
+      fail(fmt::format("nothing is known by the keys of {}", line.dump()));
+    }
+  }
+
+ private:
+  void send(const Event& event) {
+    studio_.handle(event);
+    if (host_.after_event) host_.after_event();
+  }
+
+  Pixel place_of(const Json& value) const {
+    if (value.size() == 2) return {value.at(0).get<double>(), value.at(1).get<double>()};
+    const auto pixel = pixel_of(studio_.screen(), vector_of(value));
+    if (!pixel) fail("the place is behind the camera");
+    return *pixel;
+  }
+
+  void move_to(const Pixel& p, const Modifiers& modifiers) { send(PointerMoved{p.x, p.y, 1, modifiers}); }
+
+  void drag(const Json& line) {
+    const Modifiers modifiers = modifiers_of(line);
+    const MouseButton button = button_of(line);
+    const int steps = line.value("steps", 10);
+    std::vector<Pixel> places;
+    for (const Json& place : line.at("drag")) places.push_back(place_of(place));
+    if (places.size() < 2) fail("a drag goes through two places or more");
+    move_to(places.front(), modifiers);
+    send(ButtonChanged{button, true, places.front().x, places.front().y, modifiers});
+    for (std::size_t i = 0; i + 1 < places.size(); ++i) {
+      for (int k = 1; k <= steps; ++k) {
+        const double t = static_cast<double>(k) / steps;
+        move_to({places[i].x + (places[i + 1].x - places[i].x) * t, places[i].y + (places[i + 1].y - places[i].y) * t},
+                modifiers);
+        if (line.contains("pause")) pause(line.at("pause").get<double>());
+      }
+    }
+    send(ButtonChanged{button, false, places.back().x, places.back().y, modifiers});
+  }
+
+  static MouseButton button_of(const Json& line) {
+    return static_cast<MouseButton>(choice(line.value("button", Json("left")), {"left", "middle", "right"}));
+  }
+
+  void press(const Json& place, const Json& line, bool down) {
+    const Pixel p = place_of(place);
+    send(ButtonChanged{button_of(line), down, p.x, p.y, modifiers_of(line)});
+  }
+
+  bool pointer(const Json& line) {
+    if (line.contains("drag")) {
+      drag(line);
+    } else if (line.contains("move")) {
+      move_to(place_of(line.at("move")), modifiers_of(line));
+    } else if (line.contains("press")) {
+      press(line.at("press"), line, true);
+    } else if (line.contains("release")) {
+      press(line.at("release"), line, false);
+    } else if (line.contains("click")) {
+      move_to(place_of(line.at("click")), modifiers_of(line));
+      press(line.at("click"), line, true);
+      press(line.at("click"), line, false);
+    } else if (line.contains("wheel")) {
+      send(WheelTurned{line.at("wheel").get<double>(), modifiers_of(line)});
+    } else if (line.contains("key")) {
+      const std::optional<Chord> chord = chord_of(line.at("key").get<std::string>());
+      if (!chord) fail(fmt::format("there is no key {}", line.at("key").dump()));
+      send(KeyChanged{chord->key, true, chord->modifiers});
+      send(KeyChanged{chord->key, false, chord->modifiers});
+    } else if (line.contains("drop")) {
+      std::vector<std::filesystem::path> paths;
+      for (const Json& file : line.at("drop")) paths.emplace_back(file.get<std::string>());
+      send(FilesDropped{paths});
+    } else if (line.contains("size")) {
+      send(Resized{line.at("size").at(0).get<int>(), line.at("size").at(1).get<int>()});
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  bool settings(const Json& line) {
+    if (line.contains("tool")) {
+      const int tool = static_cast<int>(tool_named(line.at("tool").get<std::string>()));
+      studio_.perform(static_cast<Action>(static_cast<int>(Action::tool_ball) + tool));
+    } else if (line.contains("set")) {
+      for (const auto& [key, value] : line.at("set").items()) set(key, value);
+    } else if (line.contains("view")) {
+      for (const auto& [key, value] : line.at("view").items()) set_view(key, value);
+    } else if (line.contains("show")) {
+      for (const auto& [key, value] : line.at("show").items()) show(key, value);
+    } else if (line.contains("stamp")) {
+      const auto name = line.at("stamp").get<std::string>();
+      const auto names = shape_names();
+      const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
+      is_known ? studio_.use_stamp(shape_kind(name)) : studio_.use_stamp(std::filesystem::path(name));
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  void set(const std::string& key, const Json& value) {
+    ToolSettings& to = studio_.settings();
+    if (key == "radius") {
+      to.radius = value.get<double>();
+    } else if (key == "inner_ratio") {
+      to.inner_ratio = value.get<double>();
+    } else if (key == "depth") {
+      to.depth = value.get<double>();
+    } else if (key == "capsule_length") {
+      to.capsule_length = value.get<double>();
+    } else if (key == "stamp_size") {
+      to.stamp_size = value.get<double>();
+    } else if (key == "exponent") {
+      to.exponent = value.get<int>();
+    } else if (key == "drag") {
+      to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
+    } else if (key == "axis") {
+      to.axis = vector_of(value);
+    } else if (key == "mark") {
+      to.mark = static_cast<MarkMode>(choice(value, {"full", "zero", "erase", "move"}));
+    } else if (key == "on_surface") {
+      to.on_surface = value.get<bool>();
+    } else if (key == "paint_in") {
+      to.paint_in = value.get<bool>();
+    } else if (key == "whole_limb") {
+      to.whole_limb = value.get<bool>();
+    } else if (key == "mirror") {
+      to.mirror = value.get<std::array<bool, 3>>();
+    } else if (key == "remesh") {
+      to.remesh = value.get<bool>();
+    } else if (key == "max_edge") {
+      to.remesh_settings.max_edge = value.get<double>();
+    } else {
+      fail(fmt::format("there is no setting '{}'", key));
+    }
+  }
+
+  void set_view(const std::string& key, const Json& value) {
+    View& view = studio_.navigation().view;
+    if (key == "yaw_deg") {
+      view.yaw = value.get<double>() * std::numbers::pi / 180;
+    } else if (key == "pitch_deg") {
+      view.pitch = value.get<double>() * std::numbers::pi / 180;
+    } else if (key == "target") {
+      view.target = vector_of(value);
+    } else if (key == "height") {
+      view.height = value.get<double>();
+    } else {
+      fail(fmt::format("the view has no '{}'", key));
+    }
+  }
+
+  void show(const std::string& key, const Json& value) {
+    ViewSettings& view = studio_.view();
+    const std::array<std::pair<std::string_view, bool*>, 7> flags{{{"wireframe", &view.wireframe},
+                                                                   {"influence", &view.influence},
+                                                                   {"tool", &view.tool},
+                                                                   {"cut", &view.cut},
+                                                                   {"panels", &view.panels},
+                                                                   {"history", &view.history},
+                                                                   {"statistics", &view.statistics}}};
+    for (const auto& [name, flag] : flags) {
+      if (name == key) {
+        *flag = value.get<bool>();
+        return;
+      }
+    }
+    if (key == "material") {
+      view.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+    } else if (key == "cut_normal") {
+      view.cut_normal = vector_of(value);
+    } else if (key == "cut_offset") {
+      view.cut_offset = value.get<double>();
+    } else {
+      fail(fmt::format("there is no '{}' to be shown", key));
+    }
+  }
+
+  bool files(const Json& line) {
+    const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).get<std::string>()); };
+    if (line.contains("open")) {
+      studio_.open(path("open"));
+    } else if (line.contains("new")) {
+      studio_.open_made(shape_kind(line.at("new").get<std::string>()), line.value("vertices", std::size_t{0}));
+    } else if (line.contains("recover")) {
+      if (studio_.abandoned().empty()) fail("no work was left behind");
+      studio_.recover(studio_.abandoned().front().folder);
+    } else if (line.contains("save")) {
+      studio_.save(path("save"));
+    } else if (line.contains("export")) {
+      studio_.export_shape(path("export"), true);
+    } else if (line.contains("picture")) {
+      if (!host_.picture) fail("pictures cannot be taken here");
+      studio_.wait();
+      studio_.refresh();
+      host_.picture(path("picture"));
+    } else if (line.contains("edit")) {
+      std::string session = "{\"knead\": 1}\n";
+      for (const Json& stroke : line.at("strokes")) session += stroke.dump() + "\n";
+      studio_.edit(line.at("edit").get<std::size_t>(), parse_session(session, "edit").strokes);
+    } else if (line.contains("look_at")) {
+      const Json& entry = line.at("look_at");
+      studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.get<std::size_t>()));
+    } else if (line.contains("close")) {
+      studio_.close();
+    } else {
+      return false;
+    }
+    if (host_.after_event) host_.after_event();
+    return true;
+  }
+
+  static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
+
+  bool pauses(const Json& line) {
+    if (line.contains("sleep")) {
+      pause(line.at("sleep").get<double>());
+    } else if (line.contains("wait")) {
+      studio_.wait();
+      studio_.refresh();
+      if (host_.after_event) host_.after_event();
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  Studio& studio_;
+  const ScriptHost& host_;
+};
+
+}  // namespace
+
+void run_script(std::istream& script, const std::string& name, Studio& studio, const ScriptHost& host) {
+  Script runner(studio, host);
+  std::string text;
+  for (std::size_t number = 1; std::getline(script, text); ++number) {
+    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+    try {
+      runner.run(Json::parse(text));
+    } catch (const Json::exception& error) {
+      throw InvalidInput({name, number}, error.what());
+    } catch (const InvalidInput& error) {
+      throw InvalidInput({name, number}, error.what());
+    }
+  }
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,41 @@
+// Studio driven by a script instead of a hand: the same events, one line each.
+//
+// JSON Lines. A place is [x, y] in pixels, or [x, y, z] in the scene, which means the pixel where that is seen.
+//   {"size": [1280, 800]}                      the view's size
+//   {"open": FILE} {"new": "sphere", "vertices": 2562} {"recover": "newest"}
+//   {"key": "Ctrl+Z"}                          pressed and let go
+//   {"move": PLACE} {"press": PLACE} {"release": PLACE}      with "button" ("left") and "modifiers" (["ctrl"])
+//   {"drag": [PLACE, PLACE, ...], "steps": 10}  pressed at the first, moved through all with so many events between
+//                                               two, let go at the last; "button" and "modifiers" as above
+//   {"click": PLACE} {"wheel": 1, "modifiers": [...]} {"drop": [FILE, ...]}
+//   {"tool": "ball"}                            its name in lower case
+//   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "drag": "view" | "surface" | "normal" | "axis",
+//            "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true, "max_edge": 0.1,
+//            "mark": "full" | "zero" | "erase" | "move", "capsule_length": 1, "stamp_size": 0.5, "whole_limb": true}}
+//   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3}}
+//   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}
+//   {"stamp": "letter-y" | FILE} {"edit": 0, "strokes": [{"tool": ...}]} {"look_at": 1} {"look_at": null}
+//   {"save": FILE} {"export": FILE} {"picture": FILE} {"close": true}
+//   {"sleep": 0.016}                            seconds; {"wait": true}: until the worker has done everything
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <istream>
+#include <string>
+
+#include "studio.h"
+
+namespace knead::studio {
+
+// What a script needs besides Studio.
+struct ScriptHost {
+  std::function<void(const std::filesystem::path&)> picture{};  // writes what is seen as PNG; empty: refused
+  std::function<void()> after_event{};                          // called after every event and command
+};
+
+// Files are relative to the working folder. Throws InvalidInput with the line for what is not understood. What Studio
+// tells meanwhile stays in its notices.
+void run_script(std::istream& script, const std::string& name, Studio& studio, const ScriptHost& host);
+
+}  // namespace knead::studio
