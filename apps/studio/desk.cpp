@@ -140,7 +140,9 @@ void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
 }
 
 void Desk::finish(Progress& progress) {
-  if (!bench_ || bench_->live().empty()) return;
+  if (!bench_) return;
+  if (!shown_.refusal.empty()) options_.tell({true, std::exchange(shown_.refusal, {})});
+  if (bench_->live().empty()) return;
   guarded([&] {
     const std::size_t before = bench_->done().size();
     if (!take(bench_->finish(&progress), "The stroke")) journal(bench_->set_live({}).lines);
@@ -148,7 +150,6 @@ void Desk::finish(Progress& progress) {
     if (done.size() > before) {
       for (const std::string& warning : done.back()->warnings) options_.tell({false, warning});
     }
-    shown_.refusal.clear();
     picker_is_stale_ = true;
     show_state();
   });

@@ -23,48 +23,58 @@ Gesture in_trouble(std::string what) {
 template <class G>
 std::optional<Gesture> made(std::optional<G> gesture) {
   if (!gesture) return std::nullopt;
-  return Gesture{std::move(*gesture), {}};
+  return Gesture{std::move(*gesture)};
 }
 
 std::optional<Gesture> begin_placed(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   if (placed.placement) {
     const auto part = gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
     const bool presses = around.settings.tool == ToolKind::stamp && part == GizmoPart::center;
-    if (presses && placed.stamp) return Gesture{begin_stamp(pointer, around, placed), {}};
-    if (part) return Gesture{GizmoGesture{*part, *placed.placement, pointer}, {}};
+    if (presses && placed.stamp) return Gesture{begin_stamp(pointer, around, placed)};
+    if (part) return Gesture{GizmoGesture{*part, *placed.placement, pointer}};
   }
-  return Gesture{TurnGesture{pointer, placed.placement}, {}};
+  return Gesture{TurnGesture{pointer, placed.placement}};
 }
 
 std::optional<Gesture> begin_marking(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   if (around.settings.mark == MarkMode::move) {
     std::optional<MarksGesture> gesture = begin_marks(pointer, around, placed);
     if (!gesture) return in_trouble("Mark what moves and what stays first: full with the left button, zero with Ctrl.");
-    return Gesture{std::move(*gesture), {}};
+    return Gesture{std::move(*gesture)};
   }
   const MarkGesture gesture = begin_mark(pointer, around);
   move_mark(pointer, around, gesture, placed);
-  return Gesture{gesture, {}};
+  return Gesture{gesture};
 }
 
 }  // namespace
 
-std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+namespace {
+
+std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   switch (around.settings.tool) {
     case ToolKind::ball:
     case ToolKind::capsule:
-      return Gesture{begin_implicit(pointer, around), {}};
+      return Gesture{begin_implicit(pointer, around)};
     case ToolKind::paint:
       return made(begin_paint(pointer, around));
     case ToolKind::points:
     case ToolKind::curve:
-      if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed), {}};
+      if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
       return made(begin_draw(pointer, around));
     case ToolKind::marks:
       return begin_marking(pointer, around, placed);
     default:
       return begin_placed(pointer, around, placed);
   }
+}
+
+}  // namespace
+
+std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+  std::optional<Gesture> gesture = begin_by_tool(pointer, around, placed);
+  if (gesture) gesture->start = around.state;
+  return gesture;
 }
 
 void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture) {

@@ -25,7 +25,7 @@ struct Pointer {
 // What a gesture sees of the world at a moment.
 struct Surroundings {
   Screen screen;
-  const ShapeState& state;
+  const ShapeState& state;         // as it was when the gesture began: what it does to the shape is not in it
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
   const ToolSettings& settings;
   bool is_taken = true;  // what the gesture was last is being worked on; else it waits, and its last place may change
@@ -48,9 +48,11 @@ struct ImplicitGesture {
   ImplicitStroke stroke;
 };
 
-// Dabs as the pointer goes.
+// Dabs as the pointer goes, each where the dabs before it have brought the surface: what is painted does not depend on
+// how fast the hand and the machine are.
 struct PaintGesture {
   PaintStroke stroke;
+  Flow done;             // of the stroke so far
   double spacing = 0;    // of dabs at full pressure, along the surface
   double travelled = 0;  // since the last dab
   Pointer last;
@@ -106,7 +108,8 @@ struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, MarkGesture,
                MarksGesture, GizmoGesture>
       kind;
-  std::string trouble;  // not empty: why nothing can be done so, a sentence for the person
+  ShapeState start{};     // the shape as it was
+  std::string trouble{};  // not empty: why nothing can be done so, a sentence for the person
 };
 
 // The left button is pressed. Nothing: it has no meaning here.

@@ -62,7 +62,7 @@ std::pair<Vec3d, Vec3d> start_of(const Pointer& pointer, const Surroundings& aro
 // A start so near to a mirror's plane that the tool lies across it goes on in the plane.
 Vec3d snapped(Vec3d p, const ToolSettings& settings) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (settings.mirror[axis] && std::abs(p[axis]) < 0.25 * settings.inner_ratio * settings.radius) p[axis] = 0;
+    if (settings.mirror[axis] && std::abs(p[axis]) < 0.5 * settings.inner_ratio * settings.radius) p[axis] = 0;
   }
   return p;
 }

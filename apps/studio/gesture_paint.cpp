@@ -1,8 +1,11 @@
 // Gestures along the surface: paint, lines drawn, marks.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 
 #include "gesture_parts.h"
+#include "knead/flow/advect.h"
 #include "knead/tool/paint.h"
 
 namespace knead::studio {
@@ -11,8 +14,10 @@ namespace {
 
 constexpr int kDabs = 6;  // that add up to the full depth
 constexpr double kLeastPressure = 0.05;
-constexpr int kMostRays = 400;          // between two places of the pointer
-constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
+constexpr int kMostRays = 400;            // between two places of the pointer
+constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
+constexpr double kProbeTolerance = 1e-7;  // of the radius
+constexpr double kPointSpacing = 0.25;    // of a drawn line, in radii
 
 double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
 
@@ -22,6 +27,29 @@ Pointer between(const Pointer& a, const Pointer& b, double t) {
   result.y = a.y + (b.y - a.y) * t;
   result.pressure = a.pressure + (b.pressure - a.pressure) * t;
   return result;
+}
+
+// The sample at a place of the surface as it was, where the stroke so far has brought it.
+PaintSample carried(const SurfaceHit& hit, const PaintGesture& gesture) {
+  const double outer = gesture.stroke.outer;
+  const Vec3d u = any_orthogonal(hit.normal);
+  const Vec3d v = cross(hit.normal, u);
+  std::array<Vec3d, 3> points{hit.point, hit.point + u * (kProbe * outer), hit.point + v * (kProbe * outer)};
+  AdvectOptions options;
+  options.tolerance = kProbeTolerance * outer;
+  options.precision = Precision::float64;
+  options.threads = 1;
+  advect(gesture.done, points, options);
+  const Vec3d normal = cross(points[1] - points[0], points[2] - points[0]);
+  return {points[0], norm(normal) > 0 ? normalized(normal) : hit.normal};
+}
+
+void add_dab(const SurfaceHit& hit, PaintGesture& gesture) {
+  PaintStroke dab = gesture.stroke;
+  dab.samples = {carried(hit, gesture)};
+  gesture.stroke.samples.push_back(dab.samples.front());
+  Flow flow = flow_of(dab);
+  std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(gesture.done.segments));
 }
 
 }  // namespace
@@ -35,7 +63,7 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   gesture.stroke.outer = settings.radius;
   gesture.stroke.depth = settings.depth * settings.radius / kDabs * (in ? 1 : -1);
   gesture.spacing = kDabLength * settings.radius / kDabs;
-  gesture.stroke.samples = {{hit->point, hit->normal}};
+  add_dab(*hit, gesture);
   gesture.last = pointer;
   gesture.last_point = hit->point;
   return gesture;
@@ -55,7 +83,7 @@ void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture
     gesture.last_point = hit->point;
     if (gesture.travelled < gesture.spacing) continue;
     gesture.travelled = std::min(gesture.travelled - gesture.spacing, gesture.spacing);
-    gesture.stroke.samples.push_back({hit->point, hit->normal});
+    add_dab(*hit, gesture);
   }
 }
 

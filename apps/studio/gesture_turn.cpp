@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kClick = 4;  // pixels that a click may move
 constexpr double kDegreesPerPixel = 0.5;
+constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
 constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
 
@@ -18,17 +19,21 @@ Vec3d turning_axis(ToolKind tool, const Placement& placement) {
   return tool == ToolKind::bend ? placement.x : placement.z;
 }
 
-// How far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points up; round the
-// centre for one that points at the person.
-double amount_of(const Pointer& from, const Pointer& to, const Vec3d& axis, const Surroundings& around) {
+// Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
+// up; about an axis that points at the person, or away, round the centre.
+double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const Surroundings& around) {
+  const Pointer& from = gesture.start;
   const render::CameraFrame frame = render::camera_frame(around.screen.camera);
   const double right = dot(axis, frame.right);
   const double up = dot(axis, frame.up);
   const double length = std::hypot(right, up);
   const double dx = to.x - from.x;
   const double dy = to.y - from.y;
-  if (length < 0.3) return dx;
-  return (dx * up + dy * right) / length;
+  if (length < kFacing) {
+    const double angle = angle_round(around.screen, gesture.placement->center, axis, {from.x, from.y}, {to.x, to.y});
+    return angle * 180 / std::numbers::pi;
+  }
+  return (dx * up + dy * right) / length * kDegreesPerPixel;
 }
 
 // Three unit vectors, z given.
@@ -138,8 +143,11 @@ void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& 
   const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
   if (!gesture.placement || (gesture.amount == 0 && is_click)) return;
   const ToolKind tool = around.settings.tool;
-  const double pixels = amount_of(gesture.start, pointer, turning_axis(tool, *gesture.placement), around);
-  gesture.amount = pixels * (tool == ToolKind::stretch ? kStretchPerPixel : kDegreesPerPixel);
+  if (tool == ToolKind::stretch) {
+    gesture.amount = (pointer.x - gesture.start.x + gesture.start.y - pointer.y) * kStretchPerPixel;
+  } else {
+    gesture.amount = angle_of(gesture, pointer, turning_axis(tool, *gesture.placement), around);
+  }
   if (pointer.modifiers.ctrl) gesture.amount = 15 * std::round(gesture.amount / 15);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "knead/math/mat3.h"
 #include "knead/math/sincos.h"
@@ -49,17 +50,16 @@ std::vector<Vec3d> ring_of(const Placement& placement, std::size_t axis, double 
 
 Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) { return rotate(v, axis, sincos(angle)); }
 
-// The angle about the axis by which the pointer has gone round the centre.
-double angle_between(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to) {
+}  // namespace
+
+double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to) {
   const auto middle = pixel_of(screen, center);
   if (!middle) return 0;
   const double before = std::atan2(from.y - middle->y, from.x - middle->x);
   const double after = std::atan2(to.y - middle->y, to.x - middle->x);
   const Vec3d to_eye = -ray_through(screen, middle->x, middle->y).direction;
-  return std::remainder(before - after, 2 * 3.14159265358979323846) * (dot(axis, to_eye) >= 0 ? 1 : -1);
+  return std::remainder(before - after, 2 * std::numbers::pi) * (dot(axis, to_eye) >= 0 ? 1 : -1);
 }
-
-}  // namespace
 
 double gizmo_size(const Screen& screen, const Placement& placement) {
   return kPixels * pixel_size(screen, placement.center);
@@ -110,7 +110,7 @@ Placement dragged(const Screen& screen, const Placement& start, GizmoPart part, 
     if (a && b) result.center += *b - *a;
     return result;
   }
-  const double angle = angle_between(screen, start.center, axis, from, to);
+  const double angle = angle_round(screen, start.center, axis, from, to);
   for (Vec3d* v : {&result.x, &result.y, &result.z}) *v = normalized(turned(*v, axis, angle));
   return result;
 }

@@ -21,6 +21,9 @@ std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& pl
 // The placement after the part was dragged from one pixel to another.
 Placement dragged(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to);
 
+// The angle in radians, from -pi to pi, by which the pointer has gone round a centre, about an axis through it.
+double angle_round(const Screen& screen, const Vec3d& center, const Vec3d& axis, const Pixel& from, const Pixel& to);
+
 // Adds what is to be seen of it; the part under the pointer lighter.
 void draw_gizmo(const Screen& screen, const Placement& placement, std::optional<GizmoPart> lit,
                 std::vector<render::Arrow>& arrows, std::vector<render::Line>& lines);

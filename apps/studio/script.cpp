@@ -157,6 +157,7 @@ class Script {
       const auto names = shape_names();
       const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
       is_known ? studio_.use_stamp(shape_kind(name)) : studio_.use_stamp(std::filesystem::path(name));
+      settle();
     } else {
       return false;
     }
@@ -245,19 +246,21 @@ class Script {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).get<std::string>()); };
     if (line.contains("open")) {
       studio_.open(path("open"));
+      settle();
     } else if (line.contains("new")) {
       studio_.open_made(shape_kind(line.at("new").get<std::string>()), line.value("vertices", std::size_t{0}));
+      settle();
     } else if (line.contains("recover")) {
       if (studio_.abandoned().empty()) fail("no work was left behind");
       studio_.recover(studio_.abandoned().front().folder);
+      settle();
     } else if (line.contains("save")) {
       studio_.save(path("save"));
     } else if (line.contains("export")) {
       studio_.export_shape(path("export"), true);
     } else if (line.contains("picture")) {
       if (!host_.picture) fail("pictures cannot be taken here");
-      studio_.wait();
-      studio_.refresh();
+      settle();
       host_.picture(path("picture"));
     } else if (line.contains("edit")) {
       std::string session = "{\"knead\": 1}\n";
@@ -275,14 +278,18 @@ class Script {
     return true;
   }
 
+  void settle() {
+    studio_.wait();
+    studio_.refresh();
+  }
+
   static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
   bool pauses(const Json& line) {
     if (line.contains("sleep")) {
       pause(line.at("sleep").get<double>());
     } else if (line.contains("wait")) {
-      studio_.wait();
-      studio_.refresh();
+      settle();
       if (host_.after_event) host_.after_event();
     } else {
       return false;

@@ -1,6 +1,7 @@
 // Studio driven by a script instead of a hand: the same events, one line each.
 //
-// JSON Lines. A place is [x, y] in pixels, or [x, y, z] in the scene, which means the pixel where that is seen.
+// JSON Lines. Opening, recovering and stamps wait until that is done; nothing else does. A place is [x, y] in pixels,
+// or [x, y, z] in the scene, which means the pixel where that is seen.
 //   {"size": [1280, 800]}                      the view's size
 //   {"open": FILE} {"new": "sphere", "vertices": 2562} {"recover": "newest"}
 //   {"key": "Ctrl+Z"}                          pressed and let go

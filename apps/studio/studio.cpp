@@ -102,8 +102,9 @@ void Studio::after_opening() {
 Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_.width, navigation_.height}; }
 
 Surroundings Studio::surroundings() const {
-  const bool fits = shown_.picker && shown_.picker->fits(shown_.state);
-  return {screen(), shown_.state, fits ? shown_.picker.get() : nullptr, settings_, worker_->begun() >= sent_};
+  const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
+  const bool fits = shown_.picker && shown_.picker->fits(state);
+  return {screen(), state, fits ? shown_.picker.get() : nullptr, settings_, worker_->begun() >= sent_};
 }
 
 void Studio::frame_all() {
@@ -268,12 +269,13 @@ void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
   post([this, pattern, frames](Progress& progress) { desk_.export_frames(pattern, frames, progress); });
 }
 
-void Studio::recover(const std::filesystem::path& journal) {
+// The path may be one of those that are erased.
+void Studio::recover(std::filesystem::path journal) {
   std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
   post([this, journal](Progress& progress) { desk_.recover(journal, progress); });
 }
 
-void Studio::discard(const std::filesystem::path& journal) {
+void Studio::discard(std::filesystem::path journal) {
   std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
   discard_journal(journal);
 }

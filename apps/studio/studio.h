@@ -74,8 +74,8 @@ class Studio {
 
   // Work that another run left behind, and what is to become of it.
   const std::vector<AbandonedJournal>& abandoned() const { return abandoned_; }
-  void recover(const std::filesystem::path& journal);
-  void discard(const std::filesystem::path& journal);
+  void recover(std::filesystem::path journal);
+  void discard(std::filesystem::path journal);
 
   // The history. edit: no strokes take the entry out.
   void undo();

@@ -1,0 +1,371 @@
+// Studio without its window, driven by the events that a hand makes.
+#include "studio.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "knead/io/shape_file.h"
+#include "knead/session/replay.h"
+#include "script.h"
+
+namespace knead::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+class StudioTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("knead_studio_test_" + std::to_string(::getpid()));
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  StudioOptions options(bool has_worker = false) const {
+    return {folder_ / "config", folder_ / "state", has_worker, 0};
+  }
+
+  static void run(Studio& studio, const std::string& script) {
+    std::istringstream lines(script);
+    run_script(lines, "script", studio, {});
+    studio.wait();
+    studio.refresh();
+  }
+
+  // A ball of radius 1 seen from the front, 1 unit 200 pixels, the middle at (400, 300).
+  static std::string ball(int vertices = 2562) {
+    return R"({"size": [800, 600]}
+{"new": "sphere", "vertices": )" +
+           std::to_string(vertices) + R"(}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"set": {"radius": 0.5, "inner_ratio": 0.4}}
+)";
+  }
+
+  static std::vector<Vec3d> positions(const Studio& studio) { return studio.shown().state.positions.copy(); }
+
+  static std::string errors(Studio& studio) {
+    std::string all;
+    for (const Notice& notice : studio.take_notices()) {
+      if (notice.is_error) all += notice.text + "\n";
+    }
+    return all;
+  }
+
+  // Saves, and replays the file as the command does.
+  ReplayResult saved_and_replayed(Studio& studio, const std::string& name = "work.knead") const {
+    run(studio, R"({"save": ")" + (folder_ / name).string() + "\"}");
+    EXPECT_EQ(errors(studio), "");
+    const Session session = read_session(folder_ / name);
+    EXPECT_TRUE(session.mesh.has_value());
+    return replay(read_shape(folder_ / *session.mesh).mesh, session);
+  }
+
+  fs::path folder_;
+};
+
+struct ToolCase {
+  const char* name;
+  const char* script;
+  std::size_t strokes;  // at least, of the session
+};
+
+class EveryTool : public StudioTest, public testing::WithParamInterface<ToolCase> {};
+
+TEST_P(EveryTool, LeavesOnTheScreenWhatTheSavedSessionGivesToTheBit) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    run(studio, ball());
+    const std::vector<Vec3d> before = positions(studio);
+    run(studio, GetParam().script);
+    EXPECT_EQ(errors(studio), "");
+    const std::vector<Vec3d> after = positions(studio);
+    EXPECT_NE(after, before);
+    EXPECT_GE(studio.shown().history.size(), 1u);
+    const ReplayResult replayed = saved_and_replayed(studio);
+    EXPECT_TRUE(replayed.positions == after);
+    EXPECT_GE(replayed.resolved.size(), GetParam().strokes);
+    while (!studio.shown().history.empty()) run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_TRUE(positions(studio) == before);
+    for (std::size_t i = studio.shown().redoable.size(); i-- > 0;) run(studio, R"({"key": "Ctrl+Shift+Z"})");
+    EXPECT_TRUE(positions(studio) == after);
+    studio.close();
+  }
+}
+
+constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1], [0.6, 0.2, 1]]})",
+                                1},
+                               {"ball_along_surface", R"({"tool": "ball"}
+{"set": {"drag": "surface"}}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1]]})",
+                                1},
+                               {"ball_along_normal", R"({"tool": "ball"}
+{"set": {"drag": "normal"}}
+{"drag": [[0.5, 0.3, 0.812], [0.8, 0.5, 0.812]]})",
+                                1},
+                               {"ball_along_axis", R"({"tool": "ball"}
+{"set": {"drag": "axis", "axis": [1, 1, 0]}}
+{"drag": [[0, 0, 1], [0.8, 0.5, 1]]})",
+                                1},
+                               {"capsule", R"({"tool": "capsule"}
+{"drag": [[0, 0.9, 0.4], [0, 1.3, 0.4]]})",
+                                1},
+                               {"paint", R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})",
+                                1},
+                               {"paint_in", R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "modifiers": ["ctrl"]})",
+                                1},
+                               {"paint_a_dab", R"({"tool": "paint"}
+{"click": [0, 0, 1]})",
+                                1},
+                               {"points", R"({"tool": "points"}
+{"click": [-0.3, 0, 0.95]}
+{"click": [0.3, 0, 0.95]}
+{"drag": [[0.3, 0, 0.95], [0.3, 0.4, 0.95]]})",
+                                1},
+                               {"curve", R"({"tool": "curve"}
+{"drag": [[-0.4, 0, 0.9], [0, 0.2, 0.97], [0.4, 0, 0.9]]}
+{"drag": [[-0.4, 0, 0.9], [-0.4, 0.3, 0.9]]})",
+                                1},
+                               {"stamp", R"({"tool": "stamp"}
+{"set": {"drag": "normal"}}
+{"stamp": "sphere"}
+{"click": [0.2, 0.5, 0.84]}
+{"drag": [[0.25, 0.65, 1.1], [0.22, 0.55, 0.9]]})",
+                                1},
+                               {"rotate", R"({"tool": "rotate"}
+{"click": [0, 0.3, 0.95]}
+{"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
+                                1},
+                               {"stretch", R"({"tool": "stretch"}
+{"click": [0.6, 0, 0.8]}
+{"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
+                                1},
+                               {"twist", R"({"tool": "twist"}
+{"set": {"whole_limb": false}}
+{"click": [0, 0, 1]}
+{"drag": [[-0.9, -0.9, 0], [-0.5, -0.9, 0]]})",
+                                1},
+                               {"bend", R"({"tool": "bend"}
+{"set": {"whole_limb": false}}
+{"click": [0, 0, 1]}
+{"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]]})",
+                                1},
+                               {"marks", R"({"tool": "marks"}
+{"click": [0, 0, 1]}
+{"set": {"mark": "zero"}}
+{"drag": [[-0.8, -0.5, 0.3], [0.8, -0.5, 0.3]]}
+{"set": {"mark": "move"}}
+{"drag": [[0, 0, 1], [0.1, 0.3, 1]], "steps": 3})",
+                                1},
+                               {"mirrored_ball", R"({"tool": "ball"}
+{"set": {"mirror": [true, false, false]}}
+{"drag": [[0.2, 0, 0.98], [0.4, 0.3, 0.98]]})",
+                                4},
+                               {"mirrored_stamp", R"({"tool": "stamp"}
+{"set": {"drag": "normal", "mirror": [true, false, false]}}
+{"stamp": "letter-y"}
+{"click": [0.5, 0.3, 0.81]}
+{"drag": [[0.53, 0.32, 0.86], [0.4, 0.24, 0.65]]})",
+                                2},
+                               {"remeshed", R"({"tool": "ball"}
+{"set": {"remesh": true, "mirror": [false, true, false]}}
+{"drag": [[0, 0.6, 0.8], [0, 1.4, 0.8]]})",
+                                2},
+                               {"several", R"({"tool": "ball"}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1]]}
+{"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.2, 0.1, 0.97]]}
+{"key": "Ctrl+Z"}
+{"tool": "rotate"}
+{"click": [0.5, 0.5, 0.7]}
+{"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
+                                2}};
+
+INSTANTIATE_TEST_SUITE_P(Studio, EveryTool, testing::ValuesIn(kTools),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, kTools[0].script);
+  const ReplayResult replayed = saved_and_replayed(studio);
+  run(studio, R"({"export": ")" + (folder_ / "out.ply").string() + "\"}");
+  const ShapeFile source = read_shape(folder_ / "work_shape.ply");
+  EXPECT_EQ(read_shape(folder_ / "out.ply").bytes, serialize_shape("ply", source, replayed.positions, {true, {}}));
+}
+
+TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
+  Studio studio(options());
+  run(studio, ball());
+  for (const int i : {0, 10, 16}) run(studio, kTools[i].script);
+  EXPECT_EQ(errors(studio), "");
+  saved_and_replayed(studio);
+  Studio other(options());
+  run(other, R"({"open": ")" + (folder_ / "work.knead").string() + "\"}");
+  EXPECT_EQ(errors(other), "");
+  EXPECT_TRUE(positions(other) == positions(studio));
+  EXPECT_EQ(other.shown().history.size(), studio.shown().history.size());
+  EXPECT_FALSE(other.shown().is_changed);
+  EXPECT_TRUE(saved_and_replayed(other, "again.knead").positions == positions(studio));
+}
+
+TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
+  std::vector<Vec3d> left;
+  {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, kTools[10].script);
+    run(studio, R"({"set": {"drag": "view"}}
+{"tool": "ball"}
+{"move": [0, 0, 1]}
+{"press": [0, 0, 1]}
+{"move": [0.2, 0.2, 1]}
+{"move": [0.4, 0.2, 1]})");
+    EXPECT_TRUE(studio.gesture().has_value());
+    left = positions(studio);
+  }
+  Studio next(options());
+  ASSERT_EQ(next.abandoned().size(), 1u);
+  run(next, R"({"recover": "newest"})");
+  EXPECT_EQ(errors(next), "");
+  EXPECT_TRUE(positions(next) == left);
+  EXPECT_EQ(next.shown().history.size(), 2u);
+  EXPECT_TRUE(next.shown().is_changed);
+  next.close();
+  EXPECT_TRUE(Studio(options()).abandoned().empty());
+}
+
+TEST_F(StudioTest, AMirroredDragIsSymmetric) {
+  Studio studio(options());
+  run(studio, ball(10242));
+  run(studio, R"({"tool": "ball"}
+{"set": {"mirror": [true, false, false]}}
+{"drag": [[0.3, 0, 0.95], [0.5, 0.3, 0.95]], "steps": 20})");
+  // The icosahedral ball is symmetric: every vertex has an image.
+  const std::vector<Vec3d> start = studio.shown().state.mesh->positions;
+  const std::vector<Vec3d> now = positions(studio);
+  double worst = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    for (std::size_t j = 0; j < start.size(); ++j) {
+      if (norm(start[j] - Vec3d{-start[i].x, start[i].y, start[i].z}) > 1e-9) continue;
+      worst = std::max(worst, norm(now[j] - Vec3d{-now[i].x, now[i].y, now[i].z}));
+    }
+    most = std::max(most, norm(now[i] - start[i]));
+  }
+  EXPECT_GT(most, 0.2);
+  EXPECT_LT(worst, 0.02);  // the sides meet and are done in turn, 20 times; 5% of the way
+}
+
+TEST_F(StudioTest, PaintDoesNotDependOnHowFastTheHandIs) {
+  const auto painted = [&](int steps) {
+    Studio studio(options());
+    run(studio, ball(10242));
+    run(studio, R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0, 0.86]], "steps": )" +
+                    std::to_string(steps) + "}");
+    return positions(studio);
+  };
+  const std::vector<Vec3d> slow = painted(100);
+  const std::vector<Vec3d> fast = painted(3);
+  double worst = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < slow.size(); ++i) {
+    worst = std::max(worst, norm(slow[i] - fast[i]));
+    most = std::max(most, norm(slow[i]) - 1);
+  }
+  EXPECT_NEAR(most, 0.15 * 0.5, 0.15 * 0.5 * 0.15) << "the depth is that of the settings";
+  EXPECT_LT(worst, 0.1 * most);
+}
+
+TEST_F(StudioTest, EscapeGivesUpADragAndLosesNothing) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, kTools[0].script);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"press": [0, 0, 1]}
+{"move": [0.4, 0.2, 1]}
+{"key": "Escape"})");
+  EXPECT_FALSE(studio.gesture().has_value());
+  EXPECT_TRUE(positions(studio) == before);
+  EXPECT_EQ(studio.shown().history.size(), 1u);
+  EXPECT_TRUE(saved_and_replayed(studio).positions == before);
+}
+
+TEST_F(StudioTest, APastStrokeIsLookedAtAndChanged) {
+  Studio studio(options());
+  run(studio, ball());
+  const std::vector<Vec3d> start = positions(studio);
+  run(studio, kTools[0].script);
+  run(studio, kTools[11].script);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"look_at": 0})");
+  EXPECT_TRUE(positions(studio) == start);
+  run(studio, R"({"look_at": null})");
+  EXPECT_TRUE(positions(studio) == before);
+  run(studio,
+      R"({"edit": 0, "strokes": [{"tool": "implicit", "inner": 0.1, "outer": 0.4, "path": [[1, 0, 0], [1.5, 0, 0]]}]})");
+  EXPECT_FALSE(positions(studio) == before);
+  EXPECT_TRUE(saved_and_replayed(studio).positions == positions(studio));
+  run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_TRUE(positions(studio) == before);
+}
+
+TEST_F(StudioTest, ErrorsAreToldAndChangeNothing) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, kTools[0].script);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"open": "/nowhere/shape.ply"}
+{"open": "/nowhere/work.knead"}
+{"save": "/nowhere/work.knead"}
+{"export": "/nowhere/out.ply"}
+{"export": "/tmp/out.unknown"}
+{"stamp": "/nowhere/tool.ply"}
+{"set": {"mark": "move"}}
+{"tool": "marks"}
+{"drag": [[0, 0, 1], [0.1, 0.3, 1]]})");
+  const std::string told = errors(studio);
+  EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 7) << told;
+  EXPECT_TRUE(positions(studio) == before);
+  EXPECT_EQ(studio.shown().history.size(), 1u);
+}
+
+TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "torus"}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"tool": "twist"}
+{"click": [1, 0, 0.3]})");
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
+  EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
+}
+
+TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"move": [400, 300]}
+{"key": "F"}
+{"move": [500, 300]}
+{"press": [500, 300]})");
+  EXPECT_NEAR(studio.settings().radius, 0.5 + 100 * 3.0 / 600, 1e-9);
+  run(studio, R"({"key": "Shift+F"}
+{"move": [550, 300]}
+{"key": "Escape"}
+{"wheel": 1, "modifiers": ["ctrl"]}
+{"wheel": -2, "modifiers": ["shift"]})");
+  EXPECT_NEAR(studio.settings().radius, 1.1, 1e-9);
+  EXPECT_NEAR(studio.settings().inner_ratio, 0.3, 1e-9);
+  EXPECT_TRUE(studio.shown().history.empty());
+}
+
+}  // namespace
+}  // namespace knead::studio
