@@ -1,5 +1,9 @@
 #include "gesture.h"
 
+#include <algorithm>
+#include <array>
+#include <iterator>
+
 #include "gesture_parts.h"
 #include "knead/tool/mirrored.h"
 
@@ -204,7 +208,8 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
   }
   if (planes.empty()) return pieces;
   std::vector<Stroke> result;
-  for (Stroke& piece : pieces) {
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    const Stroke& piece = pieces[i];
     if (const auto* paint = std::get_if<PaintStroke>(&piece)) {
       result.emplace_back(with_images(*paint, planes));
       continue;
@@ -214,6 +219,8 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
       Stroke image = image_of(piece, mask, image_file);
       if (std::find(same.begin(), same.end(), image) == same.end()) same.push_back(std::move(image));
     }
+    // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
+    if (i % 2 == 1) std::reverse(same.begin(), same.end());
     std::move(same.begin(), same.end(), std::back_inserter(result));
   }
   return result;

@@ -15,8 +15,17 @@ bool has_vertices(const Stroke& stroke) {
   return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
 }
 
-bool are_images(const Stroke& a, const Stroke& b) {
-  if (a.index() != b.index() || has_vertices(a)) return false;
+// Pieces of a side may have been joined: of a path only the beginning is looked at.
+Stroke beginning(const Stroke& stroke) {
+  Stroke result = stroke;
+  if (auto* implicit = std::get_if<ImplicitStroke>(&result)) implicit->path.resize(1);
+  return result;
+}
+
+bool are_images(const Stroke& first, const Stroke& second) {
+  if (first.index() != second.index() || has_vertices(first)) return false;
+  const Stroke a = beginning(first);
+  const Stroke b = beginning(second);
   for (int planes = 1; planes < 8; ++planes) {
     Stroke image = a;
     for (int axis = 0; axis < 3; ++axis) {
