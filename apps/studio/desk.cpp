@@ -86,7 +86,9 @@ void Desk::open(ShapeFile source, const std::string& title, const std::filesyste
   shown_.shape_path = path;
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
-  shown_.picker = std::make_shared<const Picker>(bench_->state());
+  spare_.reset();
+  refresh_picker();
+  bench_->prepare();
   picker_is_stale_ = false;
   for (const std::string& note : source_->notes) options_.tell({false, title + ": " + note});
   show_state();
@@ -202,13 +204,25 @@ void Desk::measure_volume() {
   shown_.volume = measure_volume_and_area(*bench_->state().mesh, bench_->state().positions.copy()).volume;
 }
 
+void Desk::refresh_picker() {
+  const ShapeState& state = bench_->state();
+  if (spare_ && spare_.use_count() == 1 && spare_->fits(state)) {
+    spare_->follow(state);
+  } else {
+    spare_ = std::make_shared<Picker>(state);
+  }
+  std::swap(picker_, spare_);
+  shown_.picker = picker_;
+}
+
 void Desk::when_idle() {
   if (!bench_ || !picker_is_stale_) return;
   guarded([&] {
     picker_is_stale_ = false;
+    bench_->prepare();
     measure_volume();
     if (journal_) journal_->sync();
-    shown_.picker = std::make_shared<const Picker>(bench_->state(), shown_.picker.get());
+    refresh_picker();
     show();
   });
 }

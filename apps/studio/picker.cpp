@@ -6,14 +6,6 @@ namespace knead::studio {
 
 namespace {
 
-SurfaceTree tree_over(const std::vector<Triangle>& triangles, const std::vector<Vec3d>& positions,
-                      const SurfaceTree* before) {
-  if (before == nullptr) return {triangles, positions};
-  SurfaceTree tree = *before;
-  tree.refit(positions);
-  return tree;
-}
-
 // Of a point in the plane of a triangle; of one without area: its first corner.
 std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d normal = cross(b - a, c - a);
@@ -26,32 +18,37 @@ std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d
 
 }  // namespace
 
-Picker::Picker(const ShapeState& state, const Picker* before)
+Picker::Picker(const ShapeState& state)
     : mesh_(state.mesh),
-      links_([&]() -> std::shared_ptr<const Links> {
-        if (before != nullptr && before->fits(state)) return before->links_;
-        auto links = std::make_shared<Links>();
-        links->triangles = triangulate(*state.mesh);
-        links->first.assign(state.positions.size() + 1, 0);
-        for (const Triangle& t : links->triangles) {
-          for (const std::uint32_t v : t) ++links->first[v + 1];
-        }
-        std::partial_sum(links->first.begin(), links->first.end(), links->first.begin());
-        links->around.resize(links->first.back());
-        std::vector<std::uint32_t> next(links->first.begin(), links->first.end() - 1);
-        for (std::uint32_t t = 0; t < links->triangles.size(); ++t) {
-          for (const std::uint32_t v : links->triangles[t]) links->around[next[v]++] = t;
-        }
-        return links;
-      }()),
+      links_(links_of(state)),
       positions_(state.positions.copy()),
-      tree_(tree_over(links_->triangles, positions_,
-                      before != nullptr && before->fits(state) ? &before->tree_ : nullptr)) {}
+      tree_(links_.triangles, positions_) {}
+
+Picker::Links Picker::links_of(const ShapeState& state) {
+  Links links;
+  links.triangles = triangulate(*state.mesh);
+  links.first.assign(state.positions.size() + 1, 0);
+  for (const Triangle& t : links.triangles) {
+    for (const std::uint32_t v : t) ++links.first[v + 1];
+  }
+  std::partial_sum(links.first.begin(), links.first.end(), links.first.begin());
+  links.around.resize(links.first.back());
+  std::vector<std::uint32_t> next(links.first.begin(), links.first.end() - 1);
+  for (std::uint32_t t = 0; t < links.triangles.size(); ++t) {
+    for (const std::uint32_t v : links.triangles[t]) links.around[next[v]++] = t;
+  }
+  return links;
+}
+
+void Picker::follow(const ShapeState& state) {
+  state.positions.copy_to(positions_);
+  tree_.refit(positions_);
+}
 
 Vec3d Picker::vertex_normal(std::uint32_t vertex, const Snapshot& positions) const {
   Vec3d sum{};
-  for (std::uint32_t i = links_->first[vertex]; i < links_->first[vertex + 1]; ++i) {
-    const Triangle& t = links_->triangles[links_->around[i]];
+  for (std::uint32_t i = links_.first[vertex]; i < links_.first[vertex + 1]; ++i) {
+    const Triangle& t = links_.triangles[links_.around[i]];
     sum += cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
   }
   return sum;
@@ -60,7 +57,7 @@ Vec3d Picker::vertex_normal(std::uint32_t vertex, const Snapshot& positions) con
 std::optional<SurfaceHit> Picker::pick(const Ray& ray, const ShapeState& now) const {
   const std::optional<RayHit> hit = tree_.first_hit(ray.origin, ray.direction);
   if (!hit) return std::nullopt;
-  const Triangle& t = links_->triangles[hit->triangle];
+  const Triangle& t = links_.triangles[hit->triangle];
   SurfaceHit result;
   result.triangle = hit->triangle;
   result.barycentric =

@@ -24,6 +24,11 @@ class LiveShape {
   // Goes to a state of this shape. `again`: it will be gone to many times, so that it is kept at hand.
   void rest_at(const ShapeState& state, bool again = false);
 
+  // Lays the vertices out for being moved, where that is not done.
+  void prepare() {
+    if (!shape_.blocks) shape_.blocks.emplace(shape_.positions);
+  }
+
   // Moves the shape, which then is between states. Throws InvalidInput for a stroke that cannot be done here; then, and
   // where the status is not `done`, the shape is somewhere part-way: go to a state again.
   AdvectStatus apply(const Flow& flow, Progress* progress);

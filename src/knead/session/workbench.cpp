@@ -111,6 +111,11 @@ class Bench {
     return result;
   }
 
+  void prepare() {
+    shape_.rest_at(state());
+    shape_.prepare();
+  }
+
   WorkResult finish(Progress* progress) {
     if (live_.empty()) return {};
     WorkResult result;
@@ -367,6 +372,7 @@ void Workbench::limit_memory(std::size_t bytes) { bench_->limit_memory(bytes); }
 WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* progress) {
   return bench_->set_live(std::move(strokes), progress);
 }
+void Workbench::prepare() { bench_->prepare(); }
 WorkResult Workbench::finish(Progress* progress) { return bench_->finish(progress); }
 WorkResult Workbench::undo(Progress* progress) { return bench_->undo(progress); }
 WorkResult Workbench::redo(Progress* progress) { return bench_->redo(progress); }
