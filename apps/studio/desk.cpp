@@ -1,6 +1,7 @@
 #include "desk.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -206,7 +207,9 @@ void Desk::measure_volume() {
 
 void Desk::refresh_picker() {
   const ShapeState& state = bench_->state();
-  if (spare_ && spare_.use_count() == 1 && spare_->fits(state)) {
+  const bool is_free = spare_ && spare_.use_count() == 1;
+  std::atomic_thread_fence(std::memory_order_acquire);  // what others read of it, they have read
+  if (is_free && spare_->fits(state)) {
     spare_->follow(state);
   } else {
     spare_ = std::make_shared<Picker>(state);

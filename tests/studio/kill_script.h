@@ -1,0 +1,62 @@
+// What the driver that is killed and the test that kills it have in common.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "knead/session/snapshot.h"
+
+namespace knead::test {
+
+// Of the bits of all positions (FNV-1a).
+inline std::uint64_t hash_of(const Snapshot& positions) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      std::uint64_t bits = 0;
+      std::memcpy(&bits, &positions[i][axis], sizeof bits);
+      hash = (hash ^ bits) * 0x100000001b3u;
+    }
+  }
+  return hash;
+}
+
+// Every tool, undo, redo, a drag that is given up, a past stroke changed, a remeshed one.
+inline constexpr const char* kKillScript = R"({"size": [800, 600]}
+{"new": "sphere", "vertices": 642}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"set": {"radius": 0.5, "inner_ratio": 0.4}}
+{"tool": "ball"}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1], [0.6, 0.2, 1]], "steps": 12}
+{"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "steps": 20}
+{"key": "Ctrl+Z"}
+{"key": "Ctrl+Shift+Z"}
+{"tool": "rotate"}
+{"click": [0, 0.3, 0.95]}
+{"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]], "steps": 20}
+{"tool": "curve"}
+{"drag": [[-0.4, 0, 0.9], [0, 0.2, 0.97], [0.4, 0, 0.9]]}
+{"drag": [[-0.4, 0, 0.9], [-0.4, 0.3, 0.9]], "steps": 10}
+{"tool": "ball"}
+{"set": {"mirror": [true, false, false]}}
+{"drag": [[0.3, 0, 0.98], [0.4, 0.3, 0.98]], "steps": 10}
+{"press": [0, 0.5, 0.9]}
+{"move": [0.2, 0.7, 0.9]}
+{"key": "Escape"}
+{"set": {"mirror": [false, false, false]}}
+{"edit": 1, "strokes": [{"tool": "rotate", "center": [0, 0, 1], "axis": [0, 0, 1], "angle_deg": 20, "inner": 0.2, "outer": 0.6}]}
+{"key": "Ctrl+Z"}
+{"tool": "stamp"}
+{"set": {"drag": "normal"}}
+{"stamp": "sphere"}
+{"click": [0.2, 0.5, 0.84]}
+{"drag": [[0.25, 0.65, 1.1], [0.2, 0.5, 0.84]], "steps": 6}
+{"tool": "ball"}
+{"set": {"drag": "view", "remesh": true}}
+{"drag": [[-0.5, -0.5, 0.7], [-0.9, -0.9, 0.7]], "steps": 6}
+{"key": "Ctrl+Z"}
+{"key": "Ctrl+Z"}
+)";
+
+}  // namespace knead::test

@@ -1,0 +1,160 @@
+// Studio is killed at random moments; what the next start gives back is compared with what was there.
+//
+// KNEAD_KILLS: how many times (12). A full run is 200.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "kill_script.h"
+#include "studio.h"
+
+extern char** environ;
+
+namespace knead::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kPause = 0.001;  // seconds between the driver's events
+constexpr double kRun = 0.45;     // seconds that a whole run takes, about
+
+pid_t start_driver(const fs::path& state, const fs::path& output, const char* threads, double pause) {
+  const std::string pause_text = fmt::format("{}", pause);
+  std::string program = KNEAD_KILL_DRIVER;
+  std::string folder = state.string();
+  std::string mode = threads;
+  std::string waiting = pause_text;
+  char* arguments[] = {program.data(), folder.data(), mode.data(), waiting.data(), nullptr};
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  pid_t process = 0;
+  const int error = posix_spawn(&process, program.c_str(), &actions, nullptr, arguments, environ);
+  posix_spawn_file_actions_destroy(&actions);
+  EXPECT_EQ(error, 0);
+  return process;
+}
+
+// The hashes in the order in which they were printed; an incomplete last line is left out.
+std::vector<std::string> batches_in(const fs::path& output) {
+  std::ifstream file(output);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::vector<std::string> result;
+  std::size_t begin = 0;
+  for (std::size_t end = text.find('\n'); end != std::string::npos; end = text.find('\n', begin)) {
+    result.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return result;
+}
+
+std::string recovered(const fs::path& state) {
+  Studio studio({state / "config", state, false, 1});
+  if (studio.abandoned().empty()) return "nothing";
+  EXPECT_EQ(studio.abandoned().size(), 1u);
+  studio.recover(studio.abandoned().front().folder);
+  for (const Notice& notice : studio.take_notices()) EXPECT_FALSE(notice.is_error) << notice.text;
+  std::string result = fmt::format("batch {:016x}", test::hash_of(studio.shown().state.positions));
+  studio.close();
+  return result;
+}
+
+int kills() {
+  const char* wanted = std::getenv("KNEAD_KILLS");
+  return wanted != nullptr ? std::max(1, std::atoi(wanted)) : 12;
+}
+
+class Kill : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / fmt::format("knead_kill_test_{}", ::getpid());
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::vector<std::string> whole_run() const {
+    const pid_t process = start_driver(folder_ / "whole", folder_ / "whole.txt", "no-thread", 0);
+    int status = 0;
+    ::waitpid(process, &status, 0);
+    EXPECT_EQ(status, 0);
+    return batches_in(folder_ / "whole.txt");
+  }
+
+  void kill_after(double seconds, const fs::path& state, const fs::path& output, const char* threads) const {
+    const pid_t process = start_driver(state, output, threads, kPause);
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    ::kill(process, SIGKILL);
+    int status = 0;
+    ::waitpid(process, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status)) << "the driver had ended before it was killed";
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Kill, LosesNothingButTheBatchUnderWay) {
+  const std::vector<std::string> all = whole_run();
+  ASSERT_GT(all.size(), 100u);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> moment(0.01, kRun);
+  std::size_t early = 0;
+  std::size_t latest = 0;
+  for (int i = 0; i < kills(); ++i) {
+    const fs::path state = folder_ / fmt::format("state{}", i);
+    const fs::path output = folder_ / fmt::format("out{}.txt", i);
+    kill_after(moment(random), state, output, "no-thread");
+    const std::vector<std::string> seen = batches_in(output);
+    latest = std::max(latest, seen.size());
+    ASSERT_LE(seen.size(), all.size());
+    ASSERT_TRUE(std::equal(seen.begin(), seen.end(), all.begin())) << "runs are the same";
+    const std::string back = recovered(state);
+    if (seen.empty()) {
+      ++early;  // before the shape was open, or just then
+      EXPECT_TRUE(back == "nothing" || back == all[0]) << back;
+    } else {
+      // The last batch that was told, or the one that had been written but not told.
+      const bool is_last = back == seen.back();
+      const bool is_next = seen.size() < all.size() && back == all[seen.size()];
+      EXPECT_TRUE(is_last || is_next) << "kill " << i << " after batch " << seen.size() << " of " << all.size();
+    }
+    fs::remove_all(state);
+  }
+  fmt::print("{} kills, {} before the shape was open, the latest after batch {} of {}\n", kills(), early, latest,
+             all.size());
+  EXPECT_LT(early, static_cast<std::size_t>(kills()));
+}
+
+// With the worker, pointer samples are merged as time goes: runs differ, and only what was told can be compared.
+TEST_F(Kill, LosesNothingThatWasToldWithTheWorkerEither) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> moment(0.05, kRun);
+  int same = 0;
+  for (int i = 0; i < kills(); ++i) {
+    const fs::path state = folder_ / fmt::format("state{}", i);
+    const fs::path output = folder_ / fmt::format("out{}.txt", i);
+    kill_after(moment(random), state, output, "thread");
+    const std::vector<std::string> seen = batches_in(output);
+    const std::string back = recovered(state);
+    EXPECT_TRUE(seen.empty() || back != "nothing");
+    if (seen.empty() || back == seen.back()) ++same;
+    fs::remove_all(state);
+  }
+  // What is not the same was written after the last batch that was told: a matter of a millisecond.
+  EXPECT_GT(same, 0);
+  fmt::print("{} kills, {} right after a batch that was told\n", kills(), same);
+}
+
+}  // namespace
+}  // namespace knead::studio
