@@ -17,10 +17,12 @@ namespace {
 constexpr float kTextHeight = 15;
 
 // Where systems keep a font that is easy to read.
-constexpr std::array<const char*, 6> kFonts{
-    "/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",         "/usr/share/fonts/TTF/DejaVuSans.ttf",
-    "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",       "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
-    "/usr/share/fonts/truetype/freefont/FreeSans.ttf",         "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
+constexpr std::array<const char*, 6> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                            "/usr/share/fonts/TTF/DejaVuSans.ttf",
+                                            "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                                            "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+                                            "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
+                                            "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
 
 void load_font(float height) {
   ImFontConfig config;

@@ -42,8 +42,8 @@ void draw_history(Studio& studio, HistoryEditor& editor);
 struct FrameTimes {
   std::array<float, 120> seconds{};
   std::size_t next = 0;
-  double drawing = 0;         // of the last frame, without waiting for the display
-  std::size_t uploaded = 0;   // bytes, of the last movement
+  double drawing = 0;        // of the last frame, without waiting for the display
+  std::size_t uploaded = 0;  // bytes, of the last movement
 };
 
 void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);

@@ -17,9 +17,7 @@ namespace {
 
 bool moves_a_ball(ToolKind tool) { return tool == ToolKind::ball || tool == ToolKind::capsule; }
 
-bool has_inner(ToolKind tool) {
-  return moves_a_ball(tool) || tool == ToolKind::rotate || tool == ToolKind::stretch;
-}
+bool has_inner(ToolKind tool) { return moves_a_ball(tool) || tool == ToolKind::rotate || tool == ToolKind::stretch; }
 
 bool drags(ToolKind tool) {
   return moves_a_ball(tool) || tool == ToolKind::points || tool == ToolKind::curve || tool == ToolKind::stamp ||
@@ -196,7 +194,8 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
   const float top = ImGui::GetFrameHeight() + gap;
   ImGui::SetNextWindowPos({size.x - width - gap, top});
   ImGui::SetNextWindowSize({width, size.y - top - gap - ImGui::GetFrameHeight()});
-  constexpr int flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
+  constexpr int flags =
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
     if (ImGui::CollapsingHeader(name_of(studio.settings().tool), ImGuiTreeNodeFlags_DefaultOpen)) {
