@@ -1,5 +1,6 @@
 #include "file_dialog.h"
 
+#include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
@@ -28,7 +29,7 @@ std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
   if (use == FileUse::picture) return {".png"};
   std::vector<std::string> extensions;
-  for (const std::string_view name : format_names()) extensions.push_back("." + std::string(name));
+  for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
   return extensions;
 }

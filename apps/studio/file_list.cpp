@@ -62,7 +62,7 @@ std::string size_text(std::uintmax_t bytes) {
     size /= 1000;
     ++unit;
   }
-  return fmt::format(size < 9.95 ? "{:.1f} {}" : "{:.0f} {}", size, units[unit]);
+  return fmt::format("{:.{}f} {}", size, size < 9.95 ? 1 : 0, units[unit]);
 }
 
 }  // namespace knead::studio

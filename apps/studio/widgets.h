@@ -8,8 +8,8 @@
 
 namespace knead::studio {
 
-inline constexpr ImVec4 kWarning{0.95F, 0.72F, 0.35F, 1};
-inline constexpr ImVec4 kError{0.96F, 0.50F, 0.44F, 1};
+inline const ImVec4 kWarning{0.95F, 0.72F, 0.35F, 1};
+inline const ImVec4 kError{0.96F, 0.50F, 0.44F, 1};
 
 struct Limits {
   double least;
