@@ -49,6 +49,7 @@ Subcommand add_make(CLI::App& parent);
 Subcommand add_remesh(CLI::App& parent);
 Subcommand add_render(CLI::App& parent);
 Subcommand add_bench(CLI::App& parent);
+Subcommand add_studio(CLI::App& parent);
 
 // The options that every subcommand has.
 struct CommonOptions {

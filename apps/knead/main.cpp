@@ -27,7 +27,7 @@ void add_examples(CLI::App& app, const std::string& examples) { app.footer("Exam
 
 namespace {
 
-using Subcommands = std::array<Subcommand, 8>;
+using Subcommands = std::array<Subcommand, 9>;
 
 int fail(ExitCode code, const std::string& message) {
   print_message(message);
@@ -87,8 +87,8 @@ int run(int argc, char** argv) {
                "  knead make hand -o hand.ply\n"
                "  knead deform hand.ply bend.knead -o bent.ply\n"
                "  knead COMMAND --help");
-  const Subcommands subcommands{add_deform(app), add_resolve(app), add_info(app),   add_check(app),
-                                add_make(app),   add_remesh(app),  add_render(app), add_bench(app)};
+  const Subcommands subcommands{add_deform(app), add_resolve(app), add_info(app),  add_check(app), add_make(app),
+                                add_remesh(app), add_render(app),  add_bench(app), add_studio(app)};
   try {
     check_first_word(argc, argv, subcommands);
     app.parse(argc, argv);

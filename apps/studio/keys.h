@@ -67,7 +67,8 @@ enum class Action {
 };
 inline constexpr std::size_t kActionCount = static_cast<std::size_t>(Action::full_screen) + 1;
 
-// A key with the modifiers held. The key's name is that of its place on a US keyboard: see key_names().
+// A key with the modifiers held. A letter is the one printed on the key; another key's name is that of its place on a
+// US keyboard: see key_names().
 struct Chord {
   std::string key;
   Modifiers modifiers{};

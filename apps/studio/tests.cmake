@@ -1,6 +1,8 @@
 knead_test(knead_studio_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/file_list_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/navigation_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/preferences_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/studio_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stroke_fields_test.cpp
   LIBRARIES knead_studio_core)

@@ -1,0 +1,218 @@
+#include "application.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <set>
+#include <string>
+#include <thread>
+
+#include "dialogs.h"
+#include "drawn_shape.h"
+#include "gui.h"
+#include "knead/io/atomic_file.h"
+#include "knead/render/live_view.h"
+#include "overlay.h"
+#include "panels.h"
+#include "studio.h"
+#include "window.h"
+
+namespace knead::studio {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kWidth = 1440;
+constexpr int kHeight = 900;
+constexpr std::size_t kFirstVertices = 40'000;
+constexpr double kIdleWait = 0.1;  // seconds between looks at what the worker has done, when nothing happens
+constexpr double kBusyWait = 0.002;
+constexpr double kStaysActive = 0.4;    // panels settle for so long after the last event
+constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
+constexpr double kLikelyDoneWithin = 0.010;
+constexpr int kPictureScale = 2;
+
+double seconds_between(Clock::time_point from, Clock::time_point to) {
+  return std::chrono::duration<double>(to - from).count();
+}
+
+bool may_repeat(Action action) {
+  switch (action) {
+    case Action::undo:
+    case Action::redo:
+    case Action::larger:
+    case Action::smaller:
+    case Action::rounder:
+    case Action::sharper:
+      return true;
+    default:
+      return false;
+  }
+}
+
+class Application {
+ public:
+  explicit Application(const ApplicationOptions& options)
+      : window_("Knead Studio", kWidth, kHeight),
+        studio_(StudioOptions{}),
+        gui_(window_, studio_.preferences().interface_scale) {
+    const std::vector<AbandonedJournal> journals = studio_.abandoned();
+    for (const AbandonedJournal& journal : journals) {
+      if (journal.strokes == 0 && journal.problem.empty()) studio_.discard(std::filesystem::path(journal.folder));
+    }
+    dialogs_.is_recovery_open = !studio_.abandoned().empty();
+    if (options.shape) {
+      studio_.open(*options.shape);
+    } else {
+      studio_.open_made(ShapeKind::sphere, kFirstVertices);
+    }
+    if (options.session) studio_.open(*options.session);
+  }
+
+  void run() {
+    while (!has_ended_) {
+      const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
+      studio_.refresh();
+      const Clock::time_point now = Clock::now();
+      const std::uint64_t version = studio_.shown().version;
+      if (!events.empty() || version != drawn_version_ || window_.is_closing()) last_active_ = now;
+      if (seconds_between(last_active_, now) > kStaysActive && messages_.messages.empty()) continue;
+      draw_frame(events);
+      drawn_version_ = version;
+    }
+    studio_.close();
+  }
+
+ private:
+  void draw_frame(const std::vector<Event>& events) {
+    const Clock::time_point began = Clock::now();
+    gui_.begin_frame();
+    studio_.set_pointer_over_view(!gui_.has_pointer());
+    for (const Event& event : gui_.for_the_view(events)) send(event);
+    wait_for_step();
+    studio_.refresh();
+    answer();
+    draw_panels();
+    draw_picture();
+    gui_.end_frame();
+    times_.drawing = seconds_between(began, Clock::now());
+    window_.show();
+    times_.seconds[times_.next] = static_cast<float>(std::min(seconds_between(last_frame_, Clock::now()), 1.0));
+    times_.next = (times_.next + 1) % times_.seconds.size();
+    last_frame_ = Clock::now();
+    set_title();
+  }
+
+  void send(const Event& event) {
+    try {
+      if (const auto* files = std::get_if<FilesDropped>(&event)) {
+        do_or_ask(studio_, dialogs_, [this, dropped = *files] { studio_.handle(dropped); });
+      } else if (!is_idle_repeat(event)) {
+        studio_.handle(event);
+      }
+    } catch (const std::exception& error) {
+      studio_.tell({true, error.what()});
+    }
+  }
+
+  // A key that is held goes on being told; most actions are meant once.
+  bool is_idle_repeat(const Event& event) {
+    const auto* key = std::get_if<KeyChanged>(&event);
+    if (key == nullptr) return false;
+    if (!key->down) return held_.erase(key->key) == 0;
+    const bool is_first = held_.insert(key->key).second;
+    if (is_first) return false;
+    const std::optional<Action> action = action_of(studio_.preferences().keys, {key->key, key->modifiers});
+    return !action || !may_repeat(*action);
+  }
+
+  // Gives a quick step of a drag the time to be in this very picture.
+  void wait_for_step() const {
+    if (!studio_.gesture() || studio_.shown().live_seconds > kLikelyDoneWithin) return;
+    const Clock::time_point began = Clock::now();
+    while (studio_.is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    }
+  }
+
+  void answer() {
+    if (const auto action = studio_.take_request()) {
+      if (*action == Action::full_screen) {
+        window_.toggle_full_screen();
+      } else if (*action == Action::quit) {
+        window_.set_closing(true);
+      } else {
+        answer_request(studio_, dialogs_, *action);
+      }
+    }
+    if (!window_.is_closing()) return;
+    window_.set_closing(false);
+    do_or_ask(studio_, dialogs_, [this] { has_ended_ = true; });
+  }
+
+  void draw_panels() {
+    draw_menus(studio_, dialogs_);
+    draw_status(studio_, gui_);
+    if (studio_.view().panels) {
+      draw_tool_bar(studio_, gui_);
+      draw_side_panel(studio_, gui_, editor_);
+    }
+    if (studio_.view().statistics) draw_statistics(studio_, gui_, times_);
+    if (studio_.view().help) draw_help(studio_, gui_);
+    draw_messages(studio_, gui_, messages_);
+    draw_dialogs(studio_, dialogs_, gui_, [this](const std::filesystem::path& path) { write_picture(path); });
+  }
+
+  void draw_picture() {
+    if (shape_.follow(studio_.shown().state, view_)) times_.uploaded = view_.counts().bytes;
+    if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
+    view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
+  }
+
+  void write_picture(const std::filesystem::path& path) {
+    try {
+      const render::Image image =
+          view_.picture(overlay_.scene(studio_), kPictureScale * window_.width(), kPictureScale * window_.height());
+      write_file_atomically(path, render::encode_png(image));
+      studio_.tell({false, fmt::format("Wrote {}.", path.filename().string())});
+    } catch (const std::exception& error) {
+      studio_.tell({true, error.what()});
+    }
+  }
+
+  void set_title() {
+    const Shown& shown = studio_.shown();
+    const std::string name = shown.session_path.empty() ? shown.title : shown.session_path.filename().string();
+    const std::string title =
+        name.empty() ? "Knead Studio" : name + (shown.is_changed ? "* - " : " - ") + "Knead Studio";
+    if (title == title_) return;
+    window_.set_title(title);
+    title_ = title;
+  }
+
+  Window window_;
+  Studio studio_;
+  Gui gui_;
+  render::LiveView view_;
+  Overlay overlay_;
+  DrawnShape shape_;
+  Dialogs dialogs_;
+  HistoryEditor editor_;
+  Messages messages_;
+  FrameTimes times_;
+  std::set<std::string> held_;
+  std::string title_;
+  std::uint64_t drawn_version_ = 0;
+  Clock::time_point last_active_ = Clock::now();
+  Clock::time_point last_frame_ = Clock::now();
+  bool has_ended_ = false;
+};
+
+}  // namespace
+
+void run_application(const ApplicationOptions& options) { Application(options).run(); }
+
+}  // namespace knead::studio

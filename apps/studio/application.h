@@ -1,0 +1,17 @@
+// The window with the Studio in it.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+namespace knead::studio {
+
+struct ApplicationOptions {
+  std::optional<std::filesystem::path> shape;  // a sphere where there is none
+  std::optional<std::filesystem::path> session;
+};
+
+// Runs until the person quits. Throws std::runtime_error where there is no display or no OpenGL.
+void run_application(const ApplicationOptions& options);
+
+}  // namespace knead::studio

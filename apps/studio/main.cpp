@@ -1,0 +1,56 @@
+// The program `knead-studio`.
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <string_view>
+#include <vector>
+
+#include "application.h"
+
+namespace {
+
+constexpr const char* kHelp =
+    "usage: knead-studio [SHAPE] [SESSION]\n"
+    "\n"
+    "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere where none is given) is shaped by\n"
+    "hand, after the strokes of the session. H shows the keys.\n";
+
+int fail(int code, const char* message) {
+  std::fprintf(stderr, "knead-studio: %s\n", message);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit on its size is an output that cannot be written
+  try {
+    std::vector<std::string_view> files;
+    bool only_files = false;
+    for (int i = 1; i < argc; ++i) {
+      const std::string_view word = argv[i];
+      if (!only_files && word == "--") {
+        only_files = true;
+      } else if (!only_files && (word == "-h" || word == "--help")) {
+        std::fputs(kHelp, stdout);
+        return 0;
+      } else if (!only_files && word == "--version") {
+        std::puts("knead-studio " KNEAD_VERSION);
+        return 0;
+      } else if (!only_files && word.starts_with('-')) {
+        return fail(2, "no such option; see knead-studio --help");
+      } else {
+        files.push_back(word);
+      }
+    }
+    if (files.size() > 2) return fail(2, "a shape and a session at most; see knead-studio --help");
+    knead::studio::ApplicationOptions options;
+    if (!files.empty()) options.shape = files[0];
+    if (files.size() > 1) options.session = files[1];
+    knead::studio::run_application(options);
+    return 0;
+  } catch (const std::exception& error) {
+    return fail(1, error.what());
+  }
+}
