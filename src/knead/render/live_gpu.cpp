@@ -25,6 +25,15 @@ Texture make_matcap() {
   return texture;
 }
 
+bool draws_in_software() {
+  const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string name = text == nullptr ? "" : text;
+  for (const char* kind : {"llvmpipe", "softpipe", "swrast", "SwiftShader", "SWR"}) {
+    if (name.find(kind) != std::string::npos) return true;
+  }
+  return false;
+}
+
 void describe_floats(GLuint location, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);
@@ -69,7 +78,8 @@ LivePrograms::LivePrograms()
       glass(compile(live_glass_source())),
       present(compile(live_present_source())),
       nothing(make_vertex_array()),
-      matcap(make_matcap()) {}
+      matcap(make_matcap()),
+      in_software(draws_in_software()) {}
 
 LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors) {
   return make_buffers(mesh.vertices(), colors, mesh.triangles(), mesh.edges());
@@ -176,9 +186,10 @@ LiveTargets make_live_targets(int width, int height, int samples) {
   LiveTargets targets;
   targets.width = width;
   targets.height = height;
-  targets.samples = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
-  targets.color = make_renderbuffer(width, height, targets.samples, GL_RGBA8);
-  targets.depth = make_renderbuffer(width, height, targets.samples, GL_DEPTH24_STENCIL8);
+  targets.samples_wanted = samples;
+  const int most = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
+  targets.color = make_renderbuffer(width, height, most, GL_RGBA8);
+  targets.depth = make_renderbuffer(width, height, most, GL_DEPTH24_STENCIL8);
   targets.many = make_framebuffer({}, nullptr);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());

@@ -24,6 +24,7 @@ struct LivePrograms {
   Program present;
   VertexArray nothing;  // for vertices made by the vertex program
   Texture matcap;
+  bool in_software = false;  // the driver has no graphics card
 
   LivePrograms();
 };
@@ -56,7 +57,7 @@ void draw_points(const LiveBuffers& buffers);
 struct LiveTargets {
   int width = 0;
   int height = 0;
-  int samples = 0;
+  int samples_wanted = 0;  // the driver may have given others
   Renderbuffer color;
   Renderbuffer depth;  // and stencil
   Framebuffer many;

@@ -39,17 +39,13 @@ void for_parts(std::span<const VertexRange> ranges, int threads, Body body) {
   });
 }
 
-Vec3f unit(const Vec3f& e) {
-  const float length2 = e.x * e.x + e.y * e.y + e.z * e.z;
-  return e * (1.0f / std::sqrt(std::max(length2, 1e-30f)));
-}
-
-// For unit vectors: their cross product, made about as long as the angle between them (within a tenth up to 120
-// degrees).
-Vec3f corner_normal(const Vec3f& a, const Vec3f& b) {
-  const float c = a.x * b.x + a.y * b.y + a.z * b.z;
-  const float weight = 1.5708f + c * (-1.0f + c * (0.55f - 0.12f * c));
-  return cross(a, b) * weight;
+double volume(const std::vector<LiveVertex>& vertices, const std::vector<std::uint32_t>& triangles) {
+  double sum = 0;
+  for (std::size_t i = 0; i < triangles.size(); i += 3) {
+    const auto corner = [&](std::size_t k) { return Vec3d(vertices[triangles[i + k]].position); };
+    sum += dot(corner(0), cross(corner(1), corner(2)));
+  }
+  return sum / 6;
 }
 
 double mean_length(const std::vector<LiveVertex>& vertices, const std::vector<std::uint32_t>& edges) {
@@ -70,10 +66,10 @@ LiveMesh::LiveMesh(const Mesh& mesh, const Placement& placement, double crease_a
   if (mesh.face_count() > 0) {
     const PlacedFaces faces = place_faces(mesh, placement);
     SmoothGroups groups = smooth_groups(mesh, faces, crease_angle);
-    Rings rings = make_rings(mesh, faces, groups);
-    ring_begin_ = std::move(rings.begin);
-    ring_ = std::move(rings.list);
-    edges_ = polygon_edges(mesh, faces, groups);
+    rings_ = make_rings(mesh, faces, groups);
+    PolygonEdges edges = polygon_edges(mesh, faces, groups);
+    edges_ = std::move(edges.list);
+    solid_ = edges.closed;
     for (const Triangle& t : corner_triangles(mesh, faces)) {
       for (const std::uint32_t corner : t) triangles_.push_back(groups.corner_vertex[corner]);
     }
@@ -85,6 +81,7 @@ LiveMesh::LiveMesh(const Mesh& mesh, const Placement& placement, double crease_a
   const VertexRange all{0, static_cast<std::uint32_t>(mesh.vertex_count())};
   move(mesh.positions, {&all, 1}, 0);
   mean_edge_ = mean_length(vertices_, edges_);
+  solid_ = solid_ && volume(vertices_, triangles_) > 0;
 }
 
 void LiveMesh::place(std::span<const Vec3d> positions, const VertexRange& range) {
@@ -118,30 +115,10 @@ Box LiveMesh::box() const {
   return box;
 }
 
-Vec3f LiveMesh::normal(std::uint32_t vertex, std::uint32_t drawn) const {
-  const Vec3f p = points_[vertex];
-  Vec3f sum;
-  Vec3f last;
-  bool in_chain = false;
-  for (std::uint32_t i = ring_begin_[drawn]; i < ring_begin_[drawn + 1]; ++i) {
-    if (ring_[i] == kNoVertex) {
-      in_chain = false;
-      continue;
-    }
-    const Vec3f e = unit(points_[ring_[i]] - p);
-    if (in_chain) sum = sum + corner_normal(last, e);
-    last = e;
-    in_chain = true;
-  }
-  const float length2 = sum.x * sum.x + sum.y * sum.y + sum.z * sum.z;
-  return length2 > 1e-20f ? sum * (1.0f / std::sqrt(length2)) : Vec3f{0, 0, 1};
-}
-
 void LiveMesh::shade(const VertexRange& range) {
-  const bool cloud = ring_begin_.empty();
-  for_each_drawn(range, [&](std::uint32_t v, std::uint32_t d) {
-    vertices_[d] = {points_[v], cloud ? Vec3f{} : normal(v, d)};
-  });
+  for_each_drawn(range, [&](std::uint32_t v, std::uint32_t d) { vertices_[d].position = points_[v]; });
+  if (rings_.list.empty()) return;
+  set_ring_normals(rings_, points_, {drawn_begin_[range.begin], drawn_begin_[range.end]}, vertices_);
 }
 
 // Several threads may set the same mark.
@@ -151,11 +128,11 @@ void LiveMesh::mark(const VertexRange& range) {
     if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
   };
   for (std::uint32_t v = range.begin; v < range.end; ++v) set(v);
-  if (ring_begin_.empty()) return;
-  const std::uint32_t begin = ring_begin_[drawn_begin_[range.begin]];
-  const std::uint32_t end = ring_begin_[drawn_begin_[range.end]];
+  if (rings_.list.empty()) return;
+  const std::uint32_t begin = rings_.begin[drawn_begin_[range.begin]];
+  const std::uint32_t end = rings_.begin[drawn_begin_[range.end]];
   for (std::uint32_t i = begin; i < end; ++i) {
-    if (ring_[i] != kNoVertex) set(ring_[i]);
+    if (rings_.list[i] != kNoVertex) set(rings_.list[i]);
   }
 }
 

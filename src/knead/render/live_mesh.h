@@ -7,19 +7,16 @@
 
 #include "knead/math/box.h"
 #include "knead/mesh/mesh.h"
+#include "knead/render/live_normals.h"
+#include "knead/render/live_rings.h"
 #include "knead/render/live_view.h"
 #include "knead/render/view.h"
 
 namespace knead::render {
 
-struct LiveVertex {
-  Vec3f position;  // renderer units
-  Vec3f normal;    // unit; zero in a point cloud
-};
-
 // Drawn vertices are one per vertex and smooth group of faces, as in make_surface, in the order of the mesh's vertices.
 // The groups, the triangles and the edges are those of the mesh that it was made of; only places change. Normals are
-// the mean of the faces' normals, weighted by about the corners' angles; the same bits for any number of threads, and
+// those of set_ring_normals; the same bits for any number of threads, and
 // for a vertex that moved at once or in many steps.
 class LiveMesh {
  public:
@@ -38,7 +35,8 @@ class LiveMesh {
   std::span<const std::uint32_t> edges() const { return edges_; }          // two drawn vertices each; of the polygons
   double mean_edge() const { return mean_edge_; }                          // when it was made; renderer units
   bool is_cloud() const { return triangles_.empty(); }
-  Box box() const;  // of the finite vertices, renderer units
+  bool is_solid() const { return solid_; }  // when it was made: closed, and its faces turned outwards
+  Box box() const;                          // of the finite vertices, renderer units
 
   // Calls visit(v, d) for every drawn vertex d of every vertex v in the range.
   template <class Visit>
@@ -55,7 +53,6 @@ class LiveMesh {
   void measure(const std::vector<std::uint8_t>& blocks, int threads);
   void mark(const VertexRange& range);
   std::vector<VertexRange> marked_runs();
-  Vec3f normal(std::uint32_t vertex, std::uint32_t drawn) const;
 
   Placement placement_;
   std::vector<Vec3f> points_;                  // per vertex of the mesh
@@ -64,10 +61,10 @@ class LiveMesh {
   std::vector<LiveVertex> vertices_;
   std::vector<std::uint32_t> triangles_;
   std::vector<std::uint32_t> edges_;
-  std::vector<std::uint32_t> ring_begin_;  // per drawn vertex, into ring_
-  std::vector<std::uint32_t> ring_;        // the vertices round it in order; kNoVertex between chains
-  std::vector<std::uint8_t> marks_;        // per vertex, zero between calls
+  Rings rings_;                      // empty in a cloud
+  std::vector<std::uint8_t> marks_;  // per vertex, zero between calls
   double mean_edge_ = 0;
+  bool solid_ = false;
 };
 
 }  // namespace knead::render

@@ -34,6 +34,16 @@ void blend_premultiplied() {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
 }
 
+// Without a graphics card half of a picture's time goes into the backs of faces, which of a solid seen from outside
+// are all hidden.
+bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
+  const Box box = shape.mesh.box();
+  const Vec3d& eye = frame.view.eye;
+  const bool within = eye.x >= box.min.x && eye.y >= box.min.y && eye.z >= box.min.z && eye.x <= box.max.x &&
+                      eye.y <= box.max.y && eye.z <= box.max.z;
+  return frame.programs.in_software && shape.mesh.is_solid() && !frame.cut && !within;
+}
+
 void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
   const Program& program = frame.programs.shape.at(static_cast<std::size_t>(frame.scene.material));
   use_live_clipped(program, frame);
@@ -43,7 +53,12 @@ void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.0f, 1.0f);
   }
+  if (only_fronts_show(frame, shape)) {
+    glEnable(GL_CULL_FACE);
+    glCullFace(GL_BACK);
+  }
   draw_triangles(shape.buffers);
+  glDisable(GL_CULL_FACE);
   glDisable(GL_POLYGON_OFFSET_FILL);
 }
 
@@ -165,12 +180,18 @@ void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods) {
   use_live(program, frame);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
+  // What is hidden, once in each sample.
+  glClear(GL_STENCIL_BUFFER_BIT);
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_EQUAL, 0, 0xff);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_INCR);
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_FALSE);
   blend_premultiplied();
   set(program, "opacity", 0.35);
   draw_triangles(rods);
   glDisable(GL_BLEND);
+  glDisable(GL_STENCIL_TEST);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   set(program, "opacity", 1.0);

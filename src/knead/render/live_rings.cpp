@@ -70,7 +70,7 @@ Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups&
   return rings;
 }
 
-std::vector<std::uint32_t> polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
+PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups) {
   // Under the smaller vertex of each edge: the larger, and the corner that the edge begins at. Counted, then filled.
   std::vector<std::uint32_t> begin(mesh.vertex_count() + 1, 0);
   const auto for_each_edge = [&](auto visit) {
@@ -97,15 +97,19 @@ std::vector<std::uint32_t> polygon_edges(const Mesh& mesh, const PlacedFaces& fa
   for_each_edge([&](std::uint32_t a, std::uint32_t b) {
     edges[next[smaller(a, b)]++] = {std::max(mesh.corner_vertex[a], mesh.corner_vertex[b]), a, b};
   });
-  std::vector<std::uint32_t> result;
-  result.reserve(edges.size());
+  PolygonEdges result;
+  result.list.reserve(edges.size());
   for (std::size_t v = 0; v + 1 < begin.size(); ++v) {
     const std::span<Edge> here(edges.data() + begin[v], begin[v + 1] - begin[v]);
     std::stable_sort(here.begin(), here.end(), [](const Edge& a, const Edge& b) { return a.larger < b.larger; });
-    for (std::size_t i = 0; i < here.size(); ++i) {
-      if (i > 0 && here[i].larger == here[i - 1].larger) continue;
-      result.push_back(groups.corner_vertex[here[i].from]);
-      result.push_back(groups.corner_vertex[here[i].to]);
+    for (std::size_t i = 0; i < here.size();) {
+      std::size_t end = i + 1;
+      while (end < here.size() && here[end].larger == here[i].larger) ++end;
+      result.list.push_back(groups.corner_vertex[here[i].from]);
+      result.list.push_back(groups.corner_vertex[here[i].to]);
+      const bool two_ways = end - i == 2 && mesh.corner_vertex[here[i].from] == mesh.corner_vertex[here[i + 1].to];
+      result.closed = result.closed && two_ways;
+      i = end;
     }
   }
   return result;

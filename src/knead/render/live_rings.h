@@ -18,7 +18,11 @@ struct Rings {
 
 Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
 
-// The edges of the polygons as pairs of drawn vertices, each edge of the mesh once.
-std::vector<std::uint32_t> polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
+struct PolygonEdges {
+  std::vector<std::uint32_t> list;  // pairs of drawn vertices, each edge of the mesh once
+  bool closed = true;               // every edge has two faces, which go along it in opposite directions
+};
+
+PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
 
 }  // namespace knead::render

@@ -45,7 +45,7 @@ vec3 with_influence(vec4 c) {
 vec3 clay(vec3 base, vec3 n, vec3 v) {
   float up = 0.5 + 0.5 * dot(n, sky_up);
   float lit = max(dot(n, key), 0.0);
-  vec3 light = mix(vec3(0.27, 0.24, 0.22), vec3(0.47, 0.50, 0.54), up) + lit * vec3(0.80, 0.765, 0.71);
+  vec3 light = mix(vec3(0.25, 0.225, 0.21), vec3(0.47, 0.50, 0.54), up) + lit * vec3(0.98, 0.94, 0.875);
   light += max(dot(n, fill), 0.0) * vec3(0.10, 0.12, 0.15);
   float facing = clamp(dot(n, v), 0.0, 1.0);
   float edge = 1.0 - facing;
@@ -107,7 +107,7 @@ void main() {
   vec2 p = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
   float r2 = dot(p, p);
   if (r2 > 1.0) discard;
-  vec3 n = normalize(normalize(side) * p.x + normalize(top) * p.y - forward * sqrt(1.0 - r2));
+  vec3 n = normalize(0.6 * (normalize(side) * p.x + normalize(top) * p.y) - forward);
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
   pixel = vec4(clay(with_influence(tint), n, v), 1.0);
 }
@@ -119,7 +119,7 @@ uniform float edge_samples;  // the length of the mean edge at distance 1, in sa
 out float opacity;
 void main() {
   place();
-  opacity = clamp(edge_samples / gl_Position.w / 12.0, 0.10, 0.75);
+  opacity = clamp(edge_samples / gl_Position.w / 16.0, 0.07, 0.75);
 }
 )";
 const char* const kWireFragment = R"(

@@ -102,6 +102,7 @@ struct LiveView::State {
   std::vector<Glass> glass;
   Rods rods;
   LiveTargets targets;
+  LiveTargets other_targets;
   UploadCounts counts;
 
   // What the scene has besides the shape, on the card; surfaces without faces are left out.
@@ -128,6 +129,19 @@ struct LiveView::State {
       shown.push_back({glass[i].buffers, surfaces[i]->color, near, far});
     }
     return shown;
+  }
+
+  // Those of the size before, with other samples, are kept: views change between few and many.
+  void make_targets(int width, int height, int wanted) {
+    const auto fits = [&](const LiveTargets& t) {
+      return t.width == width && t.height == height && t.samples_wanted == wanted;
+    };
+    if (fits(targets)) return;
+    std::swap(targets, other_targets);
+    if (fits(targets)) return;
+    targets = {};
+    if (other_targets.width != width || other_targets.height != height) other_targets = {};
+    targets = make_live_targets(width, height, wanted);
   }
 
   Box shown_box() const {
@@ -225,10 +239,7 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
   const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
   const LiveFrame frame{s.programs, view, scene, ball_of(s.mesh.box()), width, height, cut};
 
-  if (s.targets.width != width || s.targets.height != height) {
-    s.targets = {};
-    s.targets = make_live_targets(width, height, s.samples);
-  }
+  s.make_targets(width, height, scene.samples > 0 ? scene.samples : s.samples);
   begin_live_picture(frame, s.targets);
   draw_live_shape(frame, {s.mesh, s.buffers});
   draw_live_background(frame);
@@ -267,6 +278,8 @@ Image LiveView::picture(const LiveScene& scene, int width, int height) {
 }
 
 UploadCounts LiveView::counts() const { return state_->counts; }
+
+bool LiveView::draws_in_software() const { return state_->programs.in_software; }
 
 Box LiveView::box() const {
   const Box placed = state_->mesh.box();

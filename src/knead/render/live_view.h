@@ -33,6 +33,7 @@ struct VertexRange {
 struct LiveScene {
   Camera camera;
   Material material = Material::clay;
+  int samples = 0;              // per pixel; 0: as many as the view was made for
   bool wireframe = false;       // the polygons' edges
   bool show_influence = false;  // as set by set_influence
   std::optional<Clip> clip;     // shape only
@@ -88,6 +89,9 @@ class LiveView {
   Image picture(const LiveScene& scene, int width, int height);
 
   UploadCounts counts() const;
+
+  // Whether the driver draws without a graphics card: then one sample per pixel is several times faster than four.
+  bool draws_in_software() const;
 
   // The shape as it stands, in scene coordinates (to the digits of a float); empty without a vertex.
   Box box() const;

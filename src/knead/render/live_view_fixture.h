@@ -1,0 +1,111 @@
+// What the tests of the live view share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "knead/math/box.h"
+#include "knead/render/context.h"
+#include "knead/render/live_test_shapes.h"
+#include "knead/render/live_view.h"
+
+namespace knead::render {
+
+inline constexpr int kWidth = 240;
+inline constexpr int kHeight = 200;
+
+struct Pixel {
+  int red;
+  int green;
+  int blue;
+};
+
+inline Pixel at(const Image& image, int x, int y) {
+  const std::uint8_t* p = image.pixels.data() + 4 * (static_cast<std::size_t>(y) * image.width + x);
+  return {p[0], p[1], p[2]};
+}
+
+inline int largest_difference(const Image& a, const Image& b) {
+  int worst = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); ++i) worst = std::max(worst, std::abs(a.pixels[i] - b.pixels[i]));
+  return worst;
+}
+
+// Pixels that differ by more than `step` in any channel.
+inline int different_pixels(const Image& a, const Image& b, int step = 2) {
+  int count = 0;
+  for (std::size_t i = 0; i < a.pixels.size(); i += 4) {
+    bool differs = false;
+    for (std::size_t k = i; k < i + 4; ++k) differs = differs || std::abs(a.pixels[k] - b.pixels[k]) > step;
+    count += differs ? 1 : 0;
+  }
+  return count;
+}
+
+inline double mean_brightness(const Image& image) {
+  double sum = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) sum += i % 4 < 3 ? image.pixels[i] : 0;
+  return sum / (0.75 * static_cast<double>(image.pixels.size()));
+}
+
+// On a background of one colour, from the front.
+inline LiveScene scene_of(const Mesh& mesh, Projection projection = Projection::orthographic) {
+  LiveScene scene;
+  scene.background_top = scene.background_bottom = {0, 0, 1, 1};
+  scene.camera = fit_camera(bounding_box(mesh.positions), {0, 0, -1}, {0, 1, 0}, 1.2, {projection, 25, 0.1});
+  return scene;
+}
+
+inline bool is_background(const Pixel& p) { return p.red == 0 && p.green == 0 && p.blue == 255; }
+
+inline int covered_pixels(const Image& image) {
+  int count = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) count += is_background(at(image, x, y)) ? 0 : 1;
+  }
+  return count;
+}
+
+class LiveViewTest : public testing::Test {
+ protected:
+  // The reason why there is no OpenGL here, or empty. Asked once: contexts are slow to make.
+  static const std::string& no_context() {
+    static const std::string reason = [] {
+      try {
+        std::printf("OpenGL: %s\n", OffscreenContext().description().c_str());
+        return std::string();
+      } catch (const std::runtime_error& error) {
+        return std::string(error.what());
+      }
+    }();
+    return reason;
+  }
+
+  void SetUp() override {
+    if (!no_context().empty()) GTEST_SKIP() << no_context();
+    context_ = std::make_unique<OffscreenContext>();
+    view_ = std::make_unique<LiveView>(1);
+  }
+  void TearDown() override {
+    view_.reset();
+    context_.reset();
+  }
+
+  Image picture(const LiveScene& scene) { return view_->picture(scene, kWidth, kHeight); }
+  Image picture_of(const Mesh& mesh, const LiveScene& scene) {
+    view_->set_shape(mesh);
+    return picture(scene);
+  }
+
+  std::unique_ptr<OffscreenContext> context_;
+  std::unique_ptr<LiveView> view_;
+};
+
+}  // namespace knead::render
