@@ -2,22 +2,40 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <fstream>
+#include <iostream>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "application.h"
+#include "headless.h"
+#include "knead/math/error.h"
 
 namespace {
 
 constexpr const char* kHelp =
     "usage: knead-studio [SHAPE] [SESSION]\n"
+    "       knead-studio --script FILE\n"
     "\n"
     "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere where none is given) is shaped by\n"
-    "hand, after the strokes of the session. H shows the keys.\n";
+    "hand, after the strokes of the session. H shows the keys.\n"
+    "\n"
+    "--script needs no display: it does what the lines of FILE say, as a hand would do it (- is standard input;\n"
+    "docs/studio.md has the lines).\n";
 
 int fail(int code, const char* message) {
   std::fprintf(stderr, "knead-studio: %s\n", message);
   return code;
+}
+
+// The exit code.
+int run_script_file(const std::string& name) {
+  const knead::studio::StudioOptions options;
+  if (name == "-") return knead::studio::run_headless(std::cin, "standard input", options) ? 0 : 1;
+  std::ifstream file(name);
+  if (!file) return fail(3, (name + ": cannot be read").c_str());
+  return knead::studio::run_headless(file, name, options) ? 0 : 1;
 }
 
 }  // namespace
@@ -38,6 +56,9 @@ int main(int argc, char** argv) {
       } else if (!only_files && word == "--version") {
         std::puts("knead-studio " KNEAD_VERSION);
         return 0;
+      } else if (!only_files && word == "--script") {
+        if (i + 2 != argc) return fail(2, "--script takes one file, and nothing else");
+        return run_script_file(argv[i + 1]);
       } else if (!only_files && word.starts_with('-')) {
         return fail(2, "no such option; see knead-studio --help");
       } else {
@@ -50,6 +71,8 @@ int main(int argc, char** argv) {
     if (files.size() > 1) options.session = files[1];
     knead::studio::run_application(options);
     return 0;
+  } catch (const knead::InvalidInput& error) {
+    return fail(3, error.what());
   } catch (const std::exception& error) {
     return fail(1, error.what());
   }

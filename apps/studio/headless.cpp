@@ -1,0 +1,57 @@
+#include "headless.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <optional>
+
+#include "drawn_shape.h"
+#include "knead/io/atomic_file.h"
+#include "knead/render/context.h"
+#include "knead/render/live_view.h"
+#include "overlay.h"
+#include "script.h"
+
+namespace knead::studio {
+
+namespace {
+
+// The context comes first, and goes last.
+struct Canvas {
+  render::OffscreenContext context;
+  render::LiveView view;
+  Overlay overlay;
+  DrawnShape shape;
+};
+
+void write_picture(const Studio& studio, const std::filesystem::path& path, std::optional<Canvas>& canvas) {
+  if (!canvas) canvas.emplace();
+  canvas->shape.follow(studio.shown().state, canvas->view);
+  if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
+  const Screen screen = studio.screen();
+  const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);
+  write_file_atomically(path, render::encode_png(image));
+}
+
+}  // namespace
+
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options) {
+  Studio studio(options);
+  std::optional<Canvas> canvas;
+  bool is_fine = true;
+  const auto print_notices = [&] {
+    for (const Notice& notice : studio.take_notices()) {
+      fmt::print(stderr, "{}: {}\n", notice.is_error ? "error" : "note", notice.text);
+      is_fine = is_fine && !notice.is_error;
+    }
+  };
+  ScriptHost host;
+  host.picture = [&](const std::filesystem::path& path) { write_picture(studio, path, canvas); };
+  host.after_event = print_notices;
+  run_script(script, name, studio, host);
+  studio.close();
+  print_notices();
+  return is_fine;
+}
+
+}  // namespace knead::studio

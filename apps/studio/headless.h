@@ -1,0 +1,15 @@
+// Studio without a window: a script, and pictures of what a window would show between its panels.
+#pragma once
+
+#include <istream>
+#include <string>
+
+#include "studio.h"
+
+namespace knead::studio {
+
+// Runs a script (script.h) to its end and puts the work away. What Studio tells goes to standard error; returns whether
+// there was no error among it. Pictures need OpenGL, no display. Throws as run_script.
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options);
+
+}  // namespace knead::studio
