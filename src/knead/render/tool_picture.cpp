@@ -15,6 +15,13 @@ constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
 constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, of that at the start
 
+// What tools are drawn on.
+struct Canvas {
+  Scene& scene;
+  const Box& around;
+  const SurfaceDetail& detail;
+};
+
 // What the arrows of one field are drawn with.
 struct Sketch {
   Scene& scene;
@@ -103,40 +110,43 @@ Color fainter(Color color, double opacity) {
 }
 
 // The regions of all fields as they stand at the segment's beginning.
-void draw_regions(const Segment& segment, double opacity, const Box& around, Scene& scene) {
+void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
-      scene.surfaces.push_back(
-          {region_surface(field, field.center, level, around, segment.cylinder), fainter(color, opacity)});
+      canvas.scene.surfaces.push_back(
+          {region_surface(field, field.center, level, canvas.around, segment.cylinder, canvas.detail),
+           fainter(color, opacity)});
     };
     add(field.thresholds.inner, kInnerRed);
     add(field.thresholds.outer, kOuterGreen);
   }
 }
 
-void draw_start(const Segment& segment, const Box& around, Scene& scene) {
-  draw_regions(segment, 1, around, scene);
+void draw_start(const Segment& segment, const Canvas& canvas) {
+  draw_regions(segment, 1, canvas);
   for (const Field& field : segment.fields) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
     if (segment.cylinder && is_plane) {
-      scene.surfaces.push_back({barrel_surface(*segment.cylinder, field, around), kBarrelGrey});
+      canvas.scene.surfaces.push_back(
+          {barrel_surface(*segment.cylinder, field, canvas.around, canvas.detail), kBarrelGrey});
     }
-    const Sketch sketch{scene, field, tool_size(field, segment.cylinder, around), 0.006 * around.diagonal()};
+    const Sketch sketch{canvas.scene, field, tool_size(field, segment.cylinder, canvas.around),
+                        0.006 * canvas.around.diagonal()};
     std::visit(sketch, field.motion);
   }
 }
 
 // Through the places of each field in turn, as long as the segments have the same fields.
-void draw_path(const Flow& stroke, const Box& around, Scene& scene) {
+void draw_path(const Flow& stroke, const Canvas& canvas) {
   const std::size_t count = stroke.segments.front().fields.size();
   for (std::size_t i = 0; i < count; ++i) {
-    Line path{.points = {}, .radius = 0.003 * around.diagonal()};
+    Line path{.points = {}, .radius = 0.003 * canvas.around.diagonal()};
     for (const Segment& segment : stroke.segments) {
       if (segment.fields.size() != count) return;
       path.points.push_back(segment.fields[i].center);
     }
     path.points.push_back(stroke.segments.back().fields[i].center + stroke.segments.back().displacement);
-    scene.lines.push_back(std::move(path));
+    canvas.scene.lines.push_back(std::move(path));
   }
 }
 
@@ -163,11 +173,11 @@ bool moves(const Flow& stroke) {
   return stroke.segments.size() > 1 || stroke.segments.back().displacement != Vec3d{0, 0, 0};
 }
 
-void draw_whole_way(const Flow& stroke, const Box& around, Scene& scene) {
-  draw_start(stroke.segments.front(), around, scene);
+void draw_whole_way(const Flow& stroke, const Canvas& canvas) {
+  draw_start(stroke.segments.front(), canvas);
   if (!moves(stroke)) return;
-  draw_regions(at_time(stroke.segments.back(), 1), kFaint, around, scene);
-  draw_path(stroke, around, scene);
+  draw_regions(at_time(stroke.segments.back(), 1), kFaint, canvas);
+  draw_path(stroke, canvas);
 }
 
 // The segment under way at the moment, as it then stands.
@@ -187,32 +197,33 @@ Vec3d way_from(const Flow& stroke, double moment) {
   return way;
 }
 
-void draw_stamp(const DrawnTool& tool, const Box& around, Scene& scene) {
+void draw_stamp(const DrawnTool& tool, const Canvas& canvas) {
   const StampTool& stamp = *tool.stamp;
   const double moment = tool.moment.value_or(0);
   Vec3d place = stamp.path.front();
   if (moment > 0) place = stamp.path.back() - way_from(tool.stroke, moment);
   TranslucentSurface surface{stamp.mesh, kStampBlue};
   for (Vec3d& p : surface.mesh.positions) p += place;
-  scene.surfaces.push_back(std::move(surface));
+  canvas.scene.surfaces.push_back(std::move(surface));
   if (moment > 0 && !tool.stroke.segments.empty()) {
-    draw_regions(segment_at(tool.stroke, moment), 1, around, scene);
+    draw_regions(segment_at(tool.stroke, moment), 1, canvas);
     return;
   }
-  const double radius = 0.006 * around.diagonal();
+  const double radius = 0.006 * canvas.around.diagonal();
   const Vec3d last = stamp.path[stamp.path.size() - 2];
-  scene.lines.push_back({.points = {stamp.path.begin(), stamp.path.end() - 1}, .radius = 0.5 * radius});
-  scene.arrows.push_back({.from = last, .to = stamp.path.back(), .radius = radius});
+  canvas.scene.lines.push_back({.points = {stamp.path.begin(), stamp.path.end() - 1}, .radius = 0.5 * radius});
+  canvas.scene.arrows.push_back({.from = last, .to = stamp.path.back(), .radius = radius});
 }
 
 }  // namespace
 
-void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene) {
-  if (tool.stamp) return draw_stamp(tool, around, scene);
+void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const SurfaceDetail& detail) {
+  const Canvas canvas{scene, around, detail};
+  if (tool.stamp) return draw_stamp(tool, canvas);
   if (tool.stroke.segments.empty()) return;
-  if (!tool.moment) return draw_whole_way(tool.stroke, around, scene);
-  draw_start(segment_at(tool.stroke, *tool.moment), around, scene);
-  if (moves(tool.stroke)) draw_path(tool.stroke, around, scene);
+  if (!tool.moment) return draw_whole_way(tool.stroke, canvas);
+  draw_start(segment_at(tool.stroke, *tool.moment), canvas);
+  if (moves(tool.stroke)) draw_path(tool.stroke, canvas);
 }
 
 }  // namespace knead::render

@@ -4,6 +4,7 @@
 #include "knead/math/box.h"
 #include "knead/render/drawn_tool.h"
 #include "knead/render/scene.h"
+#include "knead/render/tool_surface.h"
 
 namespace knead::render {
 
@@ -11,6 +12,6 @@ namespace knead::render {
 // its whole way: at its start; where it travels also, fainter, at its end, and the path in between. At a moment: where
 // it then is, and the path. The tool of a stamp is its shape; at a moment with the regions of its contacts. `around` is
 // the box of the deformed shape.
-void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene);
+void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const SurfaceDetail& detail = {});
 
 }  // namespace knead::render

@@ -14,7 +14,6 @@
 namespace knead::render {
 namespace {
 
-constexpr std::uint32_t kSides = 64;
 constexpr double kDot = 0.04;       // of the outer threshold: the radius of the balls that stand for r = 0
 constexpr double kMarkDot = 0.011;  // of the box's diagonal: the radius of those that stand for marked points
 constexpr std::size_t kMostMarks = 200;
@@ -30,7 +29,8 @@ struct Line3 {
 };
 
 // The profile turned about the line, without lids.
-Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis) {
+Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis, int side_count) {
+  const auto sides = static_cast<std::uint32_t>(side_count);
   const Vec3d u = any_orthogonal(axis.direction);
   const Vec3d v = cross(axis.direction, u);
   Mesh mesh;
@@ -38,14 +38,14 @@ Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis) {
   for (const ProfilePoint& p : profile) {
     first.push_back(static_cast<std::uint32_t>(mesh.positions.size()));
     const Vec3d center = axis.point + axis.direction * p.height;
-    for (std::uint32_t i = 0; i < (p.radius > 0 ? kSides : 1); ++i) {
-      const double angle = 2 * std::numbers::pi * i / kSides;
+    for (std::uint32_t i = 0; i < (p.radius > 0 ? sides : 1); ++i) {
+      const double angle = 2 * std::numbers::pi * i / sides;
       mesh.positions.push_back(center + (u * std::cos(angle) + v * std::sin(angle)) * p.radius);
     }
   }
   for (std::size_t k = 0; k + 1 < profile.size(); ++k) {
-    for (std::uint32_t i = 0; i < kSides; ++i) {
-      const std::uint32_t next = (i + 1) % kSides;
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const std::uint32_t next = (i + 1) % sides;
       const bool tip = profile[k + 1].radius <= 0;
       const bool foot = profile[k].radius <= 0;
       std::vector<std::uint32_t> face{first[k] + (foot ? 0 : i)};
@@ -59,8 +59,8 @@ Mesh revolve(const std::vector<ProfilePoint>& profile, const Line3& axis) {
 }
 
 // A ball, drawn out along half_axis into a capsule.
-Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius) {
-  constexpr int bands = 24;
+Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius, int sides) {
+  const int bands = 2 * std::max(3, 3 * sides / 16);
   const double half = norm(half_axis);
   std::vector<ProfilePoint> profile;
   for (int i = 0; i <= bands; ++i) {
@@ -69,7 +69,7 @@ Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius) {
     if (2 * i == bands && half > 0) profile.push_back({-half, radius});
     profile.push_back({offset - radius * std::cos(angle), i % bands == 0 ? 0 : radius * std::sin(angle)});
   }
-  return revolve(profile, {center, half > 0 ? half_axis / half : Vec3d{0, 0, 1}});
+  return revolve(profile, {center, half > 0 ? half_axis / half : Vec3d{0, 0, 1}}, sides);
 }
 
 void append(const Mesh& part, Mesh& mesh) {
@@ -119,8 +119,8 @@ Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, co
 }
 
 // The part of the plane within the cylinder: an ellipse. The cylinder's direction does not lie in the plane.
-Mesh disc(const Vec3d& point, const Vec3d& normal, const Cylinder& cylinder) {
-  Mesh mesh = revolve({{0, 0}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction});
+Mesh disc(const Vec3d& point, const Vec3d& normal, const Cylinder& cylinder, int sides) {
+  Mesh mesh = revolve({{0, 0}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction}, sides);
   for (Vec3d& p : mesh.positions) {
     p += cylinder.direction * (dot(normal, point - p) / dot(normal, cylinder.direction));
   }
@@ -142,12 +142,70 @@ Box point_set_box(const PointSet<double>& set, double level) {
   return box;
 }
 
-Mesh point_set_surface(const PointSet<double>& set, const Vec3d& center, double level) {
+double length_of(const std::vector<Vec3d>& curve) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < curve.size(); ++i) length += norm(curve[i + 1] - curve[i]);
+  return length;
+}
+
+// Bounds |grad r| within the box and half its size beyond. Of a point's distance it is 1. Of a curve, with r^-4 = 3/4 S
+// and S the integral of |x - y|^-5: |grad S| <= 5 S / d, d being the distance from the curve, so that |grad r| <= 5/4
+// r/d; and S is least where the curve leads straight away, where r/d = (16/3 / (1 - (1 + length/d)^-4))^(1/4). A sum of
+// elements is at most as steep as they are.
+double steepest(const PointSet<double>& set, const Box& box) {
+  double bound = 1;
+  for (const auto& curve : set.curves) {
+    const double ratio = 1 + length_of(curve) / (2 * box.diagonal());
+    bound = std::max(bound, 1.25 * std::pow(16.0 / 3 / (1 - std::pow(ratio, -4)), 0.25));
+  }
+  return bound;
+}
+
+double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
+  const Vec3d edge = b - a;
+  const double along = norm2(edge) > 0 ? std::clamp(dot(p - a, edge) / norm2(edge), 0.0, 1.0) : 0;
+  return norm(p - a - edge * along);
+}
+
+// Some of the curve's points, so that no other is farther than the tolerance from the straight way between them
+// (Douglas and Peucker 1973).
+std::vector<Vec3d> straightened(const std::vector<Vec3d>& curve, double tolerance) {
+  std::vector<bool> kept(curve.size(), false);
+  kept.front() = kept.back() = true;
+  std::vector<std::pair<std::size_t, std::size_t>> spans{{0, curve.size() - 1}};
+  while (!spans.empty()) {
+    const auto [first, last] = spans.back();
+    spans.pop_back();
+    double farthest = tolerance;
+    std::size_t corner = first;
+    for (std::size_t i = first + 1; i < last; ++i) {
+      const double distance = distance_to_segment(curve[i], curve[first], curve[last]);
+      if (distance <= farthest) continue;
+      farthest = distance;
+      corner = i;
+    }
+    if (corner == first) continue;
+    kept[corner] = true;
+    spans.emplace_back(first, corner);
+    spans.emplace_back(corner, last);
+  }
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    if (kept[i]) result.push_back(curve[i]);
+  }
+  return result;
+}
+
+Mesh point_set_surface(PointSet<double> set, const Vec3d& center, double level, const SurfaceDetail& detail) {
+  if (detail.straightening > 0) {
+    for (auto& curve : set.curves) curve = straightened(curve, detail.straightening * level);
+  }
   const Box box = point_set_box(set, level);
   const Vec3d size = box.max - box.min;
   PolygoniseOptions options;
-  options.cell = std::max({size.x, size.y, size.z}) / 64;
-  options.lipschitz = set.curves.empty() ? 1 : 0;  // of a sum over points; over curves it is not known
+  options.cell = std::max({size.x, size.y, size.z}) / detail.cells;
+  options.lipschitz = steepest(set, box);
+  options.relaxations = detail.relaxations;
   Mesh mesh = polygonise([&](const Vec3d& d) { return evaluate(set, d, 0.0).value - level; }, box, options);
   for (Vec3d& p : mesh.positions) p += center;
   return mesh;
@@ -160,25 +218,30 @@ struct SurfaceOf {
   double level = 0;
   const Box& around;
   const std::optional<Cylinder>& cylinder;
+  const SurfaceDetail& detail;
 
   double radius() const { return level > 0 ? level : kDot * field.thresholds.outer; }
 
-  Mesh operator()(const Ball<double>& /*region*/) const { return capsule(center, {0, 0, 0}, radius()); }
-  Mesh operator()(const Capsule<double>& region) const { return capsule(center, region.half_axis, radius()); }
+  Mesh operator()(const Ball<double>& /*region*/) const { return capsule(center, {0, 0, 0}, radius(), detail.sides); }
+  Mesh operator()(const Capsule<double>& region) const {
+    return capsule(center, region.half_axis, radius(), detail.sides);
+  }
   Mesh operator()(const HalfSpace<double>& region) const {
     const Vec3d point = center + region.normal * level;
-    if (cylinder && crosses(*cylinder, region.normal)) return disc(point, region.normal, *cylinder);
+    if (cylinder && crosses(*cylinder, region.normal)) return disc(point, region.normal, *cylinder, detail.sides);
     const Vec3d middle = around.empty() ? point : around.center();
     return plane_patch(middle - region.normal * dot(region.normal, middle - point), region.normal, region.turn_axis,
                        around);
   }
   Mesh operator()(const PointSet<double>& region) const {
-    if (level > 0) return point_set_surface(region, center, level);
+    if (level > 0) return point_set_surface(region, center, level, detail);
     Mesh mesh;
-    for (const Vec3d& p : region.points) append(capsule(center + p, {0, 0, 0}, radius()), mesh);
+    for (const Vec3d& p : region.points) append(capsule(center + p, {0, 0, 0}, radius(), detail.sides / 2), mesh);
     for (const auto& curve : region.curves) {
       for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
-        append(capsule(center + (curve[i] + curve[i + 1]) * 0.5, (curve[i + 1] - curve[i]) * 0.5, radius()), mesh);
+        append(capsule(center + (curve[i] + curve[i + 1]) * 0.5, (curve[i + 1] - curve[i]) * 0.5, radius(),
+                       detail.sides / 2),
+               mesh);
       }
     }
     return mesh;
@@ -189,7 +252,7 @@ struct SurfaceOf {
     const std::size_t stride = std::max<std::size_t>(1, points.size() / kMostMarks);
     Mesh mesh;
     for (std::size_t i = 0; i < points.size(); i += stride) {
-      append(capsule(center + points[i], {0, 0, 0}, kMarkDot * around.diagonal()), mesh);
+      append(capsule(center + points[i], {0, 0, 0}, kMarkDot * around.diagonal(), detail.sides / 2), mesh);
     }
     return mesh;
   }
@@ -199,17 +262,18 @@ struct SurfaceOf {
 }  // namespace
 
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
-                    const std::optional<Cylinder>& cylinder) {
-  return std::visit(SurfaceOf{field, center, level, around, cylinder}, field.region);
+                    const std::optional<Cylinder>& cylinder, const SurfaceDetail& detail) {
+  return std::visit(SurfaceOf{field, center, level, around, cylinder, detail}, field.region);
 }
 
-Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& around) {
+Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& around, const SurfaceDetail& detail) {
   const auto& region = std::get<HalfSpace<double>>(field.region);
   const double low = extent_along(around, cylinder.point, cylinder.direction).first;
   const Vec3d top = field.center + region.normal * field.thresholds.outer;
-  Mesh mesh = revolve({{low, cylinder.radius}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction});
+  Mesh mesh =
+      revolve({{low, cylinder.radius}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction}, detail.sides);
   if (!crosses(cylinder, region.normal)) return mesh;
-  for (std::size_t i = kSides; i < mesh.positions.size(); ++i) {
+  for (std::size_t i = mesh.positions.size() / 2; i < mesh.positions.size(); ++i) {
     Vec3d& p = mesh.positions[i];
     p += cylinder.direction * (dot(region.normal, top - p) / dot(region.normal, cylinder.direction));
   }
