@@ -23,8 +23,8 @@ Field field_of(PointSet<double> set) {
 // Straight, folded back on itself, short, and curves among points.
 std::vector<Field> point_sets() {
   std::vector<Vec3d> spiral;
-  for (int i = 0; i < 60; ++i) {
-    spiral.push_back({0.6 * std::cos(0.2 * i), 0.6 * std::sin(0.2 * i), 0.015 * i});
+  for (int i = 0; i < 30; ++i) {
+    spiral.push_back({0.6 * std::cos(0.4 * i), 0.6 * std::sin(0.4 * i), 0.03 * i});
   }
   std::vector<Field> fields;
   fields.push_back(field_of({.points = {{0, 0, 0}, {0.5, 0.1, 0}, {-0.3, 0.4, 0.2}}, .curves = {}}));
@@ -45,7 +45,7 @@ double sampled_volume(const Field& field, double level, const Mesh& surface) {
   const Vec3d size = box.max - box.min;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> number(-0.13, 1.13);
-  constexpr int count = 40000;
+  constexpr int count = 20000;
   int inside = 0;
   for (int i = 0; i < count; ++i) {
     const double x = number(random);
@@ -63,9 +63,9 @@ TEST(ToolSurface, PointSetsAreTheirIsosurfaces) {
       const Mesh surface = region_surface(field, field.center, level, {}, {});
       ASSERT_GT(surface.face_count(), 100u);
       for (const Vec3d& p : surface.positions)
-        ASSERT_NEAR(r_at(field, p), level, 5e-3 * level);  // kinks are not smooth
-      // Nothing is missing: 40,000 samples know a twentieth of the box to about 2.2%, twice.
-      EXPECT_NEAR(measure(surface).volume / sampled_volume(field, level, surface), 1, 0.06);
+        ASSERT_NEAR(r_at(field, p), level, 0.02 * level);  // not smooth where curves bend
+      // Nothing is missing: 20,000 samples know a twentieth of the box to about 3%.
+      EXPECT_NEAR(measure(surface).volume / sampled_volume(field, level, surface), 1, 0.09);
     }
   }
 }
