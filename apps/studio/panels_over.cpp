@@ -52,7 +52,7 @@ void draw_frame_times(const FrameTimes& times) {
 bool begin_keys(const Gui& gui, const char* heading) {
   ImGui::TextColored(kWarning, "%s", heading);
   if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
-  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 196 * gui.unit());
+  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 214 * gui.unit());
   return true;
 }
 
@@ -128,12 +128,12 @@ void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
 void draw_help(Studio& studio, const Gui& gui) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.96F * size.x, 0.92F * size.y});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.92F * size.y});
   bool open = true;
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    const float column = 390 * gui.unit();
-    const int columns = std::clamp(static_cast<int>(0.94F * size.x / column), 1, 3);
+    const float column = 428 * gui.unit();
+    const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
       ImGui::TableNextColumn();
