@@ -13,6 +13,11 @@ endif()
 if(TARGET knead)
   install(TARGETS knead)
 endif()
+if(TARGET knead-studio)
+  install(TARGETS knead-studio)
+  install(FILES share/knead-studio.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications)
+  install(FILES share/knead-studio.svg DESTINATION ${CMAKE_INSTALL_DATADIR}/icons/hicolor/scalable/apps)
+endif()
 
 configure_package_config_file(cmake/kneadConfig.cmake.in ${PROJECT_BINARY_DIR}/kneadConfig.cmake
                               INSTALL_DESTINATION ${KNEAD_PACKAGE_DIR})

@@ -8,6 +8,9 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
+#include <variant>
+#include <vector>
 
 #include "dialogs.h"
 #include "drawn_shape.h"
@@ -33,6 +36,7 @@ constexpr double kBusyWait = 0.002;
 constexpr double kStaysActive = 0.4;    // panels settle for so long after the last event
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
 constexpr double kLikelyDoneWithin = 0.010;
+constexpr double kLongestFrame = 0.5;  // seconds; what is longer was a pause
 constexpr int kPictureScale = 2;
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
@@ -100,9 +104,7 @@ class Application {
     gui_.end_frame();
     times_.drawing = seconds_between(began, Clock::now());
     window_.show();
-    times_.seconds[times_.next] = static_cast<float>(std::min(seconds_between(last_frame_, Clock::now()), 1.0));
-    times_.next = (times_.next + 1) % times_.seconds.size();
-    last_frame_ = Clock::now();
+    note_time();
     set_title();
   }
 
@@ -167,7 +169,10 @@ class Application {
   }
 
   void draw_picture() {
-    if (shape_.follow(studio_.shown().state, view_)) times_.uploaded = view_.counts().bytes;
+    if (shape_.follow(studio_.shown().state, view_)) {
+      times_.uploaded = view_.counts().bytes;
+      times_.touched = shape_.touched();
+    }
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
     view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
   }
@@ -181,6 +186,14 @@ class Application {
     } catch (const std::exception& error) {
       studio_.tell({true, error.what()});
     }
+  }
+
+  // Of frames that follow each other; a pause is none.
+  void note_time() {
+    const double seconds = seconds_between(std::exchange(last_frame_, Clock::now()), Clock::now());
+    if (seconds > kLongestFrame) return;
+    times_.seconds[times_.next] = static_cast<float>(seconds);
+    times_.next = (times_.next + 1) % times_.seconds.size();
   }
 
   void set_title() {

@@ -10,13 +10,18 @@ bool DrawnShape::follow(const ShapeState& state, render::LiveView& view) {
     flat_ = mesh.positions;
     mesh_ = state.mesh;
     positions_ = state.positions;
+    touched_ = flat_.size();
     return true;
   }
   const std::vector<IndexRange> changes = state.positions.changes_since(positions_);
   if (changes.empty()) return false;
   std::vector<render::VertexRange> ranges;
+  touched_ = 0;
   for (const IndexRange& range : changes) {
-    for (std::size_t i = range.begin; i < range.end; ++i) flat_[i] = state.positions[i];
+    for (std::size_t i = range.begin; i < range.end; ++i) {
+      if (!(flat_[i] == state.positions[i])) ++touched_;
+      flat_[i] = state.positions[i];
+    }
     ranges.push_back({range.begin, range.end});
   }
   view.move(flat_, ranges);

@@ -63,8 +63,8 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_Button] = gray(0.25F);
   colours[ImGuiCol_ButtonHovered] = gray(0.33F);
   colours[ImGuiCol_ButtonActive] = faint(0.80F);
-  colours[ImGuiCol_Header] = faint(0.35F);
-  colours[ImGuiCol_HeaderHovered] = faint(0.45F);
+  colours[ImGuiCol_Header] = faint(0.40F);
+  colours[ImGuiCol_HeaderHovered] = gray(0.28F);
   colours[ImGuiCol_HeaderActive] = faint(0.60F);
   colours[ImGuiCol_CheckMark] = accent;
   colours[ImGuiCol_SliderGrab] = faint(0.85F);

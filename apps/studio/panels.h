@@ -44,6 +44,7 @@ struct FrameTimes {
   std::size_t next = 0;
   double drawing = 0;        // of the last frame, without waiting for the display
   std::size_t uploaded = 0;  // bytes, of the last movement
+  std::size_t touched = 0;   // vertices, by it
 };
 
 void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);

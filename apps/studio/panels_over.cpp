@@ -48,14 +48,20 @@ void draw_frame_times(const FrameTimes& times) {
                            1000 * times.drawing));
 }
 
-void draw_keys_of(Studio& studio, std::string_view group) {
-  if (!ImGui::BeginTable(std::string(group).c_str(), 2, ImGuiTableFlags_SizingFixedFit)) return;
-  ImGui::TableNextColumn();
-  text_in_colour(kWarning, std::string(group));
+// A table of what there is and how it is had, under a heading.
+bool begin_keys(const Gui& gui, const char* heading) {
+  ImGui::TextColored(kWarning, "%s", heading);
+  if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
+  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 214 * gui.unit());
+  return true;
+}
+
+void draw_keys_of(Studio& studio, const Gui& gui, const char* group) {
+  if (!begin_keys(gui, group)) return;
   for (std::size_t i = 0; i < kActionCount; ++i) {
     const auto action = static_cast<Action>(i);
-    if (group_of(action) == group)
-      row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
+    if (group_of(action) != group) continue;
+    row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
   }
   ImGui::EndTable();
 }
@@ -65,7 +71,7 @@ struct PointerUse {
   const char* how;
 };
 
-void draw_pointer_help(NavigationPreset preset) {
+void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   constexpr std::array blender{PointerUse{"Turn the view", "middle button, or Alt+left"},
                                PointerUse{"Move the view", "Shift+middle, or Alt+Shift+left"},
                                PointerUse{"Nearer and farther", "wheel, or Ctrl+middle"}};
@@ -75,9 +81,7 @@ void draw_pointer_help(NavigationPreset preset) {
                             PointerUse{"Give up a drag", "right button, or Escape"}, PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
                             PointerUse{"Paint the other way", "Ctrl+left button"}};
-  if (!ImGui::BeginTable("Pointer", 2, ImGuiTableFlags_SizingFixedFit)) return;
-  ImGui::TableNextColumn();
-  text_in_colour(kWarning, "Pointer");
+  if (!begin_keys(gui, "Pointer")) return;
   for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);
   for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
   ImGui::EndTable();
@@ -110,7 +114,7 @@ void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
     draw_frame_times(times);
     const std::size_t faces = shown.state.mesh ? shown.state.mesh->face_count() : 0;
     row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
-    row("Last step", fmt::format("{:.1f} ms", 1000 * shown.live_seconds));
+    row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
     row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
     row("Sent", size_text(times.uploaded));
     row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
@@ -124,21 +128,21 @@ void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
 void draw_help(Studio& studio, const Gui& gui) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.96F * size.x, 0.92F * size.y});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.92F * size.y});
   bool open = true;
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    const bool wide = size.x > 900 * gui.unit();
-    if (ImGui::BeginTable("groups", wide ? 3 : 1, ImGuiTableFlags_SizingFixedFit)) {
+    const float column = 428 * gui.unit();
+    const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
+    if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
+      for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
       ImGui::TableNextColumn();
-      draw_keys_of(studio, "File");
-      draw_keys_of(studio, "Edit");
-      draw_keys_of(studio, "Window");
+      for (const char* group : {"File", "Edit", "Window"}) draw_keys_of(studio, gui, group);
       ImGui::TableNextColumn();
-      draw_keys_of(studio, "Tools");
+      draw_keys_of(studio, gui, "Tools");
       ImGui::TableNextColumn();
-      draw_keys_of(studio, "View");
-      draw_pointer_help(studio.navigation().preset);
+      draw_keys_of(studio, gui, "View");
+      draw_pointer_help(gui, studio.navigation().preset);
       ImGui::EndTable();
     }
     ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").c_str());

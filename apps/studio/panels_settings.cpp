@@ -142,6 +142,13 @@ void draw_remeshing(Studio& studio) {
   ImGui::Unindent();
 }
 
+bool begin_part(const char* heading) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  const bool open = ImGui::CollapsingHeader(heading, ImGuiTreeNodeFlags_DefaultOpen);
+  ImGui::PopStyleColor();
+  return open;
+}
+
 }  // namespace
 
 void draw_tool_settings(Studio& studio) {
@@ -198,13 +205,10 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
       ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
-    if (ImGui::CollapsingHeader(name_of(studio.settings().tool), ImGuiTreeNodeFlags_DefaultOpen)) {
-      draw_tool_settings(studio);
-    }
-    if (ImGui::CollapsingHeader("View", ImGuiTreeNodeFlags_DefaultOpen)) draw_view_settings(studio);
-    if (studio.view().history && ImGui::CollapsingHeader("History", ImGuiTreeNodeFlags_DefaultOpen)) {
-      draw_history(studio, editor);
-    }
+    const std::string tool = std::string(name_of(studio.settings().tool)) + "###tool";
+    if (begin_part(tool.c_str())) draw_tool_settings(studio);
+    if (begin_part("View")) draw_view_settings(studio);
+    if (studio.view().history && begin_part("History")) draw_history(studio, editor);
     ImGui::PopItemWidth();
   }
   ImGui::End();

@@ -118,7 +118,7 @@ void draw_button(Studio& studio, ToolKind tool, float size) {
     ImGui::SetTooltip("%s  (%s)", name_of(tool), keys_text(studio.preferences().keys, action_of(tool)).c_str());
   }
   const ImU32 ink = ImGui::GetColorU32(chosen ? ImGuiCol_Text : ImGuiCol_TextDisabled);
-  const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.3F * size, ink,
+  const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.34F * size, ink,
                 ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.25F));
   draw_icon(tool, pen);
   ImGui::PopID();
