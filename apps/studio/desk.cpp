@@ -19,6 +19,8 @@ namespace knead::studio {
 
 namespace {
 
+constexpr std::size_t kMeasuredAtOnce = 60'000;  // vertices of a shape whose volume is measured at every step of a drag
+
 double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
 }
@@ -138,6 +140,7 @@ void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
     shown_.live_seconds = seconds_since(began);
     shown_.refusal = result.refusal;
     journal(result.lines);
+    if (bench_->state().positions.size() <= kMeasuredAtOnce) measure_volume();
     show_state();
   });
 }

@@ -14,9 +14,11 @@
 namespace knead::render {
 namespace {
 
-constexpr double kDot = 0.04;       // of the outer threshold: the radius of the balls that stand for r = 0
-constexpr double kMarkDot = 0.011;  // of the box's diagonal: the radius of those that stand for marked points
-constexpr std::size_t kMostMarks = 200;
+constexpr double kDot = 0.04;           // of the outer threshold: the radius of the balls that stand for r = 0
+constexpr double kMarkDot = 0.011;      // of the box's diagonal: the radius of those that stand for marked points
+constexpr std::size_t kMostMarks = 80;  // of a set, that are drawn
+constexpr int kHandlesCells = 32;       // of their grid: every evaluation looks at all points
+constexpr double kNearFull = 0.25;      // of marked regions: the surfaces shown are r = this and r = 1 - this
 
 struct ProfilePoint {
   double height = 0;  // along the axis
@@ -211,6 +213,37 @@ Mesh point_set_surface(PointSet<double> set, const Vec3d& center, double level, 
   return mesh;
 }
 
+// Of many points some, evenly through the list.
+PointSet<double> some_points(const PointSet<double>& set) {
+  PointSet<double> some = set;
+  const std::size_t stride = std::max<std::size_t>(1, (set.points.size() + kMostMarks - 1) / kMostMarks);
+  some.points.clear();
+  for (std::size_t i = 0; i < set.points.size(); i += stride) some.points.push_back(set.points[i]);
+  return some;
+}
+
+// Where r < kNearFull, or r > 1 - kNearFull.
+Mesh handles_surface(const Handles<double>& region, const Vec3d& center, bool is_zero, const SurfaceDetail& detail) {
+  Box box = bounding_box(region.full.points);
+  for (const Vec3d& p : region.zero.points) box.extend(p);
+  const double margin = 0.5 * box.diagonal();
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  if (box.empty() || !(margin > 0)) return {};
+  const Vec3d size = box.max - box.min;
+  PolygoniseOptions options;
+  options.cell = std::max({size.x, size.y, size.z}) / std::min(detail.cells, kHandlesCells);
+  options.relaxations = detail.relaxations;
+  Mesh mesh = polygonise(
+      [&](const Vec3d& d) {
+        const double r = evaluate(region, d, 0.0).value;
+        return (is_zero ? 1 - r : r) - kNearFull;
+      },
+      box, options);
+  for (Vec3d& p : mesh.positions) p += center;
+  return mesh;
+}
+
 // One overload per region; `field` gives the scale of what has none of its own.
 struct SurfaceOf {
   const Field& field;
@@ -246,13 +279,13 @@ struct SurfaceOf {
     }
     return mesh;
   }
-  // The full set at r = 0, the zero set at r = 1; of many points some, evenly through the list.
+  // The sets themselves are r = 0 and r = 1: their points as small balls, within the surface where r is near to that.
   Mesh operator()(const Handles<double>& region) const {
-    const std::vector<Vec3d>& points = level > 0 ? region.zero.points : region.full.points;
-    const std::size_t stride = std::max<std::size_t>(1, points.size() / kMostMarks);
-    Mesh mesh;
-    for (std::size_t i = 0; i < points.size(); i += stride) {
-      append(capsule(center + points[i], {0, 0, 0}, kMarkDot * around.diagonal(), detail.sides / 2), mesh);
+    const Handles<double> some{some_points(region.full), some_points(region.zero), {}, {}, 0};
+    const bool is_zero = level > 0;
+    Mesh mesh = handles_surface(some, center, is_zero, detail);
+    for (const Vec3d& p : (is_zero ? some.zero : some.full).points) {
+      append(capsule(center + p, {0, 0, 0}, kMarkDot * around.diagonal(), detail.sides / 4), mesh);
     }
     return mesh;
   }

@@ -23,7 +23,8 @@ inline constexpr SurfaceDetail kLiveDetail{.cells = 24, .relaxations = 1, .sides
 
 // The surface {r = level} at t = 0 with the field's centre at `center`. A plane is cut to about the box, or to the
 // cylinder where there is one. Where the level of a ball, capsule or point set is not positive: a small ball at each
-// centre or point, of the field's outer threshold's scale. Empty for a region of the caller's own.
+// centre or point, of the field's outer threshold's scale. Of marked regions, whose levels 0 and 1 are the sets
+// themselves: some of their points, and the surface r = 1/4 or 3/4 about them. Empty for a region of the caller's own.
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
                     const std::optional<Cylinder>& cylinder, const SurfaceDetail& detail = {});
 
