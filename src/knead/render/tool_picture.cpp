@@ -19,7 +19,7 @@ constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, o
 struct Canvas {
   Scene& scene;
   const Box& around;
-  const SurfaceDetail& detail;
+  const ToolDrawing& how;
 };
 
 // What the arrows of one field are drawn with.
@@ -109,13 +109,19 @@ Color fainter(Color color, double opacity) {
   return color;
 }
 
+Mesh surface_of(const Field& field, double level, const std::optional<Cylinder>& cylinder, const Canvas& canvas) {
+  const ToolDrawing& how = canvas.how;
+  if (how.cache != nullptr && level > 0 && std::holds_alternative<PointSet<double>>(field.region)) {
+    return how.cache->surface(field, level, how.detail);
+  }
+  return region_surface(field, field.center, level, canvas.around, cylinder, how.detail);
+}
+
 // The regions of all fields as they stand at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
-      canvas.scene.surfaces.push_back(
-          {region_surface(field, field.center, level, canvas.around, segment.cylinder, canvas.detail),
-           fainter(color, opacity)});
+      canvas.scene.surfaces.push_back({surface_of(field, level, segment.cylinder, canvas), fainter(color, opacity)});
     };
     add(field.thresholds.inner, kInnerRed);
     add(field.thresholds.outer, kOuterGreen);
@@ -128,7 +134,7 @@ void draw_start(const Segment& segment, const Canvas& canvas) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
     if (segment.cylinder && is_plane) {
       canvas.scene.surfaces.push_back(
-          {barrel_surface(*segment.cylinder, field, canvas.around, canvas.detail), kBarrelGrey});
+          {barrel_surface(*segment.cylinder, field, canvas.around, canvas.how.detail), kBarrelGrey});
     }
     const Sketch sketch{canvas.scene, field, tool_size(field, segment.cylinder, canvas.around),
                         0.006 * canvas.around.diagonal()};
@@ -217,8 +223,8 @@ void draw_stamp(const DrawnTool& tool, const Canvas& canvas) {
 
 }  // namespace
 
-void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const SurfaceDetail& detail) {
-  const Canvas canvas{scene, around, detail};
+void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how) {
+  const Canvas canvas{scene, around, how};
   if (tool.stamp) return draw_stamp(tool, canvas);
   if (tool.stroke.segments.empty()) return;
   if (!tool.moment) return draw_whole_way(tool.stroke, canvas);

@@ -16,6 +16,8 @@ struct SurfaceDetail {
   int relaxations = 8;       // of that surface (mesh/polygonise.h)
   int sides = 64;            // of round things; small ones have half as many
   double straightening = 0;  // curves may leave their way by this part of the level, for fewer points
+
+  friend bool operator==(const SurfaceDetail&, const SurfaceDetail&) = default;
 };
 
 // For pictures while something is dragged: some tens of milliseconds for a curve of 200 points, a few for the others.

@@ -9,6 +9,7 @@
 
 #include "knead/field/region.h"
 #include "knead/mesh/measures.h"
+#include "knead/render/surface_cache.h"
 
 namespace knead::render {
 namespace {
@@ -89,6 +90,36 @@ TEST(ToolSurface, ManyMarksAreFewVertices) {
   const Mesh marks = region_surface(field, field.center, 0, around, {}, kLiveDetail);
   EXPECT_GT(marks.vertex_count(), 200u * 20);
   EXPECT_LT(marks.vertex_count(), 30000u);
+}
+
+TEST(SurfaceCache, FollowsWhatIsShiftedAndMakesTheRestAnew) {
+  SurfaceCache cache;
+  Field field = point_sets()[4];
+  const Mesh first = cache.surface(field, 0.3, kLiveDetail);
+  EXPECT_EQ(first.positions, region_surface(field, field.center, 0.3, {}, {}, kLiveDetail).positions);
+  EXPECT_EQ(cache.made(), 1u);
+  const Vec3d by_center{0.1, 0.2, -0.3};
+  const Vec3d by_set{0.4, -0.5, 0.6};
+  Field shifted = field;
+  shifted.center += by_center;
+  auto& set = std::get<PointSet<double>>(shifted.region);
+  for (Vec3d& p : set.points) p += by_set;
+  for (auto& curve : set.curves) {
+    for (Vec3d& p : curve) p += by_set;
+  }
+  const Mesh second = cache.surface(shifted, 0.3, kLiveDetail);
+  EXPECT_EQ(cache.made(), 1u);
+  ASSERT_EQ(second.positions.size(), first.positions.size());
+  for (std::size_t i = 0; i < first.positions.size(); ++i) {
+    ASSERT_LT(norm(second.positions[i] - first.positions[i] - by_center - by_set), 1e-12);
+  }
+  cache.surface(field, 0.1, kLiveDetail);
+  cache.surface(field, 0.3, {});
+  set.curves[0].back().x += 0.01;
+  cache.surface(shifted, 0.3, kLiveDetail);
+  EXPECT_EQ(cache.made(), 4u);
+  cache.surface(field, 0.3, kLiveDetail);
+  EXPECT_EQ(cache.made(), 4u);
 }
 
 }  // namespace
