@@ -4,9 +4,11 @@
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <system_error>
+#include <utility>
 
 #include "knead/io/shape_file.h"
 #include "widgets.h"
@@ -125,6 +127,10 @@ bool draw_choice(FileDialog& dialog, bool chosen) {
     return false;
   }
   if ((!pressed && !chosen) || dialog.name.empty()) return false;
+  if (fs::is_directory(dialog.folder / dialog.name, error)) {
+    go_to(dialog, dialog.folder / std::exchange(dialog.name, {}));
+    return false;
+  }
   if (replaces && !dialog.is_sure) {
     dialog.is_sure = true;
     return false;
@@ -158,7 +164,7 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
                       (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames ? 3.2F : 2.2F);
   bool chosen = draw_list(dialog, -below);
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
-  if (ImGui::IsWindowAppearing() && writes(dialog.use)) ImGui::SetKeyboardFocusHere();
+  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);

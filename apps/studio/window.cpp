@@ -18,6 +18,9 @@ namespace knead::studio {
 // What the callbacks of GLFW fill.
 struct WindowState {
   std::vector<Event> events;
+  // Dear ImGui looks at the keys once a frame: one that went down and up between two frames goes up for it in the next.
+  std::vector<int> pressed;
+  std::vector<int> released_later;
   double x = 0;  // of the pointer, in pixels of the picture
   double y = 0;
   std::array<int, 4> place_before_full_screen{};
@@ -95,10 +98,16 @@ void on_wheel(GLFWwindow* window, double x, double y) {
 }
 
 void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
-  ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+  WindowState& state = state_of(window);
+  if (action == GLFW_PRESS) state.pressed.push_back(key);
+  if (action == GLFW_RELEASE && std::find(state.pressed.begin(), state.pressed.end(), key) != state.pressed.end()) {
+    state.released_later.push_back(key);
+  } else {
+    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+  }
   const std::string name = key_name(key, scancode);
   if (name.empty()) return;
-  state_of(window).events.emplace_back(KeyChanged{name, action != GLFW_RELEASE, modifiers_of(mods)});
+  state.events.emplace_back(KeyChanged{name, action != GLFW_RELEASE, modifiers_of(mods)});
 }
 
 void on_size(GLFWwindow* window, int width, int height) {
@@ -148,6 +157,10 @@ Window::~Window() {
 }
 
 std::vector<Event> Window::events(double wait_seconds) {
+  state_->pressed.clear();
+  for (const int key : std::exchange(state_->released_later, {})) {
+    ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
+  }
   if (wait_seconds > 0) {
     glfwWaitEventsTimeout(wait_seconds);
   } else {
