@@ -139,6 +139,7 @@ void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
     const WorkResult result = bench_->set_live(std::move(strokes), &progress);
     shown_.live_seconds = seconds_since(began);
     shown_.refusal = result.refusal;
+    shown_.contacts = result.part;
     journal(result.lines);
     if (bench_->state().positions.size() <= kMeasuredAtOnce) measure_volume();
     show_state();

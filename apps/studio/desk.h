@@ -44,6 +44,7 @@ struct Shown {
   std::uint64_t live_steps = 0;         // accepted steps of the last entry
   double journal_seconds = 0;           // that the last batch took to be written
   std::string journal_trouble;          // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;       // of a stamp under the hand: the points that it pushed last
   std::string refusal;                  // why the stroke under the hand cannot be done; empty: it can
 };
 

@@ -224,6 +224,8 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add_mirror_planes(studio, box, scene.surfaces);
   if (!view.tool) return scene;
   std::vector<Stroke> strokes = strokes_to_draw(studio);
+  const bool stamps = studio.gesture() && std::holds_alternative<StampGesture>(studio.gesture()->kind);
+  if (stamps && shown.contacts) strokes.push_back(*shown.contacts);
   for (Stroke& stroke : strokes) stroke = last_piece(stroke);
   if (strokes != drawn_) {
     parts_ = {};

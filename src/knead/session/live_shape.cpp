@@ -118,6 +118,7 @@ Flow LiveShape::read(const SessionStroke& stroke, bool may_move, const MoveOptio
     planned.flow = std::move(reading.flow);
     planned.barrel = std::move(reading.barrel);
     for (std::string& remark : reading.remarks) warnings_.push_back(std::move(remark));
+    if (!reading.parts.empty()) part_ = std::move(reading.parts.back().stroke);
   }
   if (planned.barrel) {
     std::optional<std::string> warning = barrel_warning(session_, planned, shape_.positions, triangles());

@@ -38,6 +38,8 @@ class LiveShape {
   ShapeState state(const ShapeState& before);
 
   std::uint64_t steps() const { return steps_; }  // accepted, since the beginning
+  // The last of the strokes that one which read the surface became, since this was last asked for.
+  std::optional<Stroke> take_part() { return std::exchange(part_, std::nullopt); }
   std::vector<std::string> take_warnings() { return std::exchange(warnings_, {}); }
 
  private:
@@ -66,6 +68,7 @@ class LiveShape {
   std::shared_ptr<const RemeshedShape> triangulated_;  // what triangles_ are of
   std::vector<Triangle> triangles_;
   std::uint64_t steps_ = 0;
+  std::optional<Stroke> part_;
   std::vector<std::string> warnings_;
 };
 

@@ -107,6 +107,7 @@ class Bench {
     live_state_ = shape_.state(state());
     live_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
     result.lines = live_lines(what, strokes);
+    result.part = shape_.take_part();
     live_ = std::move(strokes);
     return result;
   }
@@ -151,7 +152,7 @@ class Bench {
 
   WorkResult redo(Progress* progress) {
     LineChange given_up = set_live({}, progress).lines;
-    if (redo_.empty()) return {AdvectStatus::done, {}, std::move(given_up)};
+    if (redo_.empty()) return {AdvectStatus::done, {}, std::move(given_up), {}};
     WorkResult result = step(redo_, undo_, progress);
     result.lines.taken_back += given_up.taken_back;
     return result;
@@ -218,9 +219,9 @@ class Bench {
   template <class Work>
   WorkResult guarded(const Work& work) {
     try {
-      return {work(), {}, {}};
+      return {work(), {}, {}, {}};
     } catch (const InvalidInput& error) {
-      return {AdvectStatus::done, error.what(), {}};
+      return {AdvectStatus::done, error.what(), {}, {}};
     }
   }
 
@@ -264,7 +265,7 @@ class Bench {
   WorkResult add_entries(const std::vector<std::vector<SessionStroke>>& gestures, History& history,
                          Progress* progress) {
     std::optional<ShapeState> state = state_after(history, history.size(), progress);
-    if (!state) return {AdvectStatus::cancelled, {}, {}};
+    if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
     for (const std::vector<SessionStroke>& strokes : gestures) {
       auto entry = std::make_shared<Entry>();
       WorkResult result = make_entry(strokes, *state, *entry, progress);
@@ -279,7 +280,7 @@ class Bench {
   WorkResult step(std::vector<History>& from, std::vector<History>& to, Progress* progress) {
     History& target = from.back();
     const std::optional<ShapeState> state = state_after(target, target.size(), progress);
-    if (!state) return {AdvectStatus::cancelled, {}, {}};
+    if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
     if (!target.empty()) target.back()->after = *state;
     WorkResult result;
     result.lines = lines_to(target);

@@ -58,6 +58,8 @@ struct WorkResult {
   AdvectStatus status = AdvectStatus::done;  // else the shape is as it was before the call
   std::string refusal;  // not empty: why a stroke cannot be done here; the shape is as it was before the call
   LineChange lines;
+  // Where strokes read the surface: the last of those that they became, e.g. the contacts of a stamp as they went.
+  std::optional<Stroke> part{};
 
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
