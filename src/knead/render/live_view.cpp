@@ -36,7 +36,7 @@ struct Glass {
     if (mesh.positions == positions) return;
     mesh.positions = positions;
     const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
-    update(buffers, live, live.move(positions, {&all, 1}, 1));
+    update(buffers, live, live.move(positions, {&all, 1}, 0));
   }
 };
 
