@@ -156,7 +156,14 @@ Stroke last_piece(const Stroke& stroke) {
   return result;
 }
 
-void draw_stroke(const Studio& studio, const Stroke& stroke, const Box& around, render::Scene& scene) {
+// What is drawn on, and how.
+struct Sheet {
+  const Box& around;
+  render::Scene& scene;
+  render::ToolDrawing how;
+};
+
+void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet) {
   render::DrawnTool tool;
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
     const std::optional<StampShape>& shape = studio.placed().stamp;
@@ -171,7 +178,7 @@ void draw_stroke(const Studio& studio, const Stroke& stroke, const Box& around, 
     const bool is_under_hand = studio.gesture().has_value();
     if (!studio.shown().looked_at) tool.moment = is_under_hand ? static_cast<double>(tool.stroke.segments.size()) : 0.0;
   }
-  render::draw_tool(tool, around, scene);
+  render::draw_tool(tool, sheet.around, sheet.scene, sheet.how);
 }
 
 void add_marks(const Placed& placed, double radius, std::vector<render::Line>& lines) {
@@ -182,11 +189,11 @@ void add_marks(const Placed& placed, double radius, std::vector<render::Line>& l
   for (const auto& curve : placed.curves) add(curve);
 }
 
-void add_placed_stamp(const Studio& studio, const Box& around, render::Scene& scene) {
+void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
   const Placed& placed = studio.placed();
   StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
   stroke.path = {placed.placement->center, placed.placement->center};
-  draw_stroke(studio, stroke, around, scene);
+  draw_stroke(studio, stroke, sheet);
 }
 
 void add_mirror_planes(const Studio& studio, const Box& box, std::vector<render::TranslucentSurface>& surfaces) {
@@ -223,6 +230,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   }
   add_mirror_planes(studio, box, scene.surfaces);
   if (!view.tool) return scene;
+  const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = strokes_to_draw(studio);
   const bool stamps = studio.gesture() && std::holds_alternative<StampGesture>(studio.gesture()->kind);
   if (stamps && shown.contacts) strokes.push_back(*shown.contacts);
@@ -230,7 +238,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   if (strokes != drawn_) {
     parts_ = {};
     try {
-      for (const Stroke& stroke : strokes) draw_stroke(studio, stroke, box, parts_);
+      for (const Stroke& stroke : strokes) draw_stroke(studio, stroke, {box, parts_, how});
     } catch (const InvalidInput&) {
       parts_ = {};  // what cannot be drawn cannot be done either, and the desk says so
     }
@@ -248,7 +256,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     const auto lit = gizmo_part_at(studio.screen(), *placed.placement, at.x, at.y);
     if (tool == ToolKind::stamp && placed.stamp && !studio.gesture()) {
       render::Scene stamp;
-      add_placed_stamp(studio, box, stamp);
+      add_placed_stamp(studio, {box, stamp, how});
       add(stamp.surfaces, scene.surfaces);
     }
     draw_gizmo(studio.screen(), *placed.placement, lit, scene.arrows, scene.lines);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "knead/render/live_view.h"
+#include "knead/render/surface_cache.h"
 #include "studio.h"
 
 namespace knead::studio {
@@ -26,6 +27,7 @@ class Overlay {
   std::optional<Placement> drawn_stamp_;
   double drawn_size_ = 0;
   render::Scene parts_;
+  render::SurfaceCache surfaces_;
   std::vector<Stroke> influencing_;
   std::uint64_t influenced_version_ = 0;
   bool has_influence_ = false;
