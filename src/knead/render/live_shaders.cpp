@@ -67,16 +67,18 @@ in vec4 tint;
 uniform vec3 back_srgb;
 layout(location = 0) out vec4 pixel;
 vec3 base_color() { return gl_FrontFacing ? with_influence(tint) : back_srgb; }
-vec3 unit_normal() {
-  vec3 n = normalize(surface_normal);
-  return gl_FrontFacing ? n : -n;
+// Interpolated normals may lean away from the viewer.
+vec3 unit_normal(vec3 v) {
+  vec3 n = gl_FrontFacing ? normalize(surface_normal) : -normalize(surface_normal);
+  float facing = dot(n, v);
+  return facing < 0.0 ? normalize(n - facing * v) : n;
 }
 )";
 
 const char* const kClayFragment = R"(
 void main() {
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
-  pixel = vec4(clay(base_color(), unit_normal(), v), 1.0);
+  pixel = vec4(clay(base_color(), unit_normal(v), v), 1.0);
 }
 )";
 
@@ -95,7 +97,7 @@ void main() {
   vec3 d = normalize(ray_direction(gl_FragCoord.xy));
   vec3 x = normalize(cross(d, top));
   vec3 y = cross(x, d);
-  vec3 n = unit_normal();
+  vec3 n = unit_normal(-d);
   vec2 at = vec2(dot(n, x), dot(n, y));
   vec3 material = texture(ball, 0.5 + 0.49 * at).rgb;
   pixel = vec4(min(material * base_color() * 1.25, 1.0), 1.0);
