@@ -28,10 +28,11 @@ struct WindowState {
 
 namespace {
 
-[[noreturn]] void fail(const char* what) {
+[[noreturn]] void fail() {
   const char* reason = nullptr;
   glfwGetError(&reason);
-  throw std::runtime_error(std::string(what) + (reason == nullptr ? "" : std::string(": ") + reason));
+  throw std::runtime_error(std::string("no window can be opened (") + (reason == nullptr ? "GLFW" : reason) +
+                           "); is there a display?");
 }
 
 GLFWwindow* try_to_open(const std::string& title, int width, int height, int major, int minor) {
@@ -135,7 +136,7 @@ void listen(GLFWwindow* window) {
 }  // namespace
 
 Window::Window(const std::string& title, int width, int height) : state_(std::make_unique<WindowState>()) {
-  if (glfwInit() != GLFW_TRUE) fail("no window can be opened; is there a display?");
+  if (glfwInit() != GLFW_TRUE) fail();
   window_ = try_to_open(title, width, height, 4, 3);
   if (window_ == nullptr) window_ = try_to_open(title, width, height, 3, 3);
   if (window_ == nullptr) {
