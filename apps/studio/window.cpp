@@ -68,6 +68,22 @@ double pixels_per_unit(GLFWwindow* window) {
   return units > 0 ? static_cast<double>(pixels) / units : 1;
 }
 
+// A window that the system made larger than the screen is made to fit it.
+void fit_screen(GLFWwindow* window) {
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return;
+  int x = 0;
+  int y = 0;
+  int most_width = 0;
+  int most_height = 0;
+  int width = 0;
+  int height = 0;
+  glfwGetMonitorWorkarea(monitor, &x, &y, &most_width, &most_height);
+  glfwGetWindowSize(window, &width, &height);
+  if (most_width <= 0 || most_height <= 0 || (width <= most_width && height <= most_height)) return;
+  glfwSetWindowSize(window, std::min(width, most_width), std::min(height, most_height));
+}
+
 WindowState& state_of(GLFWwindow* window) { return *static_cast<WindowState*>(glfwGetWindowUserPointer(window)); }
 
 void on_pointer(GLFWwindow* window, double x, double y) {
@@ -146,6 +162,7 @@ Window::Window(const std::string& title, int width, int height) : state_(std::ma
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  fit_screen(window_);
   glfwSetWindowUserPointer(window_, state_.get());
 
   listen(window_);
