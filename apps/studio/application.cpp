@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <optional>
 #include <set>
 #include <string>
 #include <thread>
@@ -33,10 +34,13 @@ constexpr int kHeight = 900;
 constexpr std::size_t kFirstVertices = 40'000;
 constexpr double kIdleWait = 0.1;  // seconds between looks at what the worker has done, when nothing happens
 constexpr double kBusyWait = 0.002;
-constexpr double kStaysActive = 0.4;    // panels settle for so long after the last event
+// After the last event panels move for so many seconds and frames.
+constexpr double kStaysActive = 0.4;
+constexpr int kFramesToSettle = 4;
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
 constexpr double kLikelyDoneWithin = 0.010;
-constexpr double kLongestFrame = 0.5;  // seconds; what is longer was a pause
+constexpr double kSlow = 0.1;  // seconds that a frame takes to be drawn
+constexpr int kSlowFrames = 5;
 constexpr int kPictureScale = 2;
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
@@ -82,9 +86,17 @@ class Application {
       studio_.refresh();
       const Clock::time_point now = Clock::now();
       const std::uint64_t version = studio_.shown().version;
-      if (!events.empty() || version != drawn_version_ || window_.is_closing()) last_active_ = now;
-      if (seconds_between(last_active_, now) > kStaysActive && messages_.messages.empty()) continue;
+      if (!events.empty() || version != drawn_version_ || window_.is_closing()) {
+        last_active_ = now;
+        frames_since_ = 0;
+      }
+      const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
+      if (has_settled && messages_.messages.empty()) {
+        last_frame_.reset();
+        continue;
+      }
       draw_frame(events);
+      ++frames_since_;
       drawn_version_ = version;
     }
     studio_.close();
@@ -106,6 +118,7 @@ class Application {
     window_.show();
     note_time();
     set_title();
+    lower_quality_if_slow();
   }
 
   void send(const Event& event) {
@@ -177,6 +190,16 @@ class Application {
     view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
   }
 
+  // Smooth edges are given up where pictures take long, as without a graphics card.
+  void lower_quality_if_slow() {
+    slow_frames_ = times_.drawing > kSlow ? slow_frames_ + 1 : 0;
+    if (slow_frames_ < kSlowFrames || !is_smooth_) return;
+    is_smooth_ = false;
+    view_ = render::LiveView(1);
+    shape_ = {};
+    overlay_ = {};
+  }
+
   void write_picture(const std::filesystem::path& path) {
     try {
       const render::Image image =
@@ -188,12 +211,12 @@ class Application {
     }
   }
 
-  // Of frames that follow each other; a pause is none.
+  // Of frames that follow each other without a pause.
   void note_time() {
-    const double seconds = seconds_between(std::exchange(last_frame_, Clock::now()), Clock::now());
-    if (seconds > kLongestFrame) return;
-    times_.seconds[times_.next] = static_cast<float>(seconds);
-    times_.next = (times_.next + 1) % times_.seconds.size();
+    const Clock::time_point now = Clock::now();
+    if (const auto last = std::exchange(last_frame_, now)) {
+      times_.seconds[times_.count++ % times_.seconds.size()] = static_cast<float>(seconds_between(*last, now));
+    }
   }
 
   void set_title() {
@@ -220,7 +243,10 @@ class Application {
   std::string title_;
   std::uint64_t drawn_version_ = 0;
   Clock::time_point last_active_ = Clock::now();
-  Clock::time_point last_frame_ = Clock::now();
+  int frames_since_ = 0;
+  std::optional<Clock::time_point> last_frame_;
+  int slow_frames_ = 0;
+  bool is_smooth_ = true;
   bool has_ended_ = false;
 };
 

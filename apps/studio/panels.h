@@ -41,7 +41,7 @@ void draw_history(Studio& studio, HistoryEditor& editor);
 // How long the last frames took, in seconds.
 struct FrameTimes {
   std::array<float, 120> seconds{};
-  std::size_t next = 0;
+  std::size_t count = 0;     // so far; the latest overwrite the oldest
   double drawing = 0;        // of the last frame, without waiting for the display
   std::size_t uploaded = 0;  // bytes, of the last movement
   std::size_t touched = 0;   // vertices, by it

@@ -39,11 +39,12 @@ std::string volume_text(const Shown& shown) {
 void draw_frame_times(const FrameTimes& times) {
   double sum = 0;
   float longest = 0;
-  for (const float seconds : times.seconds) {
-    sum += seconds;
-    longest = std::max(longest, seconds);
+  const std::size_t known = std::min(times.count, times.seconds.size());
+  for (std::size_t i = 0; i < known; ++i) {
+    sum += times.seconds[i];
+    longest = std::max(longest, times.seconds[i]);
   }
-  const double mean = sum / static_cast<double>(times.seconds.size());
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(known, 1));
   row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
                            1000 * times.drawing));
 }

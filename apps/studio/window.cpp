@@ -28,10 +28,11 @@ struct WindowState {
 
 namespace {
 
-[[noreturn]] void fail(const char* what) {
+[[noreturn]] void fail() {
   const char* reason = nullptr;
   glfwGetError(&reason);
-  throw std::runtime_error(std::string(what) + (reason == nullptr ? "" : std::string(": ") + reason));
+  throw std::runtime_error(std::string("no window can be opened (") + (reason == nullptr ? "GLFW" : reason) +
+                           "); is there a display?");
 }
 
 GLFWwindow* try_to_open(const std::string& title, int width, int height, int major, int minor) {
@@ -65,6 +66,22 @@ double pixels_per_unit(GLFWwindow* window) {
   glfwGetWindowSize(window, &units, &ignored);
   glfwGetFramebufferSize(window, &pixels, &ignored);
   return units > 0 ? static_cast<double>(pixels) / units : 1;
+}
+
+// A window that the system made larger than the screen is made to fit it.
+void fit_screen(GLFWwindow* window) {
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return;
+  int x = 0;
+  int y = 0;
+  int most_width = 0;
+  int most_height = 0;
+  int width = 0;
+  int height = 0;
+  glfwGetMonitorWorkarea(monitor, &x, &y, &most_width, &most_height);
+  glfwGetWindowSize(window, &width, &height);
+  if (most_width <= 0 || most_height <= 0 || (width <= most_width && height <= most_height)) return;
+  glfwSetWindowSize(window, std::min(width, most_width), std::min(height, most_height));
 }
 
 WindowState& state_of(GLFWwindow* window) { return *static_cast<WindowState*>(glfwGetWindowUserPointer(window)); }
@@ -135,7 +152,7 @@ void listen(GLFWwindow* window) {
 }  // namespace
 
 Window::Window(const std::string& title, int width, int height) : state_(std::make_unique<WindowState>()) {
-  if (glfwInit() != GLFW_TRUE) fail("no window can be opened; is there a display?");
+  if (glfwInit() != GLFW_TRUE) fail();
   window_ = try_to_open(title, width, height, 4, 3);
   if (window_ == nullptr) window_ = try_to_open(title, width, height, 3, 3);
   if (window_ == nullptr) {
@@ -145,6 +162,7 @@ Window::Window(const std::string& title, int width, int height) : state_(std::ma
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  fit_screen(window_);
   glfwSetWindowUserPointer(window_, state_.get());
 
   listen(window_);
