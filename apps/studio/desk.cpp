@@ -29,7 +29,7 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
 
 Desk::Desk(DeskOptions options) : options_(std::move(options)) {}
 
-bool Desk::guarded(const std::function<void()>& work) {
+bool Desk::guarded(const std::function<void()>& work) const {
   try {
     work();
     return true;
@@ -93,7 +93,7 @@ void Desk::open(ShapeFile source, const std::string& title, const std::filesyste
   refresh_picker();
   bench_->prepare();
   picker_is_stale_ = false;
-  for (const std::string& note : source_->notes) options_.tell({false, title + ": " + note});
+  for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
   show_state();
 }
 

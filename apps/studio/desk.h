@@ -105,7 +105,7 @@ class Desk {
   void show_state();
   void measure_volume();
   void refresh_picker();
-  bool guarded(const std::function<void()>& work);
+  bool guarded(const std::function<void()>& work) const;
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
 

@@ -72,6 +72,8 @@ class Workbench {
   explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
   ~Workbench();
+  Workbench(const Workbench&) = delete;
+  Workbench& operator=(const Workbench&) = delete;
   Workbench(Workbench&&) noexcept;
   Workbench& operator=(Workbench&&) noexcept;
 
