@@ -107,11 +107,14 @@ class Application {
     const Clock::time_point began = Clock::now();
     gui_.begin_frame();
     studio_.set_pointer_over_view(!gui_.has_pointer());
-    for (const Event& event : gui_.for_the_view(events)) send(event);
+    for (const Event& event : gui_.for_the_view(events)) {
+      if (!is_asking(dialogs_)) send(event);
+      answer();
+    }
     wait_for_step();
     studio_.refresh();
-    answer();
     draw_panels();
+    answer();
     draw_picture();
     gui_.end_frame();
     times_.drawing = seconds_between(began, Clock::now());

@@ -25,6 +25,11 @@ struct Dialogs {
   bool is_saving = false;  // first
 };
 
+// Whether a dialog waits for the person: nothing else is then meant by keys and pointer.
+inline bool is_asking(const Dialogs& dialogs) {
+  return dialogs.file.is_open || dialogs.is_new_shape_open || dialogs.is_recovery_open || dialogs.pending != nullptr;
+}
+
 // Does it, or asks first where there is unsaved work.
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what);
 
