@@ -1,7 +1,6 @@
 #include "desk.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <exception>
 #include <utility>
@@ -89,8 +88,7 @@ void Desk::open(ShapeFile source, const std::string& title, const std::filesyste
   shown_.shape_path = path;
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
-  spare_.reset();
-  refresh_picker();
+  shown_.picker = pickers_.make(bench_->state());
   bench_->prepare();
   picker_is_stale_ = false;
   for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
@@ -209,19 +207,6 @@ void Desk::measure_volume() {
   shown_.volume = measure_volume_and_area(*bench_->state().mesh, bench_->state().positions.copy()).volume;
 }
 
-void Desk::refresh_picker() {
-  const ShapeState& state = bench_->state();
-  const bool is_free = spare_ && spare_.use_count() == 1;
-  std::atomic_thread_fence(std::memory_order_acquire);  // what others read of it, they have read
-  if (is_free && spare_->fits(state)) {
-    spare_->follow(state);
-  } else {
-    spare_ = std::make_shared<Picker>(state);
-  }
-  std::swap(picker_, spare_);
-  shown_.picker = picker_;
-}
-
 void Desk::when_idle() {
   if (!bench_ || !picker_is_stale_) return;
   guarded([&] {
@@ -229,7 +214,7 @@ void Desk::when_idle() {
     bench_->prepare();
     measure_volume();
     if (journal_) journal_->sync();
-    refresh_picker();
+    shown_.picker = pickers_.make(bench_->state());
     show();
   });
 }

@@ -104,7 +104,6 @@ class Desk {
   void show();
   void show_state();
   void measure_volume();
-  void refresh_picker();
   bool guarded(const std::function<void()>& work) const;
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
@@ -114,9 +113,8 @@ class Desk {
   std::optional<Workbench> bench_;
   std::optional<Journal> journal_;
   Shown shown_;
-  bool is_measurable_ = false;      // closed and oriented
-  std::shared_ptr<Picker> picker_;  // the one that is shown
-  std::shared_ptr<Picker> spare_;   // the one before, to be used again when nobody looks at it
+  bool is_measurable_ = false;  // closed and oriented
+  PickerPool pickers_;
   bool picker_is_stale_ = false;
 };
 

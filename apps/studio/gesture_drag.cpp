@@ -198,6 +198,7 @@ std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most) {
         cells.end());
     if (cells.size() <= most) {
       std::vector<Vec3d> result;
+      result.reserve(cells.size());
       for (const auto& kept : cells) result.push_back(points[kept.second]);
       return result;
     }

@@ -24,7 +24,6 @@ class Overlay {
 
  private:
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
-  std::optional<Placement> drawn_stamp_;
   render::Scene parts_;
   render::SurfaceCache surfaces_;
   std::vector<Stroke> influencing_;

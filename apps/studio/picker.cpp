@@ -83,4 +83,23 @@ std::optional<Vec3d> Picker::middle(const Ray& ray, const ShapeState& now) const
   return front->point;
 }
 
+std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {
+  std::unique_ptr<Picker> picker;
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    picker = std::move(shelf_->picker);
+  }
+  if (picker && picker->fits(state)) {
+    picker->follow(state);
+  } else {
+    picker = std::make_unique<Picker>(state);
+  }
+  Picker* const own = picker.release();
+  return {own, [shelf = shelf_, own](const Picker* /*picker*/) {
+            std::unique_ptr<Picker> back(own);
+            const std::lock_guard lock(shelf->mutex);
+            shelf->picker = std::move(back);
+          }};
+}
+
 }  // namespace knead::studio

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <vector>
 
@@ -54,6 +55,19 @@ class Picker {
   Links links_;
   std::vector<Vec3d> positions_;
   SurfaceTree tree_;
+};
+
+// Makes pickers for one shape after the other, and uses one again when nobody holds it any more.
+class PickerPool {
+ public:
+  std::shared_ptr<const Picker> make(const ShapeState& state);
+
+ private:
+  struct Shelf {
+    std::mutex mutex;
+    std::unique_ptr<Picker> picker;
+  };
+  std::shared_ptr<Shelf> shelf_ = std::make_shared<Shelf>();
 };
 
 }  // namespace knead::studio
