@@ -234,7 +234,11 @@ LimbProposal Desk::propose(const LimbQuery& query) const {
   LimbProposal result;
   result.problem = "No shape is open.";
   if (!bench_ || !shown_.picker) return result;
-  return propose_limb(query, bench_->state().positions.copy(), shown_.picker->triangles());
+  const ShapeState& state = bench_->state();
+  const std::vector<Vec3d> positions = state.positions.copy();
+  // After remeshing, the picker is that of the mesh before until there is time for another.
+  if (!shown_.picker->fits(state)) return propose_limb(query, positions, triangulate(*state.mesh));
+  return propose_limb(query, positions, shown_.picker->triangles());
 }
 
 }  // namespace knead::studio

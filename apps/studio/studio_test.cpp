@@ -349,6 +349,30 @@ TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
   EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
 }
 
+// The next limb is proposed before there was time to prepare picking on the new mesh.
+TEST_F(StudioTest, AfterATwistThatRemeshesTheLimbIsThatOfTheNewMesh) {
+  Studio studio(options(true));
+  run(studio, R"({"size": [800, 600]}
+{"new": "hand", "vertices": 5000}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"set": {"remesh": true, "max_edge": 0.03}}
+{"tool": "twist"}
+{"click": [0.1, 0.7, 0]}
+{"wait": true}
+{"drag": [[100, 100], [140, 100]], "steps": 2})");
+  ASSERT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.shown().history.size(), 1u);
+  ASSERT_NE(positions(studio).size(), 5000u);
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
+  const LimbProposal at_once = *studio.placed().placement->limb;
+  run(studio, R"({"tool": "twist"})");
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
+  const LimbProposal later = *studio.placed().placement->limb;
+  EXPECT_EQ(at_once.problem, later.problem);
+  EXPECT_EQ(at_once.radius, later.radius);
+  EXPECT_EQ(at_once.inner, later.inner);
+}
+
 TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {
   Studio studio(options());
   run(studio, ball());
