@@ -1,6 +1,7 @@
 // The bar of tools, with their pictures.
 #include <imgui.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -27,8 +28,9 @@ class Pen {
   void box(float x0, float y0, float x1, float y1) const {
     list_.AddRect(at(x0, y0), at(x1, y1), ink_, 0.2F * half_, 0, width());
   }
-  void wave(float x0, float y0, float x1, float y1, float x2, float y2, float x3, float y3) const {
-    list_.AddBezierCubic(at(x0, y0), at(x1, y1), at(x2, y2), at(x3, y3), ink_, width());
+  // A cubic Bezier curve by its four points, x and y of each.
+  void wave(const std::array<float, 8>& p) const {
+    list_.AddBezierCubic(at(p[0], p[1]), at(p[2], p[3]), at(p[4], p[5]), at(p[6], p[7]), ink_, width());
   }
   void arc(float x, float y, float r, float from, float to) const {
     list_.PathArcTo(at(x, y), half_ * r, from, to);
@@ -67,8 +69,8 @@ void draw_icon(ToolKind tool, const Pen& pen) {
       pen.line(-0.45F, 0.67F, 0.45F, 0.67F);
       return pen.arrow(0, 0.25F, 0, -0.9F);
     case ToolKind::paint:
-      pen.wave(-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F);
-      pen.wave(0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F);
+      pen.wave({-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F});
+      pen.wave({0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F});
       pen.line(0.1F, -0.25F, 0.7F, -0.95F);
       return pen.disc(0.03F, -0.17F, 0.2F);
     case ToolKind::points:
@@ -77,12 +79,12 @@ void draw_icon(ToolKind tool, const Pen& pen) {
       pen.disc(0.6F, 0.3F, 0.2F);
       return pen.arrow(0, 0.15F, 0, -0.9F);
     case ToolKind::curve:
-      pen.wave(-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F);
+      pen.wave({-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F});
       return pen.arrow(0, 0.2F, 0, -0.9F);
     case ToolKind::stamp:
       pen.box(-0.35F, -0.9F, 0.35F, 0);
-      pen.wave(-1, 0.2F, -0.4F, 0.2F, -0.7F, 0.8F, 0, 0.8F);
-      return pen.wave(0, 0.8F, 0.7F, 0.8F, 0.4F, 0.2F, 1, 0.2F);
+      pen.wave({-1, 0.2F, -0.4F, 0.2F, -0.7F, 0.8F, 0, 0.8F});
+      return pen.wave({0, 0.8F, 0.7F, 0.8F, 0.4F, 0.2F, 1, 0.2F});
     case ToolKind::rotate:
       pen.disc(0, 0, 0.16F);
       pen.arc(0, 0, 0.75F, -0.3F * kPi, 1.3F * kPi);
@@ -92,13 +94,13 @@ void draw_icon(ToolKind tool, const Pen& pen) {
       pen.arrow(0.45F, 0, 0.98F, 0);
       return pen.arrow(-0.45F, 0, -0.98F, 0);
     case ToolKind::twist:
-      pen.wave(-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F);
-      pen.wave(0.5F, 0.95F, 0.5F, 0.1F, -0.5F, -0.1F, -0.5F, -0.95F);
+      pen.wave({-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F});
+      pen.wave({0.5F, 0.95F, 0.5F, 0.1F, -0.5F, -0.1F, -0.5F, -0.95F});
       pen.line(-0.5F, 0.95F, 0.5F, 0.95F);
       return pen.line(-0.5F, -0.95F, 0.5F, -0.95F);
     case ToolKind::bend:
-      pen.wave(-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F);
-      pen.wave(-0.05F, 0.95F, -0.05F, 0.3F, 0.1F, -0.1F, 0.75F, -0.25F);
+      pen.wave({-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F});
+      pen.wave({-0.05F, 0.95F, -0.05F, 0.3F, 0.1F, -0.1F, 0.75F, -0.25F});
       pen.line(0.5F, -0.85F, 0.75F, -0.25F);
       return pen.line(-0.7F, 0.95F, -0.05F, 0.95F);
     case ToolKind::marks:
