@@ -25,7 +25,14 @@ bool begin_question(const char* title) {
   return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
 }
 
-bool escape_pressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape)); }
+bool escape_pressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false); }
+
+// Enter means the first button; not in the frame in which the question appears.
+bool enter_pressed() {
+  return !ImGui::IsWindowAppearing() && !ImGui::IsAnyItemActive() &&
+         (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
+          ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
+}
 
 // What the file dialogs begin at.
 fs::path nearby(const Studio& studio, FileUse use) {
@@ -53,7 +60,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   const int most = static_cast<int>(std::min<std::size_t>(counts.maximum, 1'000'000));
   ImGui::SliderInt("Vertices", &dialogs.new_vertices, least, most, "%d", ImGuiSliderFlags_Logarithmic);
   dialogs.new_vertices = std::clamp(dialogs.new_vertices, least, most);
-  if (ImGui::Button("Make it")) {
+  if (ImGui::Button("Make it") || enter_pressed()) {
     dialogs.is_new_shape_open = false;
     do_or_ask(studio, dialogs, [&studio, kind_wanted = dialogs.new_kind, count = dialogs.new_vertices] {
       studio.open_made(kind_wanted, static_cast<std::size_t>(count));
@@ -102,6 +109,7 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
     if (const auto folder = draw_journal(studio, dialogs, journal)) chosen = folder;
     ImGui::Separator();
   }
+  if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
   if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
   ImGui::SameLine();
   ImGui::TextDisabled("File > Recover... brings this back.");
@@ -125,7 +133,7 @@ void draw_question(Studio& studio, Dialogs& dialogs) {
   if (!begin_question("Save what was done?")) return;
   ImGui::Text("%s has changes that are not saved.", studio.shown().title.c_str());
   bool done = true;
-  if (ImGui::Button("Save")) {
+  if (ImGui::Button("Save") || enter_pressed()) {
     dialogs.is_saving = true;
     studio.perform(Action::save);
   } else if (ImGui::SameLine(), ImGui::Button("Do not save")) {

@@ -5,3 +5,10 @@ knead_configure(studio_kill_driver)
 knead_test(knead_studio_kill_test SOURCES ${CMAKE_CURRENT_LIST_DIR}/kill_test.cpp LIBRARIES knead_studio_core fmt::fmt)
 target_compile_definitions(knead_studio_kill_test PRIVATE KNEAD_KILL_DRIVER="$<TARGET_FILE:studio_kill_driver>")
 add_dependencies(knead_studio_kill_test studio_kill_driver)
+
+# The true window, where there is a display to be had.
+if(TARGET knead-studio AND TARGET knead)
+  add_test(NAME studio_window COMMAND ${CMAKE_CURRENT_LIST_DIR}/window_test.sh $<TARGET_FILE:knead>
+                                      $<TARGET_FILE:knead-studio>)
+  set_tests_properties(studio_window PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900)
+endif()
