@@ -79,9 +79,11 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   constexpr std::array maya{PointerUse{"Turn the view", "Alt+left button"}, PointerUse{"Move the view", "Alt+middle"},
                             PointerUse{"Nearer and farther", "wheel, or Alt+right"}};
   constexpr std::array both{PointerUse{"Use the tool", "left button"},
-                            PointerUse{"Give up a drag", "right button, or Escape"}, PointerUse{"Radius", "Ctrl+wheel"},
+                            PointerUse{"Give up a drag", "right button, or Escape"},
+                            PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
-                            PointerUse{"Paint the other way", "Ctrl+left button"}};
+                            PointerUse{"Paint the other way", "Ctrl+left button"},
+                            PointerUse{"Type a number", "Ctrl+click on its slider"}};
   if (!begin_keys(gui, "Pointer")) return;
   for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);
   for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
@@ -162,17 +164,21 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
     const Shown& shown = studio.shown();
+    const float room = size.x - (studio.is_busy() ? 110 : 10) * gui.unit();
+    ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
     const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
     if (!shown.journal_trouble.empty()) {
       ImGui::TextColored(kError, "%s", shown.journal_trouble.c_str());
     } else if (!problem.empty()) {
       ImGui::TextColored(kWarning, "%s", problem.c_str());
+      help_on_hover(problem.c_str());
     } else {
       const std::string hint = hint_of(studio.settings(), studio.placed());
       ImGui::TextDisabled("%s: %s", name_of(studio.settings().tool), hint.c_str());
     }
+    ImGui::PopClipRect();
     if (studio.is_busy()) {
-      ImGui::SameLine(size.x - 120 * gui.unit());
+      ImGui::SameLine(size.x - 100 * gui.unit());
       ImGui::TextDisabled("Working...");
     }
   }

@@ -51,7 +51,7 @@ void draw_stamp(Studio& studio) {
     }
     ImGui::EndCombo();
   }
-  ImGui::TextDisabled("File > Stamp from a file... takes any closed mesh.");
+  help_on_hover("File > Stamp from a file... takes any closed mesh.");
   slide("Size", studio.settings().stamp_size, {0.05, 3}, "of the radius: the stamp's half extent");
 }
 

@@ -49,7 +49,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed) {
       return placed.curves.empty() ? "Draw a curve on the shape; then drag it."
                                    : "Drag the curve, or draw more. Escape takes them away.";
     case ToolKind::stamp:
-      return placed.placement ? "Drag the stamp into the shape; its arrows and rings move and turn it."
+      return placed.placement ? "Drag the stamp by its middle into the shape; its arrows and rings move and turn it."
                               : "Click on the shape to place the stamp.";
     case ToolKind::rotate:
     case ToolKind::stretch:
@@ -59,7 +59,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed) {
                               : "Click on the shape to place the tool.";
     case ToolKind::marks:
       if (settings.mark == MarkMode::move) return "Drag what was marked.";
-      return "Paint what moves and what stays; then choose Drag.";
+      return "Paint what moves, with Ctrl what stays; then choose Drag.";
   }
   return {};
 }

@@ -17,7 +17,12 @@ struct Limits {
 };
 
 inline void help_on_hover(const char* help) {
-  if (help != nullptr && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help);
+  if (help == nullptr || !ImGui::IsItemHovered()) return;
+  ImGui::BeginTooltip();
+  ImGui::PushTextWrapPos(ImGui::GetFontSize() * 28);
+  ImGui::TextUnformatted(help);
+  ImGui::PopTextWrapPos();
+  ImGui::EndTooltip();
 }
 
 // A slider, logarithmic where both limits are positive; Ctrl+click to type a number, which may lie beyond them.
