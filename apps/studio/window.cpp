@@ -228,6 +228,4 @@ double Window::scale() const {
 
 void Window::show() { glfwSwapBuffers(window_); }
 
-void Window::wake() { glfwPostEmptyEvent(); }
-
 }  // namespace knead::studio

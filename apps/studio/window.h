@@ -43,9 +43,6 @@ class Window {
   // Shows what was drawn; waits for the display.
   void show();
 
-  // Ends the waiting of events(), from any thread.
-  static void wake();
-
   // For Dear ImGui, which is told of everything before it becomes an event here.
   GLFWwindow* handle() const { return window_; }
 

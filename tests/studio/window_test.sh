@@ -30,8 +30,8 @@ finish() {
 trap finish EXIT
 
 die() {
-  picture failed
   echo "window_test: $*" >&2
+  picture failed || true
   exit 1
 }
 
@@ -109,6 +109,13 @@ answer() {
   xdotool sleep 1 key Return
   wait_for "$2" test -s "$2"
 }
+
+# Where the application was not built, one line says so.
+mkdir "$work/alone"
+cp "$knead" "$work/alone/knead"
+status=0
+PATH=$work/alone "$work/alone/knead" studio >"$work/studio.log" 2>&1 || status=$?
+[[ $status -eq 1 && $(wc -l <"$work/studio.log") -eq 1 ]] || die "knead studio without the application: status $status"
 
 start_display
 "$knead" make hand -n 6000 -o "$work/hand.ply" -q
