@@ -144,6 +144,15 @@ void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
   });
 }
 
+// Of a stamp that was pressed in pieces only the last warning: where a piece begins, the surface lies against the tool
+// that the one before left there.
+void Desk::tell_warnings(const HistoryEntry& entry) const {
+  const auto is_stamp = [](const SessionStroke& stroke) { return std::holds_alternative<StampStroke>(stroke.stroke); };
+  const bool is_pressed = std::all_of(entry.strokes.begin(), entry.strokes.end(), is_stamp);
+  const std::size_t first = is_pressed && !entry.warnings.empty() ? entry.warnings.size() - 1 : 0;
+  for (std::size_t i = first; i < entry.warnings.size(); ++i) options_.tell({false, entry.warnings[i]});
+}
+
 void Desk::finish(Progress& progress) {
   if (!bench_) return;
   if (!shown_.refusal.empty()) options_.tell({true, std::exchange(shown_.refusal, {})});
@@ -153,7 +162,7 @@ void Desk::finish(Progress& progress) {
     if (!take(bench_->finish(&progress), "The stroke")) journal(bench_->set_live({}).lines);
     const auto done = bench_->done();
     if (done.size() > before) {
-      for (const std::string& warning : done.back()->warnings) options_.tell({false, warning});
+      tell_warnings(*done.back());
     }
     picker_is_stale_ = true;
     show_state();

@@ -101,6 +101,7 @@ class Desk {
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
   void journal(const LineChange& change);
+  void tell_warnings(const HistoryEntry& entry) const;
   void show();
   void show_state();
   void measure_volume();

@@ -347,6 +347,13 @@ TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
 {"click": [1, 0, 0.3]})");
   ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
   EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"drag": [[-1.2, -0.9, 0], [-0.5, -0.9, 0]]})");
+  EXPECT_TRUE(positions(studio) == before) << "nothing is twisted that was not wanted";
+  EXPECT_TRUE(studio.shown().history.empty());
+  run(studio, R"({"set": {"whole_limb": false}}
+{"drag": [[-1.2, -0.9, 0], [-0.5, -0.9, 0]]})");
+  EXPECT_FALSE(positions(studio) == before);
 }
 
 // The next limb is proposed before there was time to prepare picking on the new mesh.
