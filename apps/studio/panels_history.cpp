@@ -97,6 +97,7 @@ void draw_past_banner(Studio& studio) {
 
 void draw_history(Studio& studio, HistoryEditor& editor) {
   const Shown& shown = studio.shown();
+  if (shown.opened == 0) return;
   if (editor.entry && (editor.opened != shown.opened || *editor.entry >= shown.history.size())) editor.entry.reset();
   draw_past_banner(studio);
   if (ImGui::Selectable("0  as it was opened", shown.looked_at == 0U)) {

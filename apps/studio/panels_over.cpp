@@ -174,7 +174,8 @@ void draw_status(Studio& studio, const Gui& gui) {
       help_on_hover(problem.c_str());
     } else {
       const std::string hint = hint_of(studio.settings(), studio.placed());
-      ImGui::TextDisabled("%s: %s", name_of(studio.settings().tool), hint.c_str());
+      const std::string text = fmt::format("{}: {}", name_of(studio.settings().tool), hint);
+      ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
     }
     ImGui::PopClipRect();
     if (studio.is_busy()) {
@@ -189,6 +190,8 @@ void draw_status(Studio& studio, const Gui& gui) {
 void draw_messages(Studio& studio, const Gui& gui, Messages& messages) {
   const double now = ImGui::GetTime();
   for (Notice& notice : studio.take_notices()) {
+    std::erase_if(messages.messages,  // what is said again is not said twice
+                  [&](const Messages::Message& message) { return message.notice.text == notice.text; });
     const double until = notice.is_error ? HUGE_VAL : now + kSecondsShown;
     messages.messages.push_back({std::move(notice), until});
   }

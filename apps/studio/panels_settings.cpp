@@ -87,8 +87,10 @@ void draw_own_settings(Studio& studio) {
     case ToolKind::bend:
       return draw_limb(studio);
     case ToolKind::marks: {
-      constexpr std::array modes{MarkMode::full, MarkMode::zero, MarkMode::erase, MarkMode::move};
-      choose_one("##mark", settings.mark, modes, [](MarkMode mode) { return name_of(mode); });
+      for (const MarkMode mode : {MarkMode::full, MarkMode::zero, MarkMode::erase, MarkMode::move}) {
+        if (mode != MarkMode::full) ImGui::SameLine();
+        if (ImGui::RadioButton(name_of(mode), settings.mark == mode)) settings.mark = mode;
+      }
       if (ImGui::Button("Take the marks away")) studio.clear_placed();
       return;
     }
@@ -196,7 +198,7 @@ void draw_view_settings(Studio& studio) {
 
 void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float width = std::min(290 * gui.unit(), 0.45F * size.x);
+  const float width = std::min(308 * gui.unit(), 0.45F * size.x);
   const float gap = 8 * gui.unit();
   const float top = ImGui::GetFrameHeight() + gap;
   ImGui::SetNextWindowPos({size.x - width - gap, top});

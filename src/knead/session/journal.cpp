@@ -56,7 +56,7 @@ NewFolder make_folder(const fs::path& root) {
   if (error) fail(root, error.value());
   const std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}-{}", fmt::gmtime(std::time(nullptr)), ::getpid());
   for (int n = 1;; ++n) {
-    const NewFolder made{root / fmt::format(".{}-{}", name, n), root / fmt::format("{}-{}", name, n)};
+    NewFolder made{root / fmt::format(".{}-{}", name, n), root / fmt::format("{}-{}", name, n)};
     if (fs::exists(made.folder, error)) continue;
     if (::mkdir(made.hidden.c_str(), 0700) == 0) return made;
     if (errno != EEXIST) fail(root, errno);
@@ -66,7 +66,7 @@ NewFolder make_folder(const fs::path& root) {
 // Writes the shape, and returns the name of its file.
 std::string write_original(const fs::path& folder, const ShapeFile& shape) {
   const bool computed = shape.bytes.empty();
-  const std::string name = "shape." + (computed ? "ply" : shape.format);
+  std::string name = "shape." + (computed ? "ply" : shape.format);
   write_file_atomically(folder / name,
                         computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
   return name;

@@ -23,9 +23,9 @@ namespace {
 // The file of a journal that nobody else holds, locked for as long as this lives.
 class Unheld {
  public:
-  explicit Unheld(const fs::path& folder) : file_(::open((folder / kSessionFile).c_str(), O_RDONLY | O_CLOEXEC)) {
-    held_ = file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0;
-  }
+  explicit Unheld(const fs::path& folder)
+      : file_(::open((folder / kSessionFile).c_str(), O_RDONLY | O_CLOEXEC)),
+        held_(file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0) {}
   Unheld(const Unheld&) = delete;
   Unheld& operator=(const Unheld&) = delete;
   ~Unheld() {
@@ -43,7 +43,7 @@ class Unheld {
 
  private:
   int file_;
-  bool held_ = false;
+  bool held_;
 };
 
 Session read_whole(const fs::path& folder) {
