@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 
 #include "gesture_parts.h"
@@ -30,11 +31,19 @@ std::optional<Gesture> made(std::optional<G> gesture) {
   return Gesture{std::move(*gesture)};
 }
 
+// A stamp is taken hold of well within the rings of its gizmo.
+constexpr double kStampReach = 35;  // pixels
+
+bool is_on_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+  if (around.settings.tool != ToolKind::stamp || !placed.stamp || !placed.placement) return false;
+  const auto middle = pixel_of(around.screen, placed.placement->center);
+  return middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) <= kStampReach;
+}
+
 std::optional<Gesture> begin_placed(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   if (placed.placement) {
+    if (is_on_stamp(pointer, around, placed)) return Gesture{begin_stamp(pointer, around, placed)};
     const auto part = gizmo_part_at(around.screen, *placed.placement, pointer.x, pointer.y);
-    const bool presses = around.settings.tool == ToolKind::stamp && part == GizmoPart::center;
-    if (presses && placed.stamp) return Gesture{begin_stamp(pointer, around, placed)};
     if (part) return Gesture{GizmoGesture{*part, *placed.placement, pointer}};
   }
   return Gesture{TurnGesture{pointer, placed.placement}};

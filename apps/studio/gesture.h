@@ -123,8 +123,8 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
 using ImageFile = std::function<std::string(const std::string& file, unsigned planes)>;
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
-// The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and where a
-// whole limb is wanted and none was found (Placement::limb says why).
+// The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
+// twist or bend of a whole limb where none was found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);
 
 // The placed stamp: its pose, size and orientation.

@@ -104,9 +104,9 @@ std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placeme
   const double outer = settings.radius;
   const double inner = settings.inner_ratio * settings.radius;
   const std::optional<LimbProposal>& limb = placement.limb;
+  const bool turns_limb = settings.tool == ToolKind::twist || settings.tool == ToolKind::bend;
   const bool along_limb = settings.whole_limb && limb && limb->problem.empty();
-  const bool needs_limb = settings.tool == ToolKind::twist || settings.tool == ToolKind::bend;
-  if (needs_limb && settings.whole_limb && !along_limb) return std::nullopt;
+  if (turns_limb && settings.whole_limb && !along_limb) return std::nullopt;
   if (settings.tool == ToolKind::rotate) return RotateStroke{placement.center, placement.z, amount, inner, outer};
   if (settings.tool == ToolKind::stretch) {
     return StretchStroke{placement.center, placement.z, std::exp(amount / 100), inner, outer};

@@ -347,13 +347,11 @@ TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
 {"click": [1, 0, 0.3]})");
   ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
   EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
-  const std::vector<Vec3d> before = positions(studio);
-  run(studio, R"({"drag": [[-1.2, -0.9, 0], [-0.5, -0.9, 0]]})");
-  EXPECT_TRUE(positions(studio) == before) << "nothing is twisted that was not wanted";
-  EXPECT_TRUE(studio.shown().history.empty());
+  run(studio, R"({"drag": [[100, 100], [160, 100]]})");
+  EXPECT_TRUE(studio.shown().history.empty()) << "what was not asked for is twisted";
   run(studio, R"({"set": {"whole_limb": false}}
-{"drag": [[-1.2, -0.9, 0], [-0.5, -0.9, 0]]})");
-  EXPECT_FALSE(positions(studio) == before);
+{"drag": [[100, 100], [160, 100]]})");
+  EXPECT_EQ(studio.shown().history.size(), 1u);
 }
 
 // The next limb is proposed before there was time to prepare picking on the new mesh.

@@ -1,5 +1,6 @@
 // Every session in examples/ applies to its shape, at a size that is quick; the guide shows those of the tools.
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
@@ -77,6 +78,22 @@ TEST_P(ExamplesTest, AppliesToItsShape) {
       json::parse(knead_ok({"deform", meshes.front(), "session.knead", "-q", "--report", "-", "-o", "out.ply"}));
   EXPECT_GT(report["moved_vertices"], 0);
   EXPECT_GT(report["strokes"], 0);
+}
+
+class CreatureTest : public CommandTest {};
+
+// What examples/creature.script made with Studio, at the size at which it was made.
+TEST_F(CreatureTest, IsCleanAndKeepsItsVolume) {
+  knead_ok({"make", "sphere", "-n", "40000", "-q", "-o", "sphere.ply"});
+  fs::copy(kRoot / "examples" / "creature.knead", path("creature.knead"));
+  const json report =
+      json::parse(knead_ok({"deform", "sphere.ply", "creature.knead", "-q", "--report", "-", "-o", "creature.ply"}));
+  EXPECT_LT(std::abs(report["volume_error"].get<double>()), 1e-5);
+  EXPECT_GT(report["remesh"]["splits"], 50000);
+  EXPECT_GT(report["max_displacement"], 0.8);
+  const json checked = json::parse(knead_ok({"check", "creature.ply", "--json"}));
+  EXPECT_EQ(checked["self_intersections"], 0);
+  EXPECT_EQ(checked["degenerate_triangles"], 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(sessions()), [](const auto& tested) {
