@@ -102,11 +102,15 @@ use() {
 
 click() { xdotool mousemove "$1" "$2" sleep 0.3 click 1 sleep 0.6; }
 
+# press KEY: long enough to be seen in a picture, however slowly they follow each other.
+press() { xdotool keydown "$1" sleep 0.5 keyup "$1"; }
+
 # answer KEY FILE: the file dialog that the key opens.
 answer() {
   xdotool key "$1" sleep 2
   xdotool key ctrl+a sleep 0.3 type --delay 60 "$2"
-  xdotool sleep 1 key Return
+  xdotool sleep 1
+  press Return
   wait_for "$2" test -s "$2"
 }
 
@@ -166,7 +170,7 @@ start_studio
 wait_for "the window" has_title 'new sphere'
 sleep 2
 picture offer
-xdotool key Return
+press Return
 wait_for "recovery" has_title 'hand.ply'
 sleep 1
 answer ctrl+e "$work/recovered.ply"
