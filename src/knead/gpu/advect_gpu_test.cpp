@@ -1,0 +1,346 @@
+// The device's advect against the CPU's. Where there is no OpenGL 4.3 the tests say so and are skipped.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <memory>
+
+#include "knead/gpu/device.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "support/random_segments.h"
+
+namespace knead {
+namespace {
+
+using gpu::Device;
+using gpu::DeviceError;
+using gpu::DeviceOptions;
+using test::moved;
+using test::NamedSegment;
+using test::precisely;
+using test::Random;
+
+// Shared by all tests, as it compiles each shader once.
+class GpuTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    try {
+      shared() = std::make_unique<Device>();
+      std::printf("device: %s\n", shared()->description().c_str());
+    } catch (const DeviceError& error) {
+      std::printf("skipped: %s\n", error.what());
+    }
+  }
+  static void TearDownTestSuite() { shared().reset(); }
+
+  void SetUp() override {
+    if (shared() == nullptr) GTEST_SKIP() << "no OpenGL 4.3";
+  }
+
+  static std::unique_ptr<Device>& shared() {
+    static std::unique_ptr<Device> device;
+    return device;
+  }
+
+  static Device& device() { return *shared(); }
+
+  static std::vector<Vec3d> on_device(const Flow& flow, std::vector<Vec3d> points, const AdvectOptions& options) {
+    EXPECT_EQ(device().advect(flow, points, options).status, AdvectStatus::done);
+    return points;
+  }
+};
+
+std::vector<std::uint64_t> bits(const std::vector<Vec3d>& points) {
+  std::vector<std::uint64_t> result;
+  for (const Vec3d& p : points) {
+    for (const double x : {p.x, p.y, p.z}) result.push_back(std::bit_cast<std::uint64_t>(x));
+  }
+  return result;
+}
+
+AdvectOptions default_options(double diagonal) {
+  AdvectOptions options;
+  options.tolerance = 1e-5 * diagonal;
+  return options;
+}
+
+double diagonal_of(const std::vector<Vec3d>& points) { return bounding_box(points).diagonal(); }
+
+std::vector<NamedSegment> segments_of_every_kind(Random& random) {
+  std::vector<NamedSegment> result = test::random_segments(random);
+  Segment bend = test::resting(Rotation<double>{{0, 0, 1}, 1.2, 1}, HalfSpace<double>{{1, 0, 0}, {0, 0, 1}, 0.6},
+                               {0, 0, 0}, {-0.3, 0.3});
+  bend.cylinder = Cylinder{{0, 0, 0}, {1, 0, 0}, 0.4};
+  result.push_back({"bend in a cylinder", bend});
+  Segment mixed = test::translating(Capsule<double>{{0.1, 0.2, 0}}, {-0.3, 0, 0}, {0.2, 0.1, 0}, {0.1, 0.5});
+  mixed.fields.push_back({{0.3, 0.1, 0}, Twist<double>{{0, 1, 0}, 0.4, 0.5}, Ball<double>{}, {0.1, 0.4}});
+  mixed.fields.push_back(
+      {{0, 0, 0.2}, Translation<double>{{0, 0, 0.3}}, PointSet<double>{{{0, 0, 0}, {0.1, 0, 0}}, {}, 6}, {0, 0.3}});
+  result.push_back({"a sum of unlike fields", mixed});
+  return result;
+}
+
+// The bar of the issue: 2e-5 of the box diagonal, of the CPU in double at 1e-10. Whole segments, halves, backwards.
+TEST_F(GpuTest, AgreesWithTheReferenceForEveryKindOfSegment) {
+  Random random(801);
+  for (const NamedSegment& named : segments_of_every_kind(random)) {
+    SCOPED_TRACE(named.name);
+    const auto points = test::random_points(random, 300);
+    const double diagonal = diagonal_of(points);
+    for (const auto& [begin, end] : {std::pair{0.0, 1.0}, std::pair{0.8, 0.3}}) {
+      Segment segment = named.segment;
+      segment.begin = begin;
+      segment.end = end;
+      const Flow flow{{segment}};
+      const auto exact = moved(flow, points, precisely(1e-10));
+      const auto found = on_device(flow, points, default_options(diagonal));
+      EXPECT_LT(test::greatest_distance(found, exact) / diagonal, 2e-5);
+      EXPECT_GT(test::greatest_distance(exact, points) / diagonal, 0.005);  // something happened
+    }
+  }
+}
+
+// In double the shaders are held against the C++ far below what float resolves: the formulas are the same.
+TEST_F(GpuTest, InDoubleItAgreesFarBelowFloat) {
+  Random random(802);
+  for (const NamedSegment& named : segments_of_every_kind(random)) {
+    SCOPED_TRACE(named.name);
+    const Flow flow{{named.segment}};
+    const auto points = test::random_points(random, 60);
+    const auto exact = moved(flow, points, precisely(1e-11));
+    EXPECT_LT(test::greatest_distance(on_device(flow, points, precisely(1e-9)), exact), 3e-8);
+  }
+}
+
+TEST_F(GpuTest, EveryIntegratorKeepsTheTolerance) {
+  Random random(803);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.4, 0.1, 0}, {0.1, 0.6})}};
+  const auto points = test::random_points(random, 300);
+  const auto exact = moved(flow, points, precisely(1e-11));
+  for (const Integrator integrator :
+       {Integrator::rk4, Integrator::bogacki_shampine, Integrator::dormand_prince, Integrator::tsitouras}) {
+    for (const double tolerance : {1e-4, 1e-5}) {
+      AdvectOptions options;
+      options.integrator = integrator;
+      options.tolerance = tolerance;
+      EXPECT_LT(test::greatest_distance(on_device(flow, points, options), exact), 1.5 * tolerance + 3e-6);
+    }
+  }
+}
+
+TEST_F(GpuTest, PointsThatNoToolTouchesKeepTheirBits) {
+  Random random(804);
+  for (const NamedSegment& named : segments_of_every_kind(random)) {
+    if (std::holds_alternative<HalfSpace<double>>(named.segment.fields[0].region)) continue;
+    SCOPED_TRACE(named.name);
+    auto points = test::random_points(random, 300, 3.0);
+    points.push_back({-0.0, 30.0, -0.0});  // a negative zero is a bit pattern too
+    const auto after = on_device(Flow{{named.segment}}, points, default_options(1));
+    int outside = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (moved(Flow{{named.segment}}, {points[i]}, precisely(1e-9))[0] != points[i]) continue;
+      ++outside;
+      EXPECT_EQ(bits({after[i]}), bits({points[i]}));
+    }
+    const bool marked = std::holds_alternative<Handles<double>>(named.segment.fields[0].region);
+    EXPECT_GE(outside, marked ? 0 : 100);
+  }
+}
+
+// Of marked regions the zero set rests and the full set goes with the motion, exactly.
+TEST_F(GpuTest, MarkedPointsAndRigidCoresMoveExactly) {
+  Random random(805);
+  const Vec3d by{0.125, 0.25, -0.5};  // sums with it are exact
+  Handles<double> marked = test::random_handles(random, {0.5, 0, 0});
+  marked.sweep = by;
+  std::vector<Vec3d> points = marked.full.points;
+  std::vector<Vec3d> expected;
+  for (const Vec3d& p : points) expected.push_back(p + by);
+  points.insert(points.end(), marked.zero.points.begin(), marked.zero.points.end());
+  expected.insert(expected.end(), marked.zero.points.begin(), marked.zero.points.end());
+  const Flow flow{{test::translating(marked, {0, 0, 0}, by, {0, 1})}};
+  EXPECT_EQ(bits(on_device(flow, points, default_options(1))), bits(expected));
+
+  const Flow core{{test::translating(Ball<double>{}, {5, 0, 1}, by, {0.5, 0.7})}};
+  points.clear();
+  expected.clear();
+  for (int i = 0; i < 100; ++i) {
+    const double radius = random.uniform(0, 0.4999);
+    points.push_back(Vec3d{5, 0, 1} + random.unit() * radius);
+    expected.push_back(points.back() + by);
+  }
+  EXPECT_EQ(bits(on_device(core, points, default_options(1))), bits(expected));
+}
+
+// A tool that sweeps far past the points, so that most contacts graze: against the same path cut into fifty pieces.
+TEST_F(GpuTest, GrazingToolsAreNotMissed) {
+  Random random(806);
+  const Vec3d start{-2, 0, 0};
+  const Vec3d by{3, 0.1, -0.1};
+  const Thresholds<double> thresholds{0.1, 0.3};
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 300; ++i) {
+    const double angle = random.uniform(0, 6.3);
+    const double radius = random.uniform(0.2, 0.301);
+    const double along = random.uniform(-0.1, 1.1);
+    points.push_back(start + by * along + Vec3d{0, std::cos(angle), std::sin(angle)} * radius);
+  }
+  for (const Segment& segment :
+       {test::translating(Ball<double>{}, start, by, thresholds),
+        test::translating(Capsule<double>{{0.1, 0.2, 0}}, start, by, thresholds),
+        test::translating(PointSet<double>{{{0, 0.1, 0}, {0.1, 0, 0}}, {}, 8}, start, by, thresholds)}) {
+    const auto exact = moved(Flow{{segment}}, points, precisely(1e-10));
+    EXPECT_LT(test::greatest_distance(on_device(Flow{{segment}}, points, default_options(1)), exact), 1e-5);
+  }
+}
+
+TEST_F(GpuTest, ManySegmentsThereAndBack) {
+  Random random(807);
+  Flow flow;
+  for (int i = 0; i < 100; ++i) {
+    const Vec3d center = random.in_box(0.5);
+    flow.segments.push_back(test::translating(Ball<double>{}, center, random.in_box(0.03), {0, 0.4}));
+  }
+  for (const NamedSegment& named : test::random_segments(random)) {
+    if (named.name == "rotate" || named.name == "capsule") flow.segments.push_back(named.segment);
+  }
+  const auto points = test::random_points(random, 500);
+  const auto there = on_device(flow, points, default_options(1));
+  EXPECT_GT(test::greatest_distance(there, points), 0.02);
+  EXPECT_LT(test::greatest_distance(there, moved(flow, points, precisely(1e-10))), 2e-5);
+  EXPECT_LT(test::greatest_distance(on_device(inverse(flow), there, default_options(1)), points), 4e-5);
+}
+
+// A contact patch of thousands of points.
+TEST_F(GpuTest, LargePointSets) {
+  Random random(808);
+  PointSet<double> set;
+  set.exponent = 16;
+  for (int i = 0; i < 3000; ++i) {
+    const double x = random.uniform(-0.3, 0.3);
+    const double y = random.uniform(-0.3, 0.3);
+    set.points.push_back({x, y, 0.05 * x * y});
+  }
+  const Flow flow{{test::translating(set, {0, 0, 0}, {0, 0, 0.1}, {0, 0.3})}};
+  const auto points = test::random_points(random, 100);
+  const auto exact = moved(flow, points, precisely(1e-10));
+  EXPECT_LT(test::greatest_distance(on_device(flow, points, default_options(1)), exact), 1e-5);
+}
+
+// The tool, the points and the path far from the origin.
+TEST_F(GpuTest, DoesNotMindPositionsFarFromTheOrigin) {
+  Random random(809);
+  const Vec3d far{1000, -2000, 500};
+  Segment segment = test::translating(Ball<double>{}, far, {0.3, 0.1, 0}, {0.2, 0.8});
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : test::random_points(random, 300)) points.push_back(far + p);
+  const auto exact = moved(Flow{{segment}}, points, precisely(1e-10));
+  EXPECT_LT(test::greatest_distance(on_device(Flow{{segment}}, points, default_options(1)), exact), 1e-5);
+}
+
+TEST_F(GpuTest, BuffersOfAnySizeGiveTheSameBits) {
+  Random random(810);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5}),
+                   test::translating(Ball<double>{}, {0.3, 0.1, 0}, {0, 0.1, 0.2}, {0.2, 0.5})}};
+  const auto points = test::random_points(random, 1000);
+  AdvectOptions options = default_options(1);
+  std::vector<std::uint32_t> steps(points.size(), 3);
+  options.steps = steps;
+  const auto whole = on_device(flow, points, options);
+  DeviceOptions small;
+  small.most_points = 192;
+  Device in_ranges(small);
+  auto parts = points;
+  std::vector<std::uint32_t> steps_of_parts(points.size(), 3);
+  options.steps = steps_of_parts;
+  const AdvectResult result = in_ranges.advect(flow, parts, options);
+  EXPECT_EQ(bits(parts), bits(whole));
+  EXPECT_EQ(steps, steps_of_parts);
+  std::uint64_t sum = 0;
+  for (const std::uint32_t count : steps) sum += count - 3;
+  EXPECT_EQ(sum, result.accepted_steps);
+  EXPECT_GT(sum, 500U);
+  EXPECT_GT(result.evaluations, sum);
+}
+
+// Points stay on the device between flows.
+TEST_F(GpuTest, PointsStayOnTheDevice) {
+  Random random(811);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
+  const Flow twice{{flow.segments[0], flow.segments[0]}};
+  const auto points = test::random_points(random, 500);
+  auto uploaded = device().upload(points);
+  device().advect(flow, uploaded, default_options(1));
+  device().advect(flow, uploaded, default_options(1));
+  std::vector<Vec3d> found(points.size());
+  device().download(uploaded, found);
+  EXPECT_EQ(bits(found), bits(on_device(twice, points, default_options(1))));
+}
+
+TEST_F(GpuTest, StopsWhenCancelledAndReportsProgress) {
+  Random random(812);
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8}),
+                   test::translating(Ball<double>{}, {0.5, 0, 0}, {0, 0.5, 0}, {0.1, 0.8})}};
+  const auto points = test::random_points(random, 500);
+  Progress progress;
+  AdvectOptions options = default_options(1);
+  options.progress = &progress;
+  on_device(flow, points, options);
+  EXPECT_EQ(progress.done, 1000U);
+  progress.cancel = true;
+  auto untouched = points;
+  EXPECT_EQ(device().advect(flow, untouched, options).status, AdvectStatus::cancelled);
+  EXPECT_EQ(bits(untouched), bits(points));
+}
+
+TEST_F(GpuTest, RefusesWhatItCannotDo) {
+  std::vector<Vec3d> points(1);
+  AdvectOptions options;
+  options.tolerance = 0;
+  const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
+  EXPECT_THROW(device().advect(Flow{{good}}, points, options), InvalidInput);
+  options = {};
+  Segment own = good;
+  own.fields[0].region = custom_region([](const Vec3d& d, double) { return RegionValue<double>{norm(d), d}; });
+  try {
+    device().advect(Flow{{good, own}}, points, options);
+    ADD_FAILURE() << "not refused";
+  } catch (const InvalidInput& error) {
+    EXPECT_NE(std::string(error.what()).find("segment 2 of the flow: a field is a function"), std::string::npos);
+  }
+}
+
+// One path line that runs away far out in a bend's slab.
+TEST_F(GpuTest, SaysWhereAPathLineDoesNotEnd) {
+  const Segment bend =
+      test::resting(Rotation<double>{{0, 0, 1}, 1.5, 1}, HalfSpace<double>{{1, 0, 0}}, {0, 0, 0}, {-0.3, 0.3});
+  std::vector<Vec3d> points{{0, 40, 0}};
+  AdvectOptions options = default_options(1);
+  ASSERT_EQ(advect(Flow{{bend}}, points, options).status, AdvectStatus::step_limit);
+  points = {{0, 40, 0}};
+  EXPECT_EQ(device().advect(Flow{{bend}}, points, options).status, AdvectStatus::step_limit);
+  EXPECT_EQ(bits(points), bits({{0, 40, 0}}));
+}
+
+TEST_F(GpuTest, ABackendIsThatDeviceAndDoesWhatItCannotOnTheCpu) {
+  Random random(813);
+  const auto points = test::random_points(random, 100);
+  std::string failure;
+  const Backend backend = gpu::backend_or_cpu([&](const std::string& why) { failure = why; });
+  const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
+  auto found = points;
+  EXPECT_EQ(backend(flow, found, default_options(1)).status, AdvectStatus::done);
+  EXPECT_EQ(bits(found), bits(on_device(flow, points, default_options(1))));
+  Segment own = flow.segments[0];
+  own.fields[0].region = custom_region([](const Vec3d& d, double) {
+    return RegionValue<double>{norm(d), d / norm(d)};
+  });
+  found = points;
+  EXPECT_EQ(backend(Flow{{own}}, found, default_options(1)).status, AdvectStatus::done);
+  EXPECT_EQ(bits(found), bits(moved(Flow{{own}}, points, default_options(1))));
+  EXPECT_EQ(failure, "");
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,319 @@
+#include "knead/gpu/device.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "knead/gpu/context.h"
+#include "knead/gpu/gl_buffers.h"
+#include "knead/gpu/packed_flow.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+
+namespace knead::gpu {
+
+namespace {
+
+constexpr std::size_t kGroup = layout::kGroup;
+constexpr std::size_t kCountWords = static_cast<std::size_t>(layout::kCountStripes) * layout::kCounters;
+
+// Points in buffers of their own, and the balls about groups of them.
+struct Range {
+  std::size_t begin = 0;
+  std::size_t count = 0;
+  Buffer points;
+  Buffer steps;
+  Buffer bounds;
+  Buffer radii;
+};
+
+Range make_range(std::span<const Vec3d> points, std::size_t begin) {
+  std::vector<double> bounds;
+  std::vector<float> radii;
+  for (std::size_t first = 0; first < points.size(); first += kGroup) {
+    const auto own = points.subspan(first, std::min(kGroup, points.size() - first));
+    const Box box = bounding_box(own);
+    const Vec3d center = box.center();
+    bounds.insert(bounds.end(), {center.x, center.y, center.z, 0.0});
+    const auto radius = static_cast<float>(0.5 * box.diagonal() * (1 + 1e-6));
+    radii.push_back(std::max(radius, std::numeric_limits<float>::min()));
+  }
+  Range range;
+  range.begin = begin;
+  range.count = points.size();
+  range.points = make_buffer(points.data(), points.size() * sizeof(Vec3d));
+  range.steps = make_buffer(nullptr, points.size() * sizeof(std::uint32_t));
+  range.bounds = make_buffer(bounds.data(), bounds.size() * sizeof(double));
+  range.radii = make_buffer(radii.data(), radii.size() * sizeof(float));
+  return range;
+}
+
+void bind(GLuint place, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, place, buffer.get()); }
+
+// The packed segments in buffers.
+struct SegmentBuffers {
+  Buffer numbers;
+  Buffer places;
+  Buffer table;
+
+  SegmentBuffers(const PackedSegments& packed, bool in_double) {
+    if (in_double) {
+      numbers = make_buffer(packed.numbers.data(), packed.numbers.size() * sizeof(double));
+    } else {
+      const std::vector<float> rounded = [&] {
+        std::vector<float> result(packed.numbers.size());
+        std::transform(packed.numbers.begin(), packed.numbers.end(), result.begin(),
+                       [](double x) { return static_cast<float>(x); });
+        return result;
+      }();
+      numbers = make_buffer(rounded.data(), rounded.size() * sizeof(float));
+    }
+    places = make_buffer(packed.places.data(), packed.places.size() * sizeof(double));
+    table = make_buffer(packed.table.data(), packed.table.size() * sizeof(std::int32_t));
+  }
+};
+
+AdvectResult result_of(const Buffer& counts) {
+  std::vector<std::uint32_t> words(kCountWords);
+  read_buffer(counts, words.size() * sizeof(std::uint32_t), words.data());
+  AdvectResult result;
+  for (std::size_t at = 0; at < words.size(); at += layout::kCounters) {
+    const auto number = [&](std::size_t k) { return words[at + k] | std::uint64_t{words[at + k + 1]} << 32; };
+    result.accepted_steps += number(0);
+    result.rejected_steps += number(2);
+    result.evaluations += number(4);
+    if (words[at + 6] != 0) result.status = AdvectStatus::step_limit;
+  }
+  return result;
+}
+
+bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
+
+void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
+  validate(flow);
+  if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a positive length");
+  if (!options.steps.empty() && options.steps.size() != points) {
+    throw InvalidInput("steps must be empty or hold one number per point");
+  }
+  for (std::size_t i = 0; i < flow.segments.size(); ++i) {
+    try {
+      kind_of(flow.segments[i], options);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput("segment " + std::to_string(i + 1) + " of the flow: " + error.what());
+    }
+  }
+}
+
+}  // namespace
+
+struct DevicePoints::State {
+  const Context& context;
+  std::vector<Range> ranges{};
+  std::size_t size = 0;
+
+  explicit State(const Context& of) : context(of) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    try {
+      const CurrentContext current(context);
+      ranges.clear();
+    } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+    }
+  }
+};
+
+DevicePoints::DevicePoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
+DevicePoints::~DevicePoints() = default;
+DevicePoints::DevicePoints(DevicePoints&&) noexcept = default;
+DevicePoints& DevicePoints::operator=(DevicePoints&&) noexcept = default;
+std::size_t DevicePoints::size() const { return state_->size; }
+
+struct Device::State {
+  Context context;
+  std::size_t most_points = 0;  // to a range
+  std::size_t most_bytes = 0;   // to a buffer
+  std::vector<std::pair<ShaderKind, Program>> programs;
+
+  explicit State(const DeviceOptions& options) {
+    const CurrentContext current(context);
+    GLint64 bytes = 0;
+    GLint groups = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
+    most_bytes = static_cast<std::size_t>(std::max<GLint64>(bytes, 1 << 24));
+    most_points = std::min(most_bytes / sizeof(Vec3d), static_cast<std::size_t>(std::max(groups, 65535)) * kGroup);
+    if (options.most_points > 0) most_points = std::min(most_points, options.most_points);
+    most_points = std::max(most_points / kGroup * kGroup, kGroup);
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    try {
+      const CurrentContext current(context);
+      programs.clear();
+    } catch (const DeviceError&) {
+    }
+  }
+
+  const Program& program_of(const ShaderKind& kind) {
+    const auto found =
+        std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
+    if (found != programs.end()) return found->second;
+    programs.emplace_back(kind, make_compute_program(shader_source(kind)));
+    return programs.back().second;
+  }
+
+  // Sends all points through some segments of one kind. Returns false when it was cancelled.
+  bool run(std::span<const Segment> segments, DevicePoints::State& points, const AdvectOptions& options) {
+    const ShaderKind kind = kind_of(segments.front(), options);
+    const PackedSegments packed = pack(segments, options);
+    if (packed.numbers.size() * sizeof(double) > most_bytes) {
+      throw DeviceError("the graphics driver takes no point set as large as this flow's; use the cpu backend");
+    }
+    const SegmentBuffers buffers(packed, kind.in_double);
+    const Program& program = program_of(kind);
+    glUseProgram(program.get());
+    glUniform1i(glGetUniformLocation(program.get(), "segment_count"), packed.count);
+    bind(4, buffers.numbers);
+    bind(5, buffers.places);
+    bind(6, buffers.table);
+    for (const Range& range : points.ranges) {
+      if (is_cancelled(options)) return false;
+      glUniform1ui(glGetUniformLocation(program.get(), "point_count"), static_cast<GLuint>(range.count));
+      bind(0, range.points);
+      bind(1, range.steps);
+      bind(2, range.bounds);
+      bind(3, range.radii);
+      glDispatchCompute(static_cast<GLuint>((range.count + kGroup - 1) / kGroup), 1, 1);
+      glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+      glFinish();
+      require_no_error();
+      if (options.progress != nullptr) options.progress->done += range.count * segments.size();
+    }
+    return true;
+  }
+
+  AdvectResult run(const Flow& flow, DevicePoints::State& points, const AdvectOptions& options) {
+    const std::vector<std::uint32_t> zeros(kCountWords);
+    const Buffer counts = make_buffer(zeros.data(), zeros.size() * sizeof(std::uint32_t));
+    for (const Range& range : points.ranges) clear_words(range.steps);
+    bind(7, counts);
+    std::span<const Segment> rest = flow.segments;
+    AdvectResult result;
+    while (!rest.empty() && result.status == AdvectStatus::done) {
+      const std::size_t length = pack_length(rest, options);
+      const bool is_done = run(rest.first(length), points, options);
+      rest = rest.subspan(length);
+      result = result_of(counts);
+      if (!is_done || is_cancelled(options)) result.status = AdvectStatus::cancelled;
+    }
+    require_no_error();
+    return result;
+  }
+};
+
+Device::Device(const DeviceOptions& options) : state_(std::make_unique<State>(options)) {}
+Device::~Device() = default;
+
+const std::string& Device::description() const { return state_->context.description(); }
+bool Device::is_software() const { return state_->context.is_software(); }
+
+DevicePoints Device::upload(std::span<const Vec3d> points) const {
+  auto uploaded = std::make_unique<DevicePoints::State>(state_->context);
+  uploaded->size = points.size();
+  const CurrentContext current(state_->context);
+  for (std::size_t begin = 0; begin < points.size(); begin += state_->most_points) {
+    uploaded->ranges.push_back(
+        make_range(points.subspan(begin, std::min(state_->most_points, points.size() - begin)), begin));
+  }
+  glFinish();
+  require_no_error();
+  return DevicePoints(std::move(uploaded));
+}
+
+AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  const CurrentContext current(state_->context);
+  const AdvectResult result = state_->run(flow, *points.state_, options);
+  if (options.steps.empty()) return result;
+  std::vector<std::uint32_t> steps;
+  for (const Range& range : points.state_->ranges) {
+    steps.resize(range.count);
+    read_buffer(range.steps, range.count * sizeof(std::uint32_t), steps.data());
+    for (std::size_t i = 0; i < range.count; ++i) options.steps[range.begin + i] += steps[i];
+  }
+  return result;
+}
+
+void Device::download(const DevicePoints& points, std::span<Vec3d> result) const {
+  if (result.size() != points.size()) throw InvalidInput("give a place for each of the device's points");
+  const CurrentContext current(state_->context);
+  for (const Range& range : points.state_->ranges) {
+    read_buffer(range.points, range.count * sizeof(Vec3d), result.data() + range.begin);
+  }
+  require_no_error();
+}
+
+AdvectResult Device::advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  DevicePoints on_device = upload(points);
+  std::vector<std::uint32_t> steps(options.steps.size());
+  AdvectOptions own = options;
+  own.steps = steps;
+  const AdvectResult result = advect(flow, on_device, own);
+  if (result.status != AdvectStatus::done) return result;
+  std::vector<Vec3d> moved(points.size());
+  download(on_device, moved);
+  std::copy(moved.begin(), moved.end(), points.begin());
+  for (std::size_t i = 0; i < steps.size(); ++i) options.steps[i] += steps[i];
+  return result;
+}
+
+namespace {
+
+// A device that is opened when it is needed, and left when it fails.
+struct DeviceOrCpu {
+  std::mutex mutex;
+  std::unique_ptr<Device> device;
+  bool has_failed = false;
+};
+
+bool is_for_device(const Flow& flow, const AdvectOptions& options) {
+  try {
+    for (const Segment& segment : flow.segments) kind_of(segment, options);
+  } catch (const InvalidInput&) {
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const DeviceOptions& options) {
+  const auto state = std::make_shared<DeviceOrCpu>();
+  return [state, options, tell = std::move(on_failure)](const Flow& flow, std::span<Vec3d> points,
+                                                        const AdvectOptions& advect_options) {
+    const std::scoped_lock lock(state->mutex);
+    if (state->has_failed || !is_for_device(flow, advect_options)) return knead::advect(flow, points, advect_options);
+    const std::uint64_t done = advect_options.progress != nullptr ? advect_options.progress->done.load() : 0;
+    try {
+      if (state->device == nullptr) state->device = std::make_unique<Device>(options);
+      return state->device->advect(flow, points, advect_options);
+    } catch (const DeviceError& error) {
+      state->has_failed = true;
+      state->device.reset();
+      if (advect_options.progress != nullptr) advect_options.progress->done = done;
+      if (tell) tell(error.what());
+      return knead::advect(flow, points, advect_options);
+    }
+  };
+}
+
+}  // namespace knead::gpu

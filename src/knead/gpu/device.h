@@ -1,0 +1,77 @@
+// Moving points along the path lines of a flow on a graphics card.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "knead/flow/advect.h"
+#include "knead/flow/backend.h"
+#include "knead/gpu/device_error.h"
+
+namespace knead::gpu {
+
+struct DeviceOptions {
+  std::size_t most_points = 0;  // to a buffer; more go in several. 0: as many as the driver takes
+};
+
+// Points in a device's memory, where flows move them. Must not outlive its device. Movable.
+class DevicePoints {
+ public:
+  ~DevicePoints();
+  DevicePoints(DevicePoints&&) noexcept;
+  DevicePoints& operator=(DevicePoints&&) noexcept;
+
+  std::size_t size() const;
+
+ private:
+  friend class Device;
+  struct State;
+  explicit DevicePoints(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+// A graphics card with OpenGL 4.3, or Mesa's stand-in for one. Positions are double and fields are evaluated about the
+// tool's centre in options.precision, as on the CPU; every path line begins when a tool reaches it, and its steps are
+// bounded and chosen in the same way, by the same integrators. So a point is moved as advect moves it up to the
+// tolerance; on one device and driver its bits depend on that point alone, but from one device to another, and between
+// device and CPU, they differ: drivers round divisions and roots, and contract products with sums, as they like (where
+// it matters the shaders forbid it, which most drivers heed). Points that no tool touches keep their bits everywhere.
+//
+// Calls may come from any thread, one at a time. All throw DeviceError where the device fails; the points given are
+// then as they were. Shaders are compiled as segments need them, which takes some tenths of a second for each kind.
+class Device {
+ public:
+  explicit Device(const DeviceOptions& options = {});  // throws DeviceError where there is none
+  ~Device();
+  Device(const Device&) = delete;
+  Device& operator=(const Device&) = delete;
+
+  // Of the card and its driver, and whether it is the CPU in truth.
+  const std::string& description() const;
+  bool is_software() const;
+
+  DevicePoints upload(std::span<const Vec3d> points) const;
+
+  // As knead::advect, of which options.threads is not looked at. Throws InvalidInput for what that throws it for, and
+  // for fields with functions of the caller's own. options.progress is asked between calls of shaders; on `cancelled`
+  // and `step_limit` the points are left part-way.
+  AdvectResult advect(const Flow& flow, DevicePoints& points, const AdvectOptions& options);
+
+  void download(const DevicePoints& points, std::span<Vec3d> result) const;
+
+  // All three. Where the status is not `done` the points are as they were.
+  AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Moves points by the device that is opened at the first call. From the first failure of the device on the CPU moves
+// them, after `on_failure` was told why: the points are never lost. So are flows with functions of the caller's own.
+Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const DeviceOptions& options = {});
+
+}  // namespace knead::gpu

@@ -1,0 +1,173 @@
+#include "knead/gpu/glsl.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+#include <utility>
+
+namespace knead::gpu {
+
+namespace {
+
+std::string literal(double value) { return fmt::format("R({:.17e}lf)", value); }
+
+// The sum of the slopes k0, k1... by their weights.
+template <std::size_t N>
+std::string weighted(const std::array<double, N>& weights, int count) {
+  std::string text;
+  for (int j = 0; j < count; ++j) {
+    const double weight = weights[static_cast<std::size_t>(j)];
+    if (weight != 0) text += fmt::format("{}k{} * {}", text.empty() ? "" : " + ", j, literal(weight));
+  }
+  return text.empty() ? "R3(0)" : text;
+}
+
+// One step of the method, from a point `at` that moves with k0: the mean slope, its estimated error, the last slope.
+std::string step_source(const Tableau& method) {
+  std::string text = "void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {\n";
+  for (int i = 1; i < method.stages; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    text += fmt::format("  R3 k{} = velocity_at(at + ({}) * h, t + {} * h);\n", i, weighted(method.a[row], i),
+                        literal(method.c[row]));
+  }
+  text += fmt::format("  slope = {};\n  estimate = {};\n  last = k{};\n}}\n", weighted(method.b, method.stages),
+                      weighted(method.e, method.stages), method.stages - 1);
+  return text;
+}
+
+std::string define(const char* name, int value) { return fmt::format("#define {} {}\n", name, value); }
+
+std::string layout_defines() {
+  using namespace layout;
+  const std::pair<const char*, int> names[] = {{"kOuter", kOuter},
+                                               {"kInner", kInner},
+                                               {"kInverseWidth", kInverseWidth},
+                                               {"kMotion", kMotion},
+                                               {"kRegion", kRegion},
+                                               {"kFieldBegin", kFieldBegin},
+                                               {"kMotionKind", kMotionKind},
+                                               {"kRegionKind", kRegionKind},
+                                               {"kBounds", kBounds},
+                                               {"kFirstSet", kFirstSet},
+                                               {"kSecondSet", kSecondSet},
+                                               {"kFieldEntries", kFieldEntries},
+                                               {"kSegmentEntries", kSegmentEntries},
+                                               {"kCarries", kCarries},
+                                               {"kHasCylinder", kHasCylinder},
+                                               {"kClosedForm", kClosedForm},
+                                               {"kReach", kReach},
+                                               {"kTolerance", kTolerance},
+                                               {"kLeast", kLeast},
+                                               {"kStrain", layout::kStrain},
+                                               {"kSegmentPlaces", kSegmentPlaces},
+                                               {"kCountStripes", kCountStripes},
+                                               {"kCounters", kCounters},
+                                               {"kTranslation", kTranslation},
+                                               {"kRotation", kRotation},
+                                               {"kTwist", kTwist},
+                                               {"kStrainMotion", kStrainMotion},
+                                               {"kBall", kBall},
+                                               {"kCapsule", kCapsule},
+                                               {"kHalfSpace", kHalfSpace},
+                                               {"kSet", kSet},
+                                               {"kHandles", kHandles},
+                                               {"kRigidCore", kRigidCore},
+                                               {"kTurningBall", kTurningBall},
+                                               {"kParallelTwist", kParallelTwist},
+                                               {"kTurningSpace", kTurningSpace},
+                                               {"kStretchedCore", kStretchedCore},
+                                               {"kMarked", kMarked}};
+  std::string text;
+  for (const auto& [name, value] : names) text += define(name, value);
+  return text;
+}
+
+// A function of the field that is a constant where there is but one kind.
+std::string kind_function(const char* name, const char* entry, unsigned kinds) {
+  for (int kind = 0; kind < 8; ++kind) {
+    if (kinds == 1U << kind) return fmt::format("int {}(int f) {{ return {}; }}\n", name, kind);
+  }
+  return fmt::format("int {}(int f) {{ return table[field_table(f) + {}]; }}\n", name, entry);
+}
+
+std::string kind_defines(const ShaderKind& kind) {
+  constexpr std::array motions{"MOTION_TRANSLATION", "MOTION_ROTATION", "MOTION_TWIST", "MOTION_STRAIN"};
+  constexpr std::array regions{"REGION_BALL", "REGION_CAPSULE", "REGION_HALF_SPACE", "REGION_SET", "REGION_HANDLES"};
+  std::string text;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    if ((kind.motions >> i & 1U) != 0) text += fmt::format("#define {}\n", motions[i]);
+  }
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if ((kind.regions >> i & 1U) != 0) text += fmt::format("#define {}\n", regions[i]);
+  }
+  if (kind.curves) text += "#define WITH_CURVES\n";
+  if (kind.blended) text += "#define BLENDED\n";
+  if (kind.cylinder) text += "#define WITH_CYLINDER\n";
+  if (kind.single) text += "#define SINGLE_FIELD\n";
+  text += kind.single ? "#define FIELD_COUNT(count) 1\n" : "#define FIELD_COUNT(count) (count)\n";
+  if (kind.in_double) text += "#define IN_DOUBLE\n";
+  text += kind.in_double ? "#define R double\n#define R2 dvec2\n#define R3 dvec3\n#define R4 dvec4\n"
+                         : "#define R float\n#define R2 vec2\n#define R3 vec3\n#define R4 vec4\n";
+  return text;
+}
+
+std::string method_defines(const ShaderKind& kind) {
+  const Tableau& method = tableau(kind.integrator);
+  return fmt::format(
+      "const int kErrorOrder = {};\nconst bool kFirstSameAsLast = {};\nconst R kShortest = {};\nconst R kEpsilon = "
+      "{};\n",
+      method.error_order, method.first_same_as_last, literal(kind.in_double ? 1e-7 : 1.0 / 16),
+      literal(kind.in_double ? 0x1p-52 : 0x1p-23));
+}
+
+constexpr const char* kInterface = R"(
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) restrict buffer Points { double points[]; };
+layout(std430, binding = 1) restrict buffer Steps { uint steps[]; };
+layout(std430, binding = 2) restrict readonly buffer Bounds { double bounds[]; };
+layout(std430, binding = 3) restrict buffer Radii { uint radii[]; };
+layout(std430, binding = 4) restrict readonly buffer Numbers { R n[]; };
+layout(std430, binding = 5) restrict readonly buffer Places { double e[]; };
+layout(std430, binding = 6) restrict readonly buffer Table { int table[]; };
+layout(std430, binding = 7) restrict buffer Counts { uint counts[]; };
+uniform uint point_count;
+uniform int segment_count;
+
+const R kNever = R(1e30);
+const R kShortWay = R(1.0 / 16.0);
+const uint kStepLimit = 1000000u;
+
+// The segment.
+int field_count;
+int first_field;
+int closed_form;
+int segment_numbers;
+bool carries;
+R3 displacement;
+R3 tool_velocity;
+R tool_speed;
+R tolerance;
+dvec3 centre;
+dvec3 exact_displacement;
+
+// The path line.
+uint accepted = 0u;
+uint rejected = 0u;
+uint evaluations = 0u;
+bool complete = true;
+
+int field_table(int f) { return first_field + f * kFieldEntries; }
+int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
+)";
+
+}  // namespace
+
+std::string shader_source(const ShaderKind& kind) {
+  return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + kInterface +
+         kind_function("motion_kind", "kMotionKind", kind.motions) +
+         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslSets + kGlslVelocity +
+         kGlslContact + kGlslClosedForm + step_source(tableau(kind.integrator)) + kGlslPath;
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,86 @@
+// The source text of the compute shaders. Internal to the gpu room.
+#pragma once
+
+#include <string>
+
+#include "knead/flow/tableau.h"
+
+namespace knead::gpu {
+
+extern const char* const kGlslField;
+extern const char* const kGlslSets;
+extern const char* const kGlslVelocity;
+extern const char* const kGlslContact;
+extern const char* const kGlslClosedForm;
+extern const char* const kGlslPath;
+
+// Where numbers lie in the buffers; the shaders are told by #defines of the same names (packed_flow.h fills them).
+namespace layout {
+// Of a field, in n[].
+inline constexpr int kOuter = 3;  // after the offset of its centre from the first field's
+inline constexpr int kInner = 4;
+inline constexpr int kInverseWidth = 5;
+inline constexpr int kMotion = 6;
+inline constexpr int kRegion = 18;
+inline constexpr int kFieldNumbers = 25;
+// Of a field, in table[].
+inline constexpr int kFieldBegin = 0;  // where it begins in n[]
+inline constexpr int kMotionKind = 1;
+inline constexpr int kRegionKind = 2;
+inline constexpr int kBounds = 3;  // where its bounds begin in e[]
+inline constexpr int kFirstSet = 4;
+inline constexpr int kSecondSet = 9;
+inline constexpr int kFieldEntries = 14;
+// Of a segment, in table[].
+inline constexpr int kSegmentEntries = 4;  // how many fields, where their entries begin, flags, where n[] begins
+inline constexpr int kCarries = 1;         // flags
+inline constexpr int kHasCylinder = 2;
+inline constexpr int kClosedForm = 4;  // from here on
+// Of a segment, in n[]: displacement, its length, and these.
+inline constexpr int kReach = 4;
+inline constexpr int kTolerance = 5;
+inline constexpr int kLeast = 6;
+inline constexpr int kStrain = 7;
+inline constexpr int kSegmentNumbers = 16;
+// Of a segment, in e[]: centre, displacement, begin, end; the cylinder's point, direction, squared radius.
+inline constexpr int kSegmentPlaces = 16;
+// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
+inline constexpr int kFieldBounds = 8;
+
+inline constexpr int kGroup = 64;         // points to a group, which have a bound in common
+inline constexpr int kCountStripes = 64;  // of the counters, so that threads seldom meet
+inline constexpr int kCounters = 8;       // of a stripe: accepted, rejected, evaluations of two words each, incomplete
+}  // namespace layout
+
+enum MotionKind : int { kTranslation, kRotation, kTwist, kStrainMotion };
+enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet, kHandles };
+
+// How a segment's path lines may be known without integration.
+enum ClosedForm : int {
+  kNoClosedForm,
+  kRigidCore,
+  kTurningBall,
+  kParallelTwist,
+  kTurningSpace,
+  kStretchedCore,
+  kMarked
+};
+
+// What shaders are told apart by: segments of one kind are moved by one shader.
+struct ShaderKind {
+  unsigned motions = 0;  // one bit for each MotionKind
+  unsigned regions = 0;
+  bool curves = false;
+  bool single = false;
+  bool blended = false;
+  bool cylinder = false;
+  bool in_double = false;
+  Integrator integrator = Integrator::tsitouras;
+
+  friend bool operator==(const ShaderKind&, const ShaderKind&) = default;
+};
+
+// The whole source of a shader that moves points through segments of this kind.
+std::string shader_source(const ShaderKind& kind);
+
+}  // namespace knead::gpu

@@ -1,0 +1,328 @@
+#include "knead/gpu/glsl.h"
+
+namespace knead::gpu {
+
+// closed_form.cpp for the graphics card.
+const char* const kGlslClosedForm = R"(
+// d turned about the unit axis by the angle, minus d.
+R3 turn_displacement(R3 d, R3 axis, R angle) {
+  if (abs(angle) > R(1e4)) angle -= R(6.283185307179586lf) * nearest_integer(angle * R(0.15915494309189535lf));
+  R half_sine = sincos_of(angle * R(0.5)).s;
+  R3 across = d - axis * dot(axis, d);
+  return cross(axis, d) * sincos_of(angle).s - across * (R(2) * half_sine * half_sine);
+}
+
+// The greatest value over the angles from phi0 to phi1 of n(phi).d, n turning about the unit axis.
+R greatest_over_turn(R3 normal, R3 axis, R3 d, R phi0, R phi1) {
+  R level = dot(axis, normal) * dot(axis, d);
+  R cosine = dot(normal, d) - level;
+  R sine = dot(cross(axis, normal), d);
+  R amplitude = sqrt(cosine * cosine + sine * sine);
+  if (abs(phi1 - phi0) >= R(3.14159265358979lf)) return level + amplitude;
+  SinCos low = sincos_of(min(phi0, phi1));
+  SinCos high = sincos_of(max(phi0, phi1));
+  bool rises = sine * low.c - cosine * low.s > R(0);
+  bool falls = sine * high.c - cosine * high.s < R(0);
+  if (rises && falls) return level + amplitude;
+  return level + max(cosine * low.c + sine * low.s, cosine * high.c + sine * high.s);
+}
+
+// Whether the displacement of the point from `begin` to `end` is known; d is x - c(begin).
+bool is_known(R3 d, R begin, R end, out dvec3 by) {
+  by = dvec3(0);
+  int at = field_numbers(0);
+  R duration = end - begin;
+  R inner = n[at + kInner];
+#if !defined(REGION_HANDLES)
+  if (closed_form == kRigidCore) {
+    if (region_at(0, d, begin).value >= inner) return false;
+    by = exact_displacement * double(duration);
+    return true;
+  }
+#endif
+#if defined(MOTION_ROTATION) && defined(REGION_BALL)
+  if (closed_form == kTurningBall) {
+    R3 axis = part(at + kMotion);
+    R r = length(d);
+    R2 w = blend_weight(0, r);
+    R height = dot(axis, d);
+    R3 across = d - axis * height;
+    R gauge = n[at + kMotion + 7];
+    R counter = r > R(0) ? gauge * w.y * (height * height + R(0.5) * dot(across, across)) / (R(2) * r) : R(0);
+    by = dvec3(turn_displacement(d, axis, n[at + kMotion + 3] * (w.x + counter) * duration));
+    return true;
+  }
+#endif
+#if defined(MOTION_TWIST) && defined(REGION_HALF_SPACE)
+  if (closed_form == kParallelTwist) {
+    R3 axis = part(at + kMotion);
+    R3 normal = part(at + kRegion);
+    R height = dot(axis, d);
+    R2 w = blend_weight(0, dot(normal, d));
+    R counter = R(0.25) * n[at + kMotion + 7] * w.y * dot(normal, axis) * height;
+    by = dvec3(turn_displacement(d, axis, n[at + kMotion + 3] * height * (w.x + counter) * duration));
+    return true;
+  }
+#endif
+#if (defined(MOTION_ROTATION) || defined(MOTION_TWIST)) && defined(REGION_HALF_SPACE)
+  if (closed_form == kTurningSpace) {
+    R3 axis = part(at + kMotion);
+    R rate = n[at + kMotion + 3];
+    if (motion_kind(0) == kTwist) rate *= dot(axis, d);
+    R turn = n[at + kRegion + 6] * (dot(part(at + kRegion + 3), axis) > R(0) ? R(1) : R(-1));
+    R phi0 = begin * turn;
+    R phi1 = phi0 + duration * (turn - rate);
+    if (greatest_over_turn(part(at + kRegion), axis, d, phi0, phi1) >= inner) return false;
+    by = dvec3(turn_displacement(d, axis, rate * duration));
+    return true;
+  }
+#endif
+#if defined(MOTION_STRAIN) && defined(REGION_BALL)
+  if (closed_form == kStretchedCore) {
+    int m = segment_numbers + kStrain;
+    R3 moved = R3(dot(part(m), d), dot(part(m + 3), d), dot(part(m + 6), d));
+    if (length(d) >= inner || length(moved) >= inner) return false;
+    by = dvec3(moved - d);
+    return true;
+  }
+#endif
+#if defined(REGION_HANDLES)
+  if (closed_form == kMarked) {
+    R3 at_zero = d + part(at + kRegion) * begin;
+    if (nearest_squared(field_table(0) + kSecondSet, at_zero) == R(0)) return true;
+    if (!is_of_full_set(0, d, begin)) return false;
+    by = exact_displacement * double(duration);
+    if (n[at + kRegion + 6] != R(0)) {
+      by = dvec3(turn_displacement(d, part(at + kRegion + 3), n[at + kRegion + 6] * duration));
+    }
+    return true;
+  }
+#endif
+  return false;
+}
+)";
+
+// path_line.h for the graphics card, and the shader's main function.
+const char* const kGlslPath = R"(
+// The longest step that jumps over nothing.
+R longest_step(R3 at, R3 slope, R t) {
+  R speed = max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t);
+  R reach = min(n[segment_numbers + kReach], R(0.3lf) * local_width(at, t));
+  R longest = speed > R(0) ? reach / speed : kNever;
+#ifdef BLENDED
+  longest = min(longest, max(R(0.5) * min(t, R(1) - t), R(1.0 / 32.0)));
+#endif
+  return longest;
+}
+
+R step_factor(R error) {
+  R ratio = tolerance / max(error, tolerance * R(1e-4lf));
+  R root = kErrorOrder == 2 ? sqrt(ratio) : sqrt(sqrt(ratio));
+  return clamp(R(0.9lf) * root, R(0.2lf), R(5));
+}
+
+// Where the whole way is a small part of what a step may pass: Heun's method.
+bool goes_a_short_way(R3 base, R t, R end, R3 first, out R3 moved) {
+  moved = R3(0);
+  R h = abs(end - t);
+  R share = h / longest_step(base, first, t);
+  if (!(share <= kShortWay)) return false;
+  R3 second = velocity_at(base + first * (end - t), end);
+  if (first == R3(0) && second == R3(0)) return false;
+  share = max(share, h * length(second - tool_velocity) / n[segment_numbers + kReach]);
+  if (!(share <= kShortWay) || !(length(second - first) * R(0.5) * share <= tolerance)) return false;
+  moved = (first + second) * (R(0.5) * (end - t));
+  ++accepted;
+  return true;
+}
+
+// From the time t, when a tool reaches the point.
+dvec3 run(R3 base, R t, R end) {
+  R direction = end >= t ? R(1) : R(-1);
+  R3 moved = R3(0);
+  R3 slope = R3(0);
+  bool have_slope = false;
+  bool at_contact = true;
+  bool at_beginning = true;
+  R trial = abs(end - t);
+  while ((end - t) * direction > R(0)) {
+    if (!have_slope) slope = velocity_at(base + moved, t);
+    if (slope == R3(0) && !at_contact) {
+      R contact = next_contact(base + moved, t, end);
+      if (contact == kNever) break;
+      have_slope = t == contact;
+      t = contact;
+      at_contact = true;
+      continue;
+    }
+    at_contact = false;
+    if (carries && slope == tool_velocity) return dvec3(moved) + exact_displacement * double(end - t);
+    if (at_beginning) {
+      at_beginning = false;
+      R3 way;
+      if (goes_a_short_way(base, t, end, slope, way)) return dvec3(way);
+    }
+    R remaining = abs(end - t);
+    R longest = longest_step(base + moved, slope, t);
+    R shortest = min(longest, R(1)) * kShortest;
+    R h = min(max(trial, shortest), longest);
+    bool is_last = h >= remaining;
+    if (is_last) h = remaining;
+    R3 by;
+    R3 estimate;
+    R3 last;
+    try_step(base + moved, slope, t, direction * h, by, estimate, last);
+    R error = length(estimate);
+    bool accept = error <= tolerance + R(8) * kEpsilon * length(by) || h <= shortest;
+    trial = h * step_factor(error);
+    if (accept) ++accepted; else ++rejected;
+    if (accepted >= kStepLimit || rejected >= kStepLimit || isnan(error) || isinf(error)) {
+      complete = false;
+      break;
+    }
+    have_slope = true;
+    if (!accept) continue;
+    moved += by * (direction * h);
+    t = is_last ? end : t + direction * h;
+    slope = last;
+    have_slope = kFirstSameAsLast;
+  }
+  return dvec3(moved);
+}
+
+// The displacement of the point that is at x at the time `begin` of the segment.
+dvec3 displacement_of(dvec3 x, R begin, R end) {
+  precise dvec3 from = x - centre;
+  R3 base = R3(from);
+  R contact = next_contact(base, begin, end);
+  if (contact == kNever) return dvec3(0);
+#if defined(SINGLE_FIELD) && !defined(BLENDED)
+  dvec3 known;
+  if (closed_form != 0 && is_known(base - displacement * begin, begin, end, known)) return known;
+#endif
+  return run(base, contact, end);
+}
+
+dvec3 place(int i) { return dvec3(e[i], e[i + 1], e[i + 2]); }
+
+void open_segment(int s) {
+  int entry = s * kSegmentEntries;
+  field_count = FIELD_COUNT(table[entry]);
+  first_field = table[entry + 1];
+  carries = (table[entry + 2] & kCarries) != 0;
+  closed_form = table[entry + 2] / kClosedForm;
+  segment_numbers = table[entry + 3];
+  displacement = part(segment_numbers);
+#ifdef BLENDED
+  tool_velocity = R3(0);
+  tool_speed = R(0);
+#else
+  tool_velocity = displacement;
+  tool_speed = n[segment_numbers + 3];
+#endif
+  tolerance = n[segment_numbers + kTolerance];
+  centre = place(s * kSegmentPlaces);
+  exact_displacement = place(s * kSegmentPlaces + 3);
+}
+
+// Whether no point of the ball is in the support of a field at any time of the segment.
+bool misses(int s, dvec3 at, double radius) {
+  int first = table[s * kSegmentEntries + 1];
+  for (int f = 0; f < FIELD_COUNT(table[s * kSegmentEntries]); ++f) {
+    int bounds = table[first + f * kFieldEntries + kBounds];
+    dvec3 from = at - place(bounds);
+    dvec3 way = place(bounds + 3);
+    double reach = e[bounds + 6];
+    double along = e[bounds + 7];
+    double away;
+    if (along < 0.0) {
+      away = dot(from, way);
+    } else {
+      from -= way * clamp(dot(from, way) * along, 0.0, 1.0);
+      away = sqrt(dot(from, from));
+    }
+    if (!(away - radius > reach)) return false;
+  }
+  return true;
+}
+
+#ifdef WITH_CYLINDER
+bool is_within(int s, dvec3 x) {
+  int at = s * kSegmentPlaces + 8;
+  precise dvec3 d = x - place(at);
+  dvec3 direction = place(at + 3);
+  precise dvec3 across = d - direction * dot(direction, d);
+  return dot(across, across) <= e[at + 6];
+}
+#endif
+
+void count(uint at, uint number) {
+  if (number == 0u) return;
+  uint before = atomicAdd(counts[at], number);
+  if (before + number < before) atomicAdd(counts[at + 1u], 1u);
+}
+
+// The point's way through one segment.
+dvec3 move(int s, dvec3 x) {
+  open_segment(s);
+  R begin = R(e[s * kSegmentPlaces + 6]);
+  R end = R(e[s * kSegmentPlaces + 7]);
+#ifdef WITH_CYLINDER
+  // Members are those within the cylinder at t = 0: from elsewhere, the point is taken back there first.
+  bool asks = (table[s * kSegmentEntries + 2] & kHasCylinder) != 0;
+  if (asks && begin == R(0) && !is_within(s, x)) return dvec3(0);
+  dvec3 by = dvec3(0);
+  for (int pass = asks && begin != R(0) ? 0 : 1; pass < 2; ++pass) {
+    uvec3 before = uvec3(accepted, rejected, evaluations);
+    by = displacement_of(x, begin, pass == 0 ? R(0) : end);
+    if (pass == 1) break;
+    accepted = before.x;
+    rejected = before.y;
+    evaluations = before.z;
+    if (!is_within(s, x + by)) return dvec3(0);
+  }
+#else
+  dvec3 by = displacement_of(x, begin, end);
+#endif
+  // The rounding of a point at the rim, which is to keep its bits.
+  dvec3 size = abs(by);
+  if (max(size.x, max(size.y, size.z)) <= double(n[segment_numbers + kLeast])) return dvec3(0);
+  return by;
+}
+
+void main() {
+  uint i = gl_GlobalInvocationID.x;
+  if (i >= point_count) return;
+  uint group = gl_WorkGroupID.x;
+  dvec3 middle = dvec3(bounds[4u * group], bounds[4u * group + 1u], bounds[4u * group + 2u]);
+  double radius = double(uintBitsToFloat(radii[group]));
+  int s = 0;
+  while (s < segment_count && misses(s, middle, radius)) ++s;
+  if (s == segment_count) return;
+  precise dvec3 x = dvec3(points[3u * i], points[3u * i + 1u], points[3u * i + 2u]);
+  bool is_moved = false;
+  for (; s < segment_count && complete; ++s) {
+    dvec3 by = move(s, x);
+    if (by == dvec3(0)) continue;
+    is_moved = true;
+    // Not the sum of all: -0 is to stay -0.
+    if (by.x != 0.0) x.x += by.x;
+    if (by.y != 0.0) x.y += by.y;
+    if (by.z != 0.0) x.z += by.z;
+  }
+  if (is_moved) {
+    points[3u * i] = x.x;
+    points[3u * i + 1u] = x.y;
+    points[3u * i + 2u] = x.z;
+    atomicMax(radii[group], floatBitsToUint(float(distance(x, middle)) * 1.000001));
+  }
+  steps[i] += accepted;
+  uint stripe = (group % uint(kCountStripes)) * uint(kCounters);
+  count(stripe, accepted);
+  count(stripe + 2u, rejected);
+  count(stripe + 4u, evaluations);
+  if (!complete) atomicOr(counts[stripe + 6u], 1u);
+}
+)";
+
+}  // namespace knead::gpu

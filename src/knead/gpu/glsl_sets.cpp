@@ -1,0 +1,200 @@
+#include "knead/gpu/glsl.h"
+
+namespace knead::gpu {
+
+// point_set.h and handles_region.h for the graphics card. A set's entries in table[], from `set` on: where its points
+// begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are;
+// for each curve there, where its points begin in n[] and how many they are.
+const char* const kGlslSets = R"(
+#if defined(REGION_SET) || defined(REGION_HANDLES)
+
+R integer_power(R base, int exponent) {
+  R result = R(1);
+  for (; exponent > 0; exponent >>= 1) {
+    if ((exponent & 1) != 0) result *= base;
+    base *= base;
+  }
+  return result;
+}
+
+// sum^(-1/m) for sum > 0, as in point_set.h.
+R inverse_root(R sum, int m) {
+  R y = R(1) / sum;
+  int q = 1;
+  for (; 2 * q <= m; q *= 2) y = sqrt(y);
+  if (q == m) return y;
+  if (sum < R(1)) y = sqrt(y);
+  R inverse = R(1) / R(m);
+  for (int i = 0; i < 64; ++i) {
+    R next = y + y * (R(1) - sum * integer_power(y, m)) * inverse;
+    if (!(next > y)) break;
+    y = next;
+  }
+  return y;
+}
+
+#ifdef WITH_CURVES
+R squared_distance_to_segment(R3 d, R3 a, R3 b) {
+  R3 e = b - a;
+  R3 from = d - a;
+  R square = dot(e, e);
+  R3 rest = from - e * clamp(dot(e, from) / (square > R(0) ? square : R(1)), R(0), R(1));
+  return dot(rest, rest);
+}
+
+// The integral of |x - y|^-5 dl over one segment (x), and its gradient (yzw); the forms of point_set.h.
+R4 segment_integral(R3 from, R3 e, R len) {
+  R foot = dot(e, from);
+  R3 h = from - e * foot;
+  R h2 = dot(h, h);
+  R l1 = -foot;
+  R l2 = len - foot;
+  R i1 = R(1) / (h2 + l1 * l1);
+  R i2 = R(1) / (h2 + l2 * l2);
+  R r1 = sqrt(h2 + l1 * l1);
+  R r2 = sqrt(h2 + l2 * l2);
+  R product = r1 * r2;
+  R difference;
+  R g;
+  if (l1 * l2 >= R(0)) {
+    difference = (l2 * l2 - l1 * l1) / (product * (l2 * r1 + l1 * r2));
+    g = (h2 + l1 * l1 + l2 * l2) / (product * (product + l1 * l2));
+  } else {
+    difference = (l2 * r1 - l1 * r2) / (h2 * product);
+    g = (product - l1 * l2) / (h2 * product);
+  }
+  R five = difference * (i1 + i2 + g) * R(1.0lf / 3.0lf);
+  R seven = difference * (R(3) * (i1 * i1 + i2 * i2) + R(2) * g * g + i1 * i2 + R(3) * g * (i1 + i2)) *
+            R(1.0lf / 15.0lf);
+  R ends = i1 * i1 / r1 - i2 * i2 / r2;
+  return R4(five, e * ends - h * (R(5) * seven));
+}
+
+R squared_distance_to_curve(int first, int count, R3 d) {
+  R least = kNever;
+  for (int i = 0; i + 1 < count; ++i) {
+    least = min(least, squared_distance_to_segment(d, part(first + 3 * i), part(first + 3 * i + 3)));
+  }
+  return least;
+}
+
+// r_k of one polyline and its gradient.
+Region curve_distance(int first, int count, R3 d) {
+  R near = sqrt(squared_distance_to_curve(first, count, d));
+  if (!(near > R(0))) return Region(R(0), R3(0));
+  R scale = R(1) / near;
+  R4 sum = R4(0);
+  for (int i = 0; i + 1 < count; ++i) {
+    R3 a = part(first + 3 * i);
+    R3 edge = part(first + 3 * i + 3) - a;
+    R len = length(edge);
+    if (len == R(0)) continue;
+    sum += segment_integral((d - a) * scale, edge / len, len * scale);
+  }
+  R scaled = R(1) / sqrt(sqrt(R(0.75) * sum.x));
+  return Region(scaled * near, sum.yzw * (R(-0.25) * scaled / sum.x));
+}
+#endif
+
+// The true distance of the nearest element, squared.
+R nearest_squared(int set, R3 d) {
+  R least = kNever;
+  int last = table[set] + 3 * table[set + 1];
+  for (int i = table[set]; i < last; i += 3) {
+    R3 from = d - part(i);
+    least = min(least, dot(from, from));
+  }
+#ifdef WITH_CURVES
+  for (int k = 0; k < table[set + 4]; ++k) {
+    int curve = table[set + 3] + 2 * k;
+    least = min(least, squared_distance_to_curve(table[curve], table[curve + 1], d));
+  }
+#endif
+  return least;
+}
+
+Region set_distance(int set, R3 d) {
+  int first = table[set];
+  int last = first + 3 * table[set + 1];
+  int exponent = table[set + 2];
+  R least2 = kNever;
+  for (int i = first; i < last; i += 3) {
+    R3 from = d - part(i);
+    least2 = min(least2, dot(from, from));
+  }
+  R least = sqrt(least2);
+#ifdef WITH_CURVES
+  for (int k = 0; k < table[set + 4]; ++k) {
+    int curve = table[set + 3] + 2 * k;
+    least = min(least, curve_distance(table[curve], table[curve + 1], d).value);
+  }
+#endif
+  if (!(least > R(0))) return Region(R(0), R3(0));
+  R inverse = R(1) / least;
+  R sum = R(0);
+  R3 gradient = R3(0);
+  for (int i = first; i < last; i += 3) {
+    R3 from = (d - part(i)) * inverse;
+    R ratio = R(1) / dot(from, from);
+    R term = integer_power(ratio, exponent / 2);
+    sum += term;
+    gradient += from * (term * ratio);
+  }
+#ifdef WITH_CURVES
+  for (int k = 0; k < table[set + 4]; ++k) {
+    int curve = table[set + 3] + 2 * k;
+    Region own = curve_distance(table[curve], table[curve + 1], d);
+    R ratio = least / own.value;
+    R term = integer_power(ratio, exponent);
+    sum += term;
+    gradient += own.gradient * (term * ratio);
+  }
+#endif
+  R root = inverse_root(sum, exponent);
+  return Region(least * root, gradient * (root / sum));
+}
+#endif
+
+#ifdef REGION_HANDLES
+// D_full where whole is true, else D_zero, at d = x - c(t). One place for both, as the sums are long.
+Region handles_distance(int f, bool full, R3 d, R t, SinCos forth) {
+  int at = field_numbers(f) + kRegion;
+  R3 axis = part(at + 3);
+  bool turns = full && n[at + 6] != R(0);
+  R3 there = full ? d : d + part(at) * t;
+  if (turns) there = turned(d, axis, SinCos(-forth.s, forth.c));
+  Region result = set_distance(field_table(f) + (full ? kFirstSet : kSecondSet), there);
+  if (turns) result.gradient = turned(result.gradient, axis, forth);
+  return result;
+}
+
+Region handles_at(int f, R3 d, R t) {
+  SinCos forth = sincos_of(t * n[field_numbers(f) + kRegion + 6]);
+  Region of[2];
+  for (int k = 0; k < 2; ++k) of[k] = handles_distance(f, k == 0, d, t, forth);
+  R sum = of[0].value + of[1].value;
+  if (!(sum > R(0))) return Region(R(1), R3(0));
+  R inverse = R(1) / sum;
+  precise R value = of[0].value / sum;
+  return Region(of[1].value == R(0) ? R(1) : value,
+                (of[0].gradient * (of[1].value * inverse) - of[1].gradient * (of[0].value * inverse)) * inverse);
+}
+
+R handles_width(int f, R3 d, R t) {
+  SinCos forth = sincos_of(t * n[field_numbers(f) + kRegion + 6]);
+  R sum = R(0);
+  for (int k = 0; k < 2; ++k) sum += handles_distance(f, k == 0, d, t, forth).value;
+  return sum;
+}
+
+// Whether the point is one of the full set as it lies at the time t.
+bool is_of_full_set(int f, R3 d, R t) {
+  int at = field_numbers(f) + kRegion;
+  SinCos forth = sincos_of(t * n[at + 6]);
+  R3 there = n[at + 6] != R(0) ? turned(d, part(at + 3), SinCos(-forth.s, forth.c)) : d;
+  return nearest_squared(field_table(f) + kFirstSet, there) == R(0);
+}
+#endif
+)";
+
+}  // namespace knead::gpu

@@ -1,0 +1,360 @@
+#include "knead/gpu/packed_flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <variant>
+
+#include "knead/flow/culling.h"
+#include "knead/flow/segment_mover.h"
+#include "knead/math/error.h"
+
+namespace knead::gpu {
+
+namespace {
+
+using namespace layout;
+
+// Segments to a call of a shader, and points of their sets: graphics drivers stop what takes seconds.
+constexpr std::size_t kMostSegments = 64;
+constexpr std::size_t kMostSetPoints = 4096;
+// Of the width of a field's transition: what a point moves less than it does not move at all.
+constexpr double kLeastMotion = 1e-14;
+// Reaches everything.
+constexpr double kEverywhere = 1e300;
+
+void put(std::vector<double>& to, std::size_t at, const Vec3d& v) {
+  to[at] = v.x;
+  to[at + 1] = v.y;
+  to[at + 2] = v.z;
+}
+
+void put(std::vector<double>& to, std::size_t at, const Mat3d& m) {
+  put(to, at, m.row0);
+  put(to, at + 3, m.row1);
+  put(to, at + 6, m.row2);
+}
+
+std::size_t points_of(const PointSet<double>& set) {
+  std::size_t count = set.points.size();
+  for (const std::vector<Vec3d>& curve : set.curves) count += curve.size();
+  return count;
+}
+
+std::size_t set_points_of(const Segment& segment) {
+  std::size_t count = 0;
+  for (const Field& field : segment.fields) {
+    if (const auto* set = std::get_if<PointSet<double>>(&field.region)) count += points_of(*set);
+    if (const auto* marked = std::get_if<Handles<double>>(&field.region)) {
+      count += points_of(marked->full) + points_of(marked->zero);
+    }
+  }
+  return count;
+}
+
+bool has_curves(const Field& field) {
+  if (const auto* set = std::get_if<PointSet<double>>(&field.region)) return !set->curves.empty();
+  const auto* marked = std::get_if<Handles<double>>(&field.region);
+  return marked != nullptr && !(marked->full.curves.empty() && marked->zero.curves.empty());
+}
+
+bool is_symmetric(const Mat3d& m) { return m.row0.y == m.row1.x && m.row0.z == m.row2.x && m.row1.z == m.row2.y; }
+
+bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 1e-24; }
+
+// As closed_form.cpp chooses.
+ClosedForm form_of(const Translation<double>& motion, const Field& field, const Segment& segment) {
+  if (motion.velocity != segment.displacement) return kNoClosedForm;
+  if (std::holds_alternative<Handles<double>>(field.region)) return kMarked;
+  const bool is_distance = !std::holds_alternative<HalfSpace<double>>(field.region);
+  return is_distance && field.thresholds.inner <= 0 ? kNoClosedForm : kRigidCore;
+}
+
+ClosedForm form_of(const Rotation<double>& motion, const Field& field, const Segment& segment) {
+  if (segment.displacement != Vec3d{}) return kNoClosedForm;
+  if (const auto* marked = std::get_if<Handles<double>>(&field.region)) {
+    return motion.rate == marked->turn_angle && motion.axis == marked->turn_axis ? kMarked : kNoClosedForm;
+  }
+  if (std::holds_alternative<Ball<double>>(field.region)) {
+    return motion.companion == RotationGauge::radial ? kTurningBall : kNoClosedForm;
+  }
+  const auto* space = std::get_if<HalfSpace<double>>(&field.region);
+  const bool known = space != nullptr && (space->turn_angle == 0 || is_parallel(space->turn_axis, motion.axis));
+  return known ? kTurningSpace : kNoClosedForm;
+}
+
+ClosedForm form_of(const Twist<double>& motion, const Field& field, const Segment& segment) {
+  const auto* space = std::get_if<HalfSpace<double>>(&field.region);
+  if (segment.displacement != Vec3d{} || space == nullptr || space->turn_angle != 0) return kNoClosedForm;
+  return is_parallel(space->normal, motion.axis) ? kParallelTwist : kTurningSpace;
+}
+
+ClosedForm form_of(const Strain<double>& motion, const Field& field, const Segment& segment) {
+  const bool known = std::holds_alternative<Ball<double>>(field.region) && is_symmetric(motion.matrix) &&
+                     segment.displacement == Vec3d{} && !segment.cylinder;
+  return known ? kStretchedCore : kNoClosedForm;
+}
+
+ClosedForm form_of(const CustomMotion& /*motion*/, const Field& /*field*/, const Segment& /*segment*/) {
+  return kNoClosedForm;
+}
+
+ClosedForm form_of(const Segment& segment) {
+  if (segment.fields.size() != 1 || segment.time_law != TimeLaw::swept) return kNoClosedForm;
+  const Field& field = segment.fields.front();
+  return std::visit([&](const auto& motion) { return form_of(motion, field, segment); }, field.motion);
+}
+
+// The twelve numbers of an inner motion; motion.h says what they are for.
+void put_motion(std::vector<double>& to, std::size_t at, const Translation<double>& motion) {
+  const Vec3d parallel = motion.axis * dot(motion.axis, motion.velocity);
+  const Vec3d perpendicular = motion.velocity - parallel;
+  put(to, at, motion.velocity);
+  put(to, at + 3, (parallel + perpendicular * motion.gauge) * 0.5);
+  put(to, at + 6, motion.axis);
+  put(to, at + 9, cross(motion.axis, perpendicular) * (1 - motion.gauge));
+}
+
+void put_motion(std::vector<double>& to, std::size_t at, const Rotation<double>& motion) {
+  const double rest = 1 - motion.gauge;
+  const bool radial = motion.companion == RotationGauge::radial;
+  put(to, at, motion.axis);
+  to[at + 3] = motion.rate;
+  to[at + 4] = motion.rate * (motion.gauge * 0.5 + (radial ? rest : 0));
+  to[at + 5] = motion.rate * (-motion.gauge * 0.25 - (radial ? 0 : rest * 0.5));
+  to[at + 6] = motion.rate * (radial ? rest : 0);
+  to[at + 7] = motion.gauge;
+}
+
+void put_motion(std::vector<double>& to, std::size_t at, const Twist<double>& motion) {
+  put(to, at, motion.axis);
+  to[at + 3] = motion.rate;
+  to[at + 4] = motion.rate * motion.gauge * 0.25;
+  to[at + 5] = motion.rate * (-motion.gauge * 0.25 - (1 - motion.gauge) * 0.5);
+  to[at + 7] = motion.gauge;
+}
+
+void put_motion(std::vector<double>& to, std::size_t at, const Strain<double>& motion) { put(to, at, motion.matrix); }
+
+void put_motion(std::vector<double>& /*to*/, std::size_t /*at*/, const CustomMotion& /*motion*/) {}
+
+// Where a resting field's region, or a moving one's on its whole way, can be felt.
+struct FieldBounds {
+  Vec3d from;
+  Vec3d way;          // or a normal
+  double reach = 0;   // of the distance from the way, or along the normal
+  double along = -1;  // 1 / |way|^2, 0 for no way; -1: a normal
+};
+
+FieldBounds along_the_way(const Vec3d& from, const Vec3d& way, double reach) {
+  return {from, way, reach, norm2(way) > 0 ? 1 / norm2(way) : 0.0};
+}
+
+FieldBounds bounds_of(const Field& field, const Segment& segment) {
+  const bool blended = segment.time_law == TimeLaw::blended;
+  const double begin = blended ? 0 : segment.begin;
+  const double end = blended ? 1 : segment.end;
+  const Vec3d from = field.center + segment.displacement * begin;
+  const Vec3d way = segment.displacement * (end - begin);
+  const double outer = field.thresholds.outer;
+  const double slack = 1e-6 * std::abs(outer) + 1e-12 * (norm(from) + norm(way));
+  if (std::holds_alternative<Ball<double>>(field.region)) return along_the_way(from, way, outer + slack);
+  if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
+    return along_the_way(from, way, outer + norm(capsule->half_axis) * (1 + 1e-6) + slack);
+  }
+  if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+    const detail::Surround ball = detail::surround_of(*set);
+    const double reach = ball.radius * (1 + 1e-6) + detail::support_reach(*set, outer) * (1 + 1e-4);
+    return along_the_way(from + ball.center, way, reach + slack);
+  }
+  const auto* space = std::get_if<HalfSpace<double>>(&field.region);
+  if (space == nullptr || space->turn_angle != 0) return {from, {}, kEverywhere, 0};
+  return {dot(space->normal, way) > 0 ? from + way : from, space->normal, outer + slack, -1};
+}
+
+// Fills one pack.
+class Packer {
+ public:
+  Packer(std::span<const Segment> segments, const AdvectOptions& options) : segments_(segments), options_(options) {
+    std::size_t fields = 0;
+    for (const Segment& segment : segments) fields += segment.fields.size();
+    packed_.count = static_cast<int>(segments.size());
+    packed_.numbers.resize(segments.size() * kSegmentNumbers + fields * kFieldNumbers);
+    packed_.places.resize(segments.size() * kSegmentPlaces + fields * kFieldBounds);
+    packed_.table.resize(segments.size() * kSegmentEntries + fields * kFieldEntries);
+  }
+
+  PackedSegments run() {
+    std::size_t field = 0;
+    for (std::size_t i = 0; i < segments_.size(); ++i) {
+      put_segment(i, field);
+      for (const Field& own : segments_[i].fields) put_field(segments_[i], own, field++);
+    }
+    return std::move(packed_);
+  }
+
+ private:
+  std::size_t table_of(std::size_t field) const { return segments_.size() * kSegmentEntries + field * kFieldEntries; }
+  std::size_t numbers_of(std::size_t field) const { return segments_.size() * kSegmentNumbers + field * kFieldNumbers; }
+  std::size_t bounds_at(std::size_t field) const { return segments_.size() * kSegmentPlaces + field * kFieldBounds; }
+
+  void put_segment(std::size_t i, std::size_t first_field) {
+    const Segment& segment = segments_[i];
+    const std::size_t numbers = i * kSegmentNumbers;
+    put(packed_.numbers, numbers, segment.displacement);
+    packed_.numbers[numbers + 3] = norm(segment.displacement);
+    packed_.numbers[numbers + kReach] = std::min(detail::reach_of_step(segment), 1e30);
+    packed_.numbers[numbers + kTolerance] = detail::kSafety * options_.tolerance;
+    packed_.numbers[numbers + kLeast] = least_motion(segment);
+    const ClosedForm form = form_of(segment);
+    if (form == kStretchedCore) {
+      const Mat3d& m = std::get<Strain<double>>(segment.fields.front().motion).matrix;
+      put(packed_.numbers, numbers + layout::kStrain, exp(m * (segment.end - segment.begin)));
+    }
+    const std::size_t places = i * kSegmentPlaces;
+    put(packed_.places, places, segment.fields.front().center);
+    put(packed_.places, places + 3, segment.displacement);
+    packed_.places[places + 6] = segment.begin;
+    packed_.places[places + 7] = segment.end;
+    if (segment.cylinder) {
+      put(packed_.places, places + 8, segment.cylinder->point);
+      put(packed_.places, places + 11, segment.cylinder->direction);
+      packed_.places[places + 14] = segment.cylinder->radius * segment.cylinder->radius;
+    }
+    const std::size_t entry = i * kSegmentEntries;
+    packed_.table[entry] = static_cast<std::int32_t>(segment.fields.size());
+    packed_.table[entry + 1] = static_cast<std::int32_t>(table_of(first_field));
+    packed_.table[entry + 2] =
+        (detail::carries(segment) ? kCarries : 0) + (segment.cylinder ? kHasCylinder : 0) + kClosedForm * form;
+    packed_.table[entry + 3] = static_cast<std::int32_t>(numbers);
+  }
+
+  static double least_motion(const Segment& segment) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Field& field : segment.fields) {
+      const bool is_ratio = std::holds_alternative<Handles<double>>(field.region);
+      least = std::min(least, is_ratio ? 0 : kLeastMotion * (field.thresholds.outer - field.thresholds.inner));
+    }
+    return least;
+  }
+
+  void put_field(const Segment& segment, const Field& field, std::size_t index) {
+    const std::size_t at = numbers_of(index);
+    const double width = field.thresholds.outer - field.thresholds.inner;
+    const double epsilon = options_.precision == Precision::float32 ? std::numeric_limits<float>::epsilon()
+                                                                    : std::numeric_limits<double>::epsilon();
+    std::vector<double>& numbers = packed_.numbers;
+    put(numbers, at, field.center - segment.fields.front().center);
+    numbers[at + kOuter] = field.thresholds.outer;
+    numbers[at + kInner] = field.thresholds.inner;
+    numbers[at + kInverseWidth] = (1 + 4 * epsilon) / width;  // rounded up, as in blend.h
+    std::visit([&](const auto& motion) { put_motion(numbers, at + kMotion, motion); }, field.motion);
+    const std::size_t entry = table_of(index);
+    packed_.table[entry + kFieldBegin] = static_cast<std::int32_t>(at);
+    packed_.table[entry + kMotionKind] = static_cast<std::int32_t>(field.motion.index());
+    packed_.table[entry + kRegionKind] = static_cast<std::int32_t>(field.region.index());
+    packed_.table[entry + kBounds] = static_cast<std::int32_t>(bounds_at(index));
+    put_bounds(bounds_of(field, segment), bounds_at(index));
+    std::visit([&](const auto& region) { put_region(region, at + kRegion, entry); }, field.region);
+  }
+
+  void put_bounds(const FieldBounds& bounds, std::size_t at) {
+    put(packed_.places, at, bounds.from);
+    put(packed_.places, at + 3, bounds.way);
+    packed_.places[at + 6] = bounds.reach;
+    packed_.places[at + 7] = bounds.along;
+  }
+
+  void put_region(const Ball<double>& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
+
+  void put_region(const Capsule<double>& region, std::size_t at, std::size_t /*entry*/) {
+    put(packed_.numbers, at, region.half_axis);
+    const double length2 = norm2(region.half_axis);
+    packed_.numbers[at + 3] = length2 > 0 ? 1 / length2 : 0;
+  }
+
+  void put_region(const HalfSpace<double>& region, std::size_t at, std::size_t /*entry*/) {
+    put(packed_.numbers, at, region.normal);
+    put(packed_.numbers, at + 3, region.turn_axis);
+    packed_.numbers[at + 6] = region.turn_angle;
+  }
+
+  void put_region(const PointSet<double>& region, std::size_t /*at*/, std::size_t entry) {
+    put_set(region, entry + kFirstSet);
+  }
+
+  void put_region(const Handles<double>& region, std::size_t at, std::size_t entry) {
+    put(packed_.numbers, at, region.sweep);
+    put(packed_.numbers, at + 3, region.turn_axis);
+    packed_.numbers[at + 6] = region.turn_angle;
+    put_set(region.full, entry + kFirstSet);
+    put_set(region.zero, entry + kSecondSet);
+  }
+
+  void put_region(const CustomRegion& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
+
+  std::int32_t put_points(const std::vector<Vec3d>& points) {
+    const std::size_t begin = packed_.numbers.size();
+    packed_.numbers.resize(begin + 3 * points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) put(packed_.numbers, begin + 3 * i, points[i]);
+    return static_cast<std::int32_t>(begin);
+  }
+
+  void put_set(const PointSet<double>& set, std::size_t entry) {
+    const std::int32_t points = put_points(set.points);
+    const std::size_t curves = packed_.table.size();
+    packed_.table.resize(curves + 2 * set.curves.size());
+    packed_.table[entry] = points;
+    packed_.table[entry + 1] = static_cast<std::int32_t>(set.points.size());
+    packed_.table[entry + 2] = set.exponent;
+    packed_.table[entry + 3] = static_cast<std::int32_t>(curves);
+    packed_.table[entry + 4] = static_cast<std::int32_t>(set.curves.size());
+    for (std::size_t k = 0; k < set.curves.size(); ++k) {
+      packed_.table[curves + 2 * k] = put_points(set.curves[k]);
+      packed_.table[curves + 2 * k + 1] = static_cast<std::int32_t>(set.curves[k].size());
+    }
+  }
+
+  std::span<const Segment> segments_;
+  const AdvectOptions& options_;
+  PackedSegments packed_;
+};
+
+}  // namespace
+
+ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
+  ShaderKind kind;
+  for (const Field& field : segment.fields) {
+    if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {
+      throw InvalidInput(
+          "a field is a function of the program's own, which a graphics card cannot call; move the points with advect");
+    }
+    kind.motions |= 1U << field.motion.index();
+    kind.regions |= 1U << field.region.index();
+    kind.curves = kind.curves || has_curves(field);
+  }
+  kind.single = segment.fields.size() == 1;
+  kind.blended = segment.time_law == TimeLaw::blended;
+  kind.cylinder = segment.cylinder.has_value();
+  kind.in_double = options.precision == Precision::float64;
+  kind.integrator = options.integrator;
+  return kind;
+}
+
+PackedSegments pack(std::span<const Segment> segments, const AdvectOptions& options) {
+  return Packer(segments, options).run();
+}
+
+std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& options) {
+  const ShaderKind kind = kind_of(segments.front(), options);
+  std::size_t set_points = set_points_of(segments.front());
+  std::size_t length = 1;
+  while (length < std::min(segments.size(), kMostSegments)) {
+    set_points += set_points_of(segments[length]);
+    if (set_points > kMostSetPoints || !(kind_of(segments[length], options) == kind)) break;
+    ++length;
+  }
+  return length;
+}
+
+}  // namespace knead::gpu
