@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "backend.h"
+#include "bench_gpu.h"
 #include "bench_integrators.h"
 #include "bench_measure.h"
 #include "bench_peers.h"
@@ -29,6 +31,7 @@ namespace {
 struct BenchOptions {
   std::vector<std::string> meshes;
   bool integrators = false;
+  std::string backend = "cpu";
   CommonOptions common;
 };
 
@@ -36,6 +39,9 @@ struct BenchOptions {
 // each.
 constexpr std::size_t kReferenceVertices = 8000;
 constexpr std::size_t kErrorVertices = 1000;
+
+// The first of the standard scenes.
+constexpr std::size_t kPaperScenes = 4;
 
 struct Row {
   const BenchScene* scene = nullptr;
@@ -216,8 +222,26 @@ nlohmann::ordered_json measure_all_integrators(const std::vector<BenchScene>& sc
   return json;
 }
 
+// The paper's scenes, on its four shapes or those given.
+std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
+  std::vector<BenchScene> scenes;
+  if (options.meshes.empty()) {
+    scenes = standard_scenes(mesh_folder());
+    scenes.resize(kPaperScenes);
+  }
+  for (const std::string& path : options.meshes) scenes.push_back(paper_scene(path, read_mesh(path).positions));
+  return scenes;
+}
+
 void run_bench(const BenchOptions& options) {
   const bool quiet = options.common.json;
+  check_backend(options.backend);
+  if (options.backend == "gpu") {
+    if (options.integrators) throw UsageError("--integrators are measured on the CPU; leave --backend out");
+    const nlohmann::ordered_json json = measure_on_gpu(paper_scenes_of(options), options.meshes.empty(), quiet);
+    if (quiet) print(json.dump(2) + "\n");
+    return;
+  }
   if (options.integrators) {
     const nlohmann::ordered_json json = measure_all_integrators(integrator_scenes_of(options), quiet);
     if (quiet) print(json.dump(2) + "\n");
@@ -252,11 +276,15 @@ Subcommand add_bench(CLI::App& parent) {
       ->type_name("FILE");
   app->add_flag("--integrators", options->integrators,
                 "Instead, the error and time of every integrator and tolerance for a stroke of each tool");
+  app->add_option("--backend", options->backend, "gpu: the paper's scenes on a graphics card instead")
+      ->capture_default_str()
+      ->type_name("NAME");
   add_common_options(*app, options->common);
   add_examples(
       *app,
       "  knead bench\n"
       "  knead bench --integrators\n"
+      "  knead bench --backend gpu\n"
       "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
       "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
       "procedural shapes of the same size take their place.");

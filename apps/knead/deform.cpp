@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "backend.h"
 #include "certified.h"
 #include "command.h"
 #include "deform_options.h"
@@ -184,6 +185,8 @@ void run_deform(const DeformOptions& options, bool has_bounds) {
   check_outputs(options, target);
   replay.single_precision = holds_floats(target.path(0), replay.precision);
   const bool quiet = options.common.quiet;
+  const ChosenBackend backend = choose_backend(options.backend, quiet);
+  replay.backend = backend.move;
   ReportSeconds seconds;
   const Inputs inputs = read_deform_inputs(options, replay, target);
   seconds.read = total.seconds();
@@ -207,6 +210,7 @@ void run_deform(const DeformOptions& options, bool has_bounds) {
   if (!is_reported(options)) return;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.total = total.seconds();
+  report.backend = backend.name();
   print_report(options, target, report);
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "backend.h"
 #include "bounds.h"
 
 namespace knead::command {
@@ -31,11 +32,6 @@ Precision precision_named(const std::string& name) {
   if (name == "float") return Precision::float32;
   if (name == "double") return Precision::float64;
   throw UsageError(fmt::format("--precision {}: say float or double", name));
-}
-
-void check_backend(const std::string& name) {
-  if (name == "gpu") throw UsageError("this build has no GPU backend; leave --backend out");
-  if (name != "cpu") throw UsageError(fmt::format("--backend {}: say cpu", name));
 }
 
 }  // namespace
@@ -84,7 +80,10 @@ void add_options(CLI::App& app, DeformOptions& options) {
   app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--backend", options.backend, "cpu")->capture_default_str()->type_name("NAME");
+  app.add_option("--backend", options.backend,
+                 "cpu, or gpu: a graphics card with OpenGL 4.3, or the CPU where there is none")
+      ->capture_default_str()
+      ->type_name("NAME");
   app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
   app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
   add_remesh_options(app, options.remesh);

@@ -109,8 +109,11 @@ TEST_F(ErrorsTest, WrongUsageIsOneLineThatPointsToHelp) {
   EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
 }
 
-TEST_F(ErrorsTest, NoGpuBackend) {
+TEST_F(ErrorsTest, UnknownBackends) {
+  expect_error(knead({"deform", "a.ply", "s.knead", "-o", "b.ply", "--backend", "tpu"}), 2, "--backend tpu: say cpu");
+#ifndef KNEAD_HAS_GPU
   expect_error(knead({"deform", "a.ply", "s.knead", "-o", "b.ply", "--backend", "gpu"}), 2, "leave --backend out");
+#endif
 }
 
 TEST_F(ErrorsTest, LaterSubcommandsAreUnknown) {

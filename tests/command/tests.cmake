@@ -7,6 +7,10 @@ knead_test(knead_command_test
 target_compile_definitions(knead_command_test PRIVATE KNEAD_COMMAND="$<TARGET_FILE:knead>"
                                                       KNEAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 add_dependencies(knead_command_test knead)
+if(TARGET knead::gpu)
+  target_compile_definitions(knead_command_test PRIVATE KNEAD_HAS_GPU)
+  target_sources(knead_command_test PRIVATE ${here}/backend_test.cpp)
+endif()
 if(TARGET knead::render)
   target_sources(knead_command_test PRIVATE ${here}/render_test.cpp)
   target_include_directories(knead_command_test SYSTEM PRIVATE ${KNEAD_STB_INCLUDE_DIR})

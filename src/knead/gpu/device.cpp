@@ -89,6 +89,11 @@ AdvectResult result_of(const Buffer& counts) {
     result.rejected_steps += number(2);
     result.evaluations += number(4);
     if (words[at + 6] != 0) result.status = AdvectStatus::step_limit;
+    if (words[at + 7] != 0) {
+      throw DeviceError(
+          "the graphics driver stops loops as long as these path lines need (Mesa's does on the CPU); use the cpu "
+          "backend");
+    }
   }
   return result;
 }
@@ -139,9 +144,11 @@ struct Device::State {
   Context context;
   std::size_t most_points = 0;  // to a range
   std::size_t most_bytes = 0;   // to a buffer
+  bool unrolled = true;
   std::vector<std::pair<ShaderKind, Program>> programs;
 
   explicit State(const DeviceOptions& options) {
+    unrolled = options.unrolled.value_or(!context.is_software());
     const CurrentContext current(context);
     GLint64 bytes = 0;
     GLint groups = 0;
@@ -172,7 +179,8 @@ struct Device::State {
 
   // Sends all points through some segments of one kind. Returns false when it was cancelled.
   bool run(std::span<const Segment> segments, DevicePoints::State& points, const AdvectOptions& options) {
-    const ShaderKind kind = kind_of(segments.front(), options);
+    ShaderKind kind = kind_of(segments.front(), options);
+    kind.unrolled = unrolled;
     const PackedSegments packed = pack(segments, options);
     if (packed.numbers.size() * sizeof(double) > most_bytes) {
       throw DeviceError("the graphics driver takes no point set as large as this flow's; use the cpu backend");

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -15,6 +16,9 @@ namespace knead::gpu {
 
 struct DeviceOptions {
   std::size_t most_points = 0;  // to a buffer; more go in several. 0: as many as the driver takes
+  // Whether the stages of a step are written out in the shaders. Nothing: on cards, where they then stay in registers,
+  // but not on the CPU, where the compiler takes longest.
+  std::optional<bool> unrolled{};
 };
 
 // Points in a device's memory, where flows move them. Must not outlive its device. Movable.

@@ -36,6 +36,38 @@ std::string step_source(const Tableau& method) {
   return text;
 }
 
+// The same as a loop, for compilers that take long: the slopes are kept in memory, though.
+std::string looped_step_source(const Tableau& method) {
+  std::string weights;
+  std::string times;
+  for (int i = 0; i < method.stages + 2; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    for (std::size_t j = 0; j < static_cast<std::size_t>(method.stages); ++j) {
+      const double weight = i < method.stages ? method.a[row][j] : (i == method.stages ? method.b[j] : method.e[j]);
+      weights += (weights.empty() ? "" : ", ") + literal(weight);
+    }
+    if (i < method.stages) times += (times.empty() ? "" : ", ") + literal(method.c[row]);
+  }
+  return fmt::format("const int kStages = {};\nconst R kWeights[] = R[]({});\nconst R kTimes[] = R[]({});\n",
+                     method.stages, weights, times) +
+         R"(
+R3 weighted(R3 k[kStages], int row, int count) {
+  R3 sum = R3(0);
+  for (int j = 0; j < count; ++j) sum += k[j] * kWeights[row * kStages + j];
+  return sum;
+}
+
+void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {
+  R3 k[kStages];
+  k[0] = k0;
+  for (int i = 1; i < kStages; ++i) k[i] = velocity_at(at + weighted(k, i, i) * h, t + kTimes[i] * h);
+  slope = weighted(k, kStages, kStages);
+  estimate = weighted(k, kStages + 1, kStages);
+  last = k[kStages - 1];
+}
+)";
+}
+
 std::string define(const char* name, int value) { return fmt::format("#define {} {}\n", name, value); }
 
 std::string layout_defines() {
@@ -167,7 +199,9 @@ std::string shader_source(const ShaderKind& kind) {
   return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + kInterface +
          kind_function("motion_kind", "kMotionKind", kind.motions) +
          kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslSets + kGlslVelocity +
-         kGlslContact + kGlslClosedForm + step_source(tableau(kind.integrator)) + kGlslPath;
+         kGlslContact + kGlslClosedForm +
+         (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +
+         kGlslPath;
 }
 
 }  // namespace knead::gpu

@@ -49,7 +49,7 @@ inline constexpr int kFieldBounds = 8;
 
 inline constexpr int kGroup = 64;         // points to a group, which have a bound in common
 inline constexpr int kCountStripes = 64;  // of the counters, so that threads seldom meet
-inline constexpr int kCounters = 8;       // of a stripe: accepted, rejected, evaluations of two words each, incomplete
+inline constexpr int kCounters = 8;  // of a stripe: accepted, rejected, evaluations of two words each, incomplete, cut
 }  // namespace layout
 
 enum MotionKind : int { kTranslation, kRotation, kTwist, kStrainMotion };
@@ -75,6 +75,7 @@ struct ShaderKind {
   bool blended = false;
   bool cylinder = false;
   bool in_double = false;
+  bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
   Integrator integrator = Integrator::tsitouras;
 
   friend bool operator==(const ShaderKind&, const ShaderKind&) = default;

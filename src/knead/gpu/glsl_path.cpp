@@ -136,13 +136,13 @@ bool goes_a_short_way(R3 base, R t, R end, R3 first, out R3 moved) {
   return true;
 }
 
-// From the time t, when a tool reaches the point.
+// From the time t on.
 dvec3 run(R3 base, R t, R end) {
   R direction = end >= t ? R(1) : R(-1);
   R3 moved = R3(0);
   R3 slope = R3(0);
-  bool have_slope = false;
-  bool at_contact = true;
+  bool have_slope = true;
+  bool at_contact = false;
   bool at_beginning = true;
   R trial = abs(end - t);
   while ((end - t) * direction > R(0)) {
@@ -150,8 +150,9 @@ dvec3 run(R3 base, R t, R end) {
     if (slope == R3(0) && !at_contact) {
       R contact = next_contact(base + moved, t, end);
       if (contact == kNever) break;
-      have_slope = t == contact;
+      have_slope = t == contact && !at_beginning;
       t = contact;
+      if (at_beginning) trial = abs(end - t);
       at_contact = true;
       continue;
     }
@@ -194,13 +195,11 @@ dvec3 run(R3 base, R t, R end) {
 dvec3 displacement_of(dvec3 x, R begin, R end) {
   precise dvec3 from = x - centre;
   R3 base = R3(from);
-  R contact = next_contact(base, begin, end);
-  if (contact == kNever) return dvec3(0);
 #if defined(SINGLE_FIELD) && !defined(BLENDED)
   dvec3 known;
   if (closed_form != 0 && is_known(base - displacement * begin, begin, end, known)) return known;
 #endif
-  return run(base, contact, end);
+  return run(base, begin, end);
 }
 
 dvec3 place(int i) { return dvec3(e[i], e[i + 1], e[i + 2]); }
@@ -317,11 +316,16 @@ void main() {
     atomicMax(radii[group], floatBitsToUint(float(distance(x, middle)) * 1.000001));
   }
   steps[i] += accepted;
+  // Some drivers stop all loops after so many rounds (Mesa's on the CPU after 65535 in all), and then this one, too.
+  int rounds = 0;
+  while (rounds < segment_count + 1) ++rounds;
+  bool is_cut_short = rounds < segment_count + 1;
   uint stripe = (group % uint(kCountStripes)) * uint(kCounters);
   count(stripe, accepted);
   count(stripe + 2u, rejected);
   count(stripe + 4u, evaluations);
   if (!complete) atomicOr(counts[stripe + 6u], 1u);
+  if (is_cut_short) atomicOr(counts[stripe + 7u], 1u);
 }
 )";
 

@@ -9,10 +9,16 @@ const char* const kGlslSets = R"(
 #if defined(REGION_SET) || defined(REGION_HANDLES)
 
 R integer_power(R base, int exponent) {
-  R result = R(1);
-  for (; exponent > 0; exponent >>= 1) {
-    if ((exponent & 1) != 0) result *= base;
+  R result = (exponent & 1) != 0 ? base : R(1);
+  base *= base;
+  if ((exponent & 2) != 0) result *= base;
+  base *= base;
+  if ((exponent & 4) != 0) result *= base;
+  base *= base;
+  if ((exponent & 8) != 0) result *= base;
+  for (exponent >>= 4; exponent > 0; exponent >>= 1) {
     base *= base;
+    if ((exponent & 1) != 0) result *= base;
   }
   return result;
 }
@@ -96,14 +102,29 @@ Region curve_distance(int first, int count, R3 d) {
 }
 #endif
 
+R squared_distance(R3 d, int point) {
+  R3 from = d - part(point);
+  return dot(from, from);
+}
+
+// Of the nearest point, not counting curves. Eight at a time, as loops cost.
+R nearest_point_squared(int first, int last, R3 d) {
+  R least = kNever;
+  int i = first;
+  for (; i + 24 <= last; i += 24) {
+    R a = min(min(squared_distance(d, i), squared_distance(d, i + 3)),
+              min(squared_distance(d, i + 6), squared_distance(d, i + 9)));
+    R b = min(min(squared_distance(d, i + 12), squared_distance(d, i + 15)),
+              min(squared_distance(d, i + 18), squared_distance(d, i + 21)));
+    least = min(least, min(a, b));
+  }
+  for (; i < last; i += 3) least = min(least, squared_distance(d, i));
+  return least;
+}
+
 // The true distance of the nearest element, squared.
 R nearest_squared(int set, R3 d) {
-  R least = kNever;
-  int last = table[set] + 3 * table[set + 1];
-  for (int i = table[set]; i < last; i += 3) {
-    R3 from = d - part(i);
-    least = min(least, dot(from, from));
-  }
+  R least = nearest_point_squared(table[set], table[set] + 3 * table[set + 1], d);
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
     int curve = table[set + 3] + 2 * k;
@@ -113,16 +134,19 @@ R nearest_squared(int set, R3 d) {
   return least;
 }
 
+// What a point adds to the sum of (least / d_i)^m (x) and to its gradient (yzw).
+R4 share_of(R3 d, int point, R inverse, int half_exponent) {
+  R3 from = (d - part(point)) * inverse;
+  R ratio = R(1) / dot(from, from);
+  R term = integer_power(ratio, half_exponent);
+  return R4(term, from * (term * ratio));
+}
+
 Region set_distance(int set, R3 d) {
   int first = table[set];
   int last = first + 3 * table[set + 1];
   int exponent = table[set + 2];
-  R least2 = kNever;
-  for (int i = first; i < last; i += 3) {
-    R3 from = d - part(i);
-    least2 = min(least2, dot(from, from));
-  }
-  R least = sqrt(least2);
+  R least = sqrt(nearest_point_squared(first, last, d));
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
     int curve = table[set + 3] + 2 * k;
@@ -131,15 +155,19 @@ Region set_distance(int set, R3 d) {
 #endif
   if (!(least > R(0))) return Region(R(0), R3(0));
   R inverse = R(1) / least;
-  R sum = R(0);
-  R3 gradient = R3(0);
-  for (int i = first; i < last; i += 3) {
-    R3 from = (d - part(i)) * inverse;
-    R ratio = R(1) / dot(from, from);
-    R term = integer_power(ratio, exponent / 2);
-    sum += term;
-    gradient += from * (term * ratio);
+  R4 shares = R4(0);
+  int i = first;
+  int half_exponent = exponent / 2;
+  for (; i + 24 <= last; i += 24) {
+    R4 a = share_of(d, i, inverse, half_exponent) + share_of(d, i + 3, inverse, half_exponent);
+    R4 b = share_of(d, i + 6, inverse, half_exponent) + share_of(d, i + 9, inverse, half_exponent);
+    a += share_of(d, i + 12, inverse, half_exponent) + share_of(d, i + 15, inverse, half_exponent);
+    b += share_of(d, i + 18, inverse, half_exponent) + share_of(d, i + 21, inverse, half_exponent);
+    shares += a + b;
   }
+  for (; i < last; i += 3) shares += share_of(d, i, inverse, half_exponent);
+  R sum = shares.x;
+  R3 gradient = shares.yzw;
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
     int curve = table[set + 3] + 2 * k;

@@ -12,6 +12,16 @@ AdvectResult move_points(const Flow& flow, const AdvectOptions& options, std::ve
   return result;
 }
 
+// By a backend, which knows of no blocks: those that there are would be out of date.
+AdvectResult move_vertices(const Flow& flow, const MoveOptions& options, MovedShape& shape) {
+  if (!options.backend) return move_points(flow, options.vertices, shape.positions, shape.blocks);
+  shape.earlier_steps = steps_of(shape);
+  shape.blocks.reset();
+  AdvectOptions counted = options.vertices;
+  counted.steps = shape.earlier_steps;
+  return options.backend(flow, shape.positions, counted);
+}
+
 }  // namespace
 
 std::vector<std::uint32_t> steps_of(const MovedShape& shape) {
@@ -29,7 +39,7 @@ void forget_blocks(MovedShape& shape) {
 
 void move(const Flow& flow, const MoveOptions& options, MovedShape& shape) {
   if (flow.segments.empty()) return;
-  shape.counts += move_points(flow, options.vertices, shape.positions, shape.blocks);
+  shape.counts += move_vertices(flow, options, shape);
   if (shape.counts.status != AdvectStatus::done || shape.companions.empty()) return;
   shape.counts.status = move_points(flow, options.companions, shape.companions, shape.companion_blocks).status;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "knead/flow/advect.h"
+#include "knead/flow/backend.h"
 
 namespace knead::session_detail {
 
@@ -28,6 +29,7 @@ void forget_blocks(MovedShape& shape);
 struct MoveOptions {
   AdvectOptions vertices;  // steps is not looked at
   AdvectOptions companions;
+  Backend backend{};  // moves the vertices; empty: advect
 };
 
 void move(const Flow& flow, const MoveOptions& options, MovedShape& shape);

@@ -268,10 +268,22 @@ class Replayer {
 
 }  // namespace
 
+namespace {
+
+ReplayOptions without_backend(ReplayOptions options) {
+  options.backend = nullptr;
+  return options;
+}
+
+}  // namespace
+
 ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   if (options.remesh) validate(*options.remesh);
   if (session_detail::remeshes(mesh, session, options)) {
-    return session_detail::replay_remeshed(mesh, session, options);
+    const ReplayOptions on_cpu = without_backend(options);
+    ReplayResult result = session_detail::replay_remeshed(mesh, session, on_cpu);
+    if (options.backend) result.warnings.push_back("a shape that is remeshed is moved on the CPU");
+    return result;
   }
   ReplayResult result = Replayer(mesh, session, options).run();
   const std::optional<std::string> ignored = session_detail::ignored_remesh(mesh, session, options);
@@ -282,7 +294,9 @@ ReplayResult replay(const Mesh& mesh, const Session& session, const ReplayOption
 std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   std::uint64_t segments = 0;
   for (const Task& task : make_plan(session, options).tasks) segments += task.work;
-  if (session_detail::remeshes(mesh, session, options) && session_detail::reads_first(session, options)) segments *= 2;
+  if (session_detail::remeshes(mesh, session, options) &&
+      session_detail::reads_first(session, without_backend(options)))
+    segments *= 2;
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), has_direction);
   return segments * (mesh.positions.size() + 4 * static_cast<std::size_t>(carried));
 }

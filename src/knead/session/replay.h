@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "knead/flow/advect.h"
+#include "knead/flow/backend.h"
 #include "knead/mesh/mesh.h"
 #include "knead/remesh/remesh.h"
 #include "knead/session/session.h"
@@ -46,7 +47,10 @@ struct ReplayOptions {
   double tolerance = 1e-5;  // position error of one path line over one segment, relative to the shape's box diagonal
   Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
-  int threads = 0;               // 0: all
+  int threads = 0;  // 0: all
+  // What moves the vertices; empty: advect. Normals' companions, strokes' readings of the surface and shapes that are
+  // remeshed stay with that.
+  Backend backend{};
   bool inverse = false;          // the strokes backwards, latest first: takes a deformed shape back
   std::optional<double> until;   // only the session's first strokes; 2.5: two, and half of the third's segments
   Progress* progress = nullptr;  // counts up to total_work

@@ -61,6 +61,7 @@ MoveOptions move_options(const ReplayOptions& options, double diagonal) {
   result.vertices.precision = options.precision;
   result.vertices.threads = options.threads;
   result.vertices.progress = options.progress;
+  result.backend = options.backend;
   result.companions.tolerance = kCompanionTolerance * diagonal;
   result.companions.precision = Precision::float64;
   result.companions.threads = options.threads;
@@ -71,7 +72,8 @@ MoveOptions move_options(const ReplayOptions& options, double diagonal) {
 bool is_usual(const ReplayOptions& options) {
   const ReplayOptions defaults;
   return options.tolerance == defaults.tolerance && options.integrator == defaults.integrator &&
-         options.precision == defaults.precision && options.single_precision == defaults.single_precision;
+         options.precision == defaults.precision && options.single_precision == defaults.single_precision &&
+         !options.backend;
 }
 
 ReplayOptions usual(const ReplayOptions& options) {
@@ -80,6 +82,7 @@ ReplayOptions usual(const ReplayOptions& options) {
   result.tolerance = defaults.tolerance;
   result.integrator = defaults.integrator;
   result.precision = defaults.precision;
+  result.backend = nullptr;
   result.single_precision = defaults.single_precision;
   result.frames = 0;
   result.on_stroke = nullptr;

@@ -20,8 +20,8 @@ double checked_diagonal(const Mesh& mesh, const ReplayOptions& options);
 
 MoveOptions move_options(const ReplayOptions& options, double diagonal);
 
-// Whether strokes that read the surface find it as they always do: at the default tolerance, integrator and precision,
-// and remeshed for single precision.
+// Whether strokes that read the surface find it as they always do: at the default tolerance, integrator and precision
+// on the CPU, and remeshed for single precision.
 bool is_usual(const ReplayOptions& options);
 
 // The options with these at their defaults; without frames, so that nothing is delivered.

@@ -1,0 +1,30 @@
+#include "backend.h"
+
+#include <fmt/format.h>
+
+#include "command.h"
+#include "knead/gpu/device.h"
+#include "output.h"
+
+namespace knead::command {
+
+void check_backend(const std::string& name) {
+  if (name != "cpu" && name != "gpu") throw UsageError(fmt::format("--backend {}: say cpu or gpu", name));
+}
+
+ChosenBackend choose_backend(const std::string& name, bool quiet) {
+  if (name != "gpu") return {};
+  const auto use = std::make_shared<BackendUse>();
+  Backend device = gpu::backend_or_cpu([use, quiet](const std::string& why) {
+    use->has_failed = true;
+    if (!quiet) print_message(fmt::format("note: {}; here the CPU does it", why));
+  });
+  Backend move = [use, device = std::move(device)](const Flow& flow, std::span<Vec3d> points,
+                                                   const AdvectOptions& options) {
+    use->was_called = true;
+    return device(flow, points, options);
+  };
+  return {std::move(move), use};
+}
+
+}  // namespace knead::command

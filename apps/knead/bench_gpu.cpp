@@ -1,0 +1,130 @@
+#include "bench_gpu.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "bench_measure.h"
+#include "knead/gpu/device.h"
+#include "knead/math/parallel.h"
+#include "knead/mesh/shapes.h"
+#include "output.h"
+#include "work.h"
+
+namespace knead::command {
+namespace {
+
+constexpr std::size_t kErrorVertices = 1000;
+constexpr std::size_t kManyVertices = 10'000'000;
+
+struct GpuRow {
+  const BenchScene* scene = nullptr;
+  double first_seconds = 0;  // with the compilation of the shader
+  double upload_seconds = 0;
+  double seconds = 0;
+  double download_seconds = 0;
+  double steps_mean = 0;
+  double vertex_steps_per_s = 0;
+  double cpu_seconds = 0;  // all threads, points in blocks
+  double ratio = 0;        // of the CPU's to the device's
+  double max_error = 0;
+};
+
+AdvectOptions advect_options(const BenchScene& scene) {
+  AdvectOptions options;
+  options.tolerance = scene.tolerance * scene.size;
+  options.precision = scene.precision;
+  return options;
+}
+
+GpuRow measure(const BenchScene& scene, gpu::Device& device) {
+  GpuRow row;
+  row.scene = &scene;
+  const AdvectOptions options = advect_options(scene);
+  std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
+  const std::vector<Vec3d> expected = exact_positions(scene.flow, sample, scene.size);
+  const Clock first;
+  device.advect(scene.flow, sample, options);
+  row.first_seconds = first.seconds();
+  row.max_error = greatest_distance(sample, expected) / scene.size;
+
+  std::optional<gpu::DevicePoints> points;
+  AdvectResult result;
+  row.upload_seconds = median_seconds([&] { points.reset(); }, [&] { points.emplace(device.upload(scene.points)); });
+  row.seconds = median_seconds(
+      [&] {
+        points.reset();
+        points.emplace(device.upload(scene.points));
+      },
+      [&] { result = device.advect(scene.flow, *points, options); });
+  std::vector<Vec3d> moved(scene.points.size());
+  row.download_seconds = median_seconds([&] { device.download(*points, moved); });
+  const auto steps = static_cast<double>(result.accepted_steps);
+  row.steps_mean = steps / static_cast<double>(scene.points.size());
+  row.vertex_steps_per_s = steps / row.seconds;
+
+  const PointBlocks blocks(scene.points);
+  PointBlocks moved_blocks = blocks;
+  row.cpu_seconds = median_seconds([&] { moved_blocks = blocks; }, [&] { advect(scene.flow, moved_blocks, options); });
+  row.ratio = row.cpu_seconds / row.seconds;
+  return row;
+}
+
+double per_segment(const GpuRow& row) {
+  return 1e3 * row.seconds / static_cast<double>(row.scene->flow.segments.size());
+}
+
+nlohmann::ordered_json json_of(const GpuRow& row) {
+  return {{"scene", row.scene->name},
+          {"vertices", row.scene->points.size()},
+          {"steps_mean", row.steps_mean},
+          {"seconds", row.seconds},
+          {"ms_per_segment", per_segment(row)},
+          {"vertex_steps_per_s", row.vertex_steps_per_s},
+          {"upload_seconds", row.upload_seconds},
+          {"download_seconds", row.download_seconds},
+          {"first_seconds", row.first_seconds},
+          {"cpu_seconds", row.cpu_seconds},
+          {"ratio", row.ratio},
+          {"max_error", row.max_error}};
+}
+
+std::string heading() {
+  return fmt::format("{:30} {:>9} {:>7} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9}\n", "scene", "vertices",
+                     "steps", "ms", "ms/segment", "M v-s/s", "ms up", "ms down", "ms first", "ratio", "error");
+}
+
+std::string text_of(const GpuRow& row) {
+  return fmt::format("{:30} {:9} {:7.1f} {:9.2f} {:10.3f} {:9.1f} {:9.2f} {:9.2f} {:9.0f} {:7.2f} {:9.1e}\n",
+                     row.scene->name, row.scene->points.size(), row.steps_mean, 1e3 * row.seconds, per_segment(row),
+                     1e-6 * row.vertex_steps_per_s, 1e3 * row.upload_seconds, 1e3 * row.download_seconds,
+                     1e3 * row.first_seconds, row.ratio, row.max_error);
+}
+
+}  // namespace
+
+nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
+  gpu::Device device;
+  if (all && !device.is_software()) {
+    scenes.push_back(
+        paper_scene(fmt::format("knot {}", kManyVertices), make_shape(ShapeKind::knot, kManyVertices).positions));
+  }
+  nlohmann::ordered_json json{{"device", device.description()},
+                              {"is_software", device.is_software()},
+                              {"cpu_threads", hardware_threads()},
+                              {"rows", nlohmann::ordered_json::array()}};
+  if (!quiet)
+    print(fmt::format("{}; the ratio is that of the CPU's time on {} threads\n{}", device.description(),
+                      hardware_threads(), heading()));
+  for (const BenchScene& scene : scenes) {
+    const GpuRow row = measure(scene, device);
+    json["rows"].push_back(json_of(row));
+    if (!quiet) print(text_of(row));
+  }
+  return json;
+}
+
+}  // namespace knead::command

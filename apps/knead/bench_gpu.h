@@ -1,0 +1,15 @@
+// The paper's scenes on a graphics card, beside the CPU in the same run.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <vector>
+
+#include "bench_scenes.h"
+
+namespace knead::command {
+
+// Measures the scenes one after the other, and on a real card the paper's benchmark on ten million vertices if `all`;
+// prints each row as soon as it is there unless quiet. Throws gpu::DeviceError where there is no device.
+nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet);
+
+}  // namespace knead::command

@@ -1,0 +1,100 @@
+// Replays whose vertices something else moves.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "knead/mesh/shapes.h"
+#include "knead/session/replay.h"
+#include "knead/session/session.h"
+
+namespace knead {
+namespace {
+
+const char* const kTwoStrokes =
+    R"({"knead": 1}
+{"tool": "implicit", "inner": 0.3, "outer": 0.9, "path": [[0.9, 0, 0], [1.3, 0.2, 0], [1.5, 0.3, 0.1]]}
+{"tool": "twist", "center": [0, 0, 0], "axis": [0, 1, 0], "rate_deg": 30, "inner": -0.5, "outer": 0.5}
+)";
+
+const char* const kReadingStroke =
+    R"({"knead": 1}
+{"tool": "implicit", "inner": 0.3, "outer": 0.9, "path": [[0.9, 0, 0], [1.3, 0.2, 0]]}
+{"tool": "paint", "outer": 0.2, "depth": 0.05, "path": [[0, 1, 0], [0.2, 0.98, 0], [0.4, 0.9, 0]]}
+)";
+
+// advect, and how often it was called.
+struct Counting {
+  int calls = 0;
+
+  Backend backend() {
+    return [this](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+      ++calls;
+      return advect(flow, points, options);
+    };
+  }
+};
+
+TEST(ReplayBackend, MovesTheVerticesAndCountsTheirSteps) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 600);
+  const Session session = parse_session(kTwoStrokes, "test.knead");
+  const ReplayResult expected = replay(mesh, session);
+  Counting counting;
+  ReplayOptions options;
+  options.backend = counting.backend();
+  const ReplayResult found = replay(mesh, session, options);
+  EXPECT_EQ(counting.calls, 2);
+  EXPECT_EQ(found.positions, expected.positions);
+  EXPECT_EQ(found.steps, expected.steps);
+  EXPECT_EQ(found.accepted_steps, expected.accepted_steps);
+  EXPECT_TRUE(found.warnings.empty());
+}
+
+// What a stroke finds on the surface is what it always finds, whoever moves the vertices.
+TEST(ReplayBackend, StrokesReadTheSurfaceAsTheCpuGivesIt) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 600);
+  const Session session = parse_session(kReadingStroke, "test.knead");
+  const ReplayResult expected = replay(mesh, session);
+  ReplayOptions options;
+  options.backend = [](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& how) {
+    const AdvectResult result = advect(flow, points, how);
+    for (Vec3d& p : points) p.x += 1e-3;
+    return result;
+  };
+  const ReplayResult found = replay(mesh, session, options);
+  ASSERT_EQ(found.resolved.size(), expected.resolved.size());
+  for (std::size_t i = 0; i < found.resolved.size(); ++i) {
+    EXPECT_EQ(found.resolved[i].stroke, expected.resolved[i].stroke);
+  }
+  EXPECT_NE(found.positions, expected.positions);
+}
+
+TEST(ReplayBackend, AShapeThatIsRemeshedIsMovedOnTheCpuAndSaysSo) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 300);
+  const Session session = parse_session(kTwoStrokes, "test.knead");
+  Counting counting;
+  ReplayOptions options;
+  options.remesh = RemeshSettings{};
+  const ReplayResult expected = replay(mesh, session, options);
+  options.backend = counting.backend();
+  const ReplayResult found = replay(mesh, session, options);
+  EXPECT_EQ(counting.calls, 0);
+  EXPECT_EQ(found.positions, expected.positions);
+  EXPECT_EQ(total_work(mesh, session, options), total_work(mesh, session, {}));
+  EXPECT_EQ(std::count(found.warnings.begin(), found.warnings.end(), "a shape that is remeshed is moved on the CPU"),
+            1);
+}
+
+TEST(ReplayBackend, WhatItCannotDoEndsTheReplay) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 300);
+  const Session session = parse_session(kTwoStrokes, "test.knead");
+  ReplayOptions options;
+  options.backend = [](const Flow&, std::span<Vec3d>, const AdvectOptions&) {
+    return AdvectResult{AdvectStatus::step_limit, 0, 0, 0};
+  };
+  const ReplayResult found = replay(mesh, session, options);
+  EXPECT_EQ(found.status, AdvectStatus::step_limit);
+  EXPECT_EQ(found.failed_line, 2U);
+}
+
+}  // namespace
+}  // namespace knead

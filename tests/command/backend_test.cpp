@@ -1,0 +1,84 @@
+// knead deform and bench with --backend gpu. Where there is no OpenGL 4.3 what needs it is skipped.
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "knead/io/shape_file.h"
+#include "process.h"
+
+namespace knead::command_test {
+namespace {
+
+using nlohmann::json;
+
+class BackendTest : public CommandTest {
+ protected:
+  BackendTest() {
+    knead_ok({"make", "sphere", "-n", "600", "-o", "a.ply", "-q"});
+    write("one.knead", kOneStroke);
+  }
+};
+
+TEST_F(BackendTest, TheDeviceAgreesWithTheCpu) {
+  knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q", "--report", "cpu.json"});
+  const Outcome done = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "--report", "-"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const json report = json::parse(done.out);
+  if (report.at("backend") == "cpu") GTEST_SKIP() << done.err;
+  EXPECT_EQ(report.at("backend"), "gpu");
+  EXPECT_EQ(json::parse(read("cpu.json")).at("backend"), "cpu");
+  for (const char* key : {"strokes", "segments", "moved_vertices"}) {
+    EXPECT_EQ(report.at(key), json::parse(read("cpu.json")).at(key)) << key;
+  }
+  EXPECT_GT(report.at("vertex_steps").get<double>(), 0);
+  const std::vector<Vec3d> before = read_shape(path("a.ply")).mesh.positions;
+  const std::vector<Vec3d> cpu = read_shape(path("cpu.ply")).mesh.positions;
+  const std::vector<Vec3d> gpu = read_shape(path("gpu.ply")).mesh.positions;
+  ASSERT_EQ(cpu.size(), gpu.size());
+  double furthest = 0;
+  for (std::size_t i = 0; i < cpu.size(); ++i) {
+    furthest = std::max(furthest, norm(cpu[i] - gpu[i]));
+    EXPECT_EQ(cpu[i] == before[i], gpu[i] == before[i]) << i;
+  }
+  EXPECT_LT(furthest, 2e-5 * 3.46);  // of the diagonal
+}
+
+TEST_F(BackendTest, WithoutADeviceTheCpuDoesIt) {
+  RunOptions blind;
+  blind.environment = {"__EGL_VENDOR_LIBRARY_FILENAMES=/absent.json"};
+  knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
+  const Outcome done =
+      knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "--report", "-"}, blind);
+  EXPECT_EQ(done.exit_code, 0);
+  if (json::parse(done.out).at("backend") == "gpu") GTEST_SKIP() << "this EGL is not to be blinded";
+  EXPECT_EQ(done.err,
+            "knead: note: no graphics device with OpenGL 4.3 compute shaders was found through EGL; install its driver "
+            "(or Mesa, for the CPU), or use the cpu backend; here the CPU does it\n");
+  EXPECT_EQ(read("gpu.ply"), read("cpu.ply"));
+  const Outcome quiet = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "-q"}, blind);
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_EQ(quiet.err, "");
+}
+
+TEST_F(BackendTest, BenchHasEveryKey) {
+  const Outcome done = knead({"bench", "--backend", "gpu", "--json", "--mesh", "a.ply"});
+  if (done.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << done.err;
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const json bench = json::parse(done.out);
+  EXPECT_TRUE(bench.at("device").is_string());
+  EXPECT_TRUE(bench.at("is_software").is_boolean());
+  ASSERT_EQ(bench.at("rows").size(), 1u);
+  const json& row = bench.at("rows")[0];
+  EXPECT_EQ(row.at("scene"), "a.ply");
+  for (const char* key : {"vertices", "steps_mean", "seconds", "ms_per_segment", "vertex_steps_per_s", "upload_seconds",
+                          "download_seconds", "first_seconds", "cpu_seconds", "ratio", "max_error"}) {
+    EXPECT_GT(row.at(key).get<double>(), 0) << key;
+  }
+  EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
+  EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
+  expect_error(knead({"bench", "--backend", "gpu", "--integrators"}), 2, "leave --backend out");
+}
+
+}  // namespace
+}  // namespace knead::command_test
