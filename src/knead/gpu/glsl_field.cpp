@@ -137,7 +137,7 @@ Region region_at(int f, R3 d, R t) {
   }
 #endif
 #ifdef REGION_SET
-  if (kind == kSet) return set_distance(field_table(f) + kFirstSet, d);
+  if (kind == kSet) return set_distance(field_table(f) + kFirstSet, d, n[field_numbers(f) + kOuter]);
 #endif
 #ifdef REGION_HANDLES
   if (kind == kHandles) return handles_at(f, d, t);

@@ -33,7 +33,7 @@ bool is_known(R3 d, R begin, R end, out dvec3 by) {
   int at = field_numbers(0);
   R duration = end - begin;
   R inner = n[at + kInner];
-#if !defined(REGION_HANDLES)
+#if !defined(REGION_HANDLES) && !defined(REGION_SET)
   if (closed_form == kRigidCore) {
     if (region_at(0, d, begin).value >= inner) return false;
     by = exact_displacement * double(duration);
@@ -122,10 +122,10 @@ R step_factor(R error) {
 }
 
 // Where the whole way is a small part of what a step may pass: Heun's method.
-bool goes_a_short_way(R3 base, R t, R end, R3 first, out R3 moved) {
+bool goes_a_short_way(R3 base, R t, R end, R3 first, R longest, out R3 moved) {
   moved = R3(0);
   R h = abs(end - t);
-  R share = h / longest_step(base, first, t);
+  R share = h / longest;
   if (!(share <= kShortWay)) return false;
   R3 second = velocity_at(base + first * (end - t), end);
   if (first == R3(0) && second == R3(0)) return false;
@@ -158,13 +158,13 @@ dvec3 run(R3 base, R t, R end) {
     }
     at_contact = false;
     if (carries && slope == tool_velocity) return dvec3(moved) + exact_displacement * double(end - t);
+    R longest = longest_step(base + moved, slope, t);
     if (at_beginning) {
       at_beginning = false;
       R3 way;
-      if (goes_a_short_way(base, t, end, slope, way)) return dvec3(way);
+      if (goes_a_short_way(base, t, end, slope, longest, way)) return dvec3(way);
     }
     R remaining = abs(end - t);
-    R longest = longest_step(base + moved, slope, t);
     R shortest = min(longest, R(1)) * kShortest;
     R h = min(max(trial, shortest), longest);
     bool is_last = h >= remaining;

@@ -8,8 +8,8 @@ namespace knead::gpu {
 const char* const kGlslSets = R"(
 #if defined(REGION_SET) || defined(REGION_HANDLES)
 
-R integer_power(R base, int exponent) {
-  R result = (exponent & 1) != 0 ? base : R(1);
+R4 integer_powers(R4 base, int exponent) {
+  R4 result = (exponent & 1) != 0 ? base : R4(1);
   base *= base;
   if ((exponent & 2) != 0) result *= base;
   base *= base;
@@ -22,6 +22,8 @@ R integer_power(R base, int exponent) {
   }
   return result;
 }
+
+R integer_power(R base, int exponent) { return integer_powers(R4(base), exponent).x; }
 
 // sum^(-1/m) for sum > 0, as in point_set.h.
 R inverse_root(R sum, int m) {
@@ -107,18 +109,13 @@ R squared_distance(R3 d, int point) {
   return dot(from, from);
 }
 
-// Of the nearest point, not counting curves. Eight at a time, as loops cost.
+// Of the nearest point, not counting curves. Four at a time, the last ones again and again.
 R nearest_point_squared(int first, int last, R3 d) {
   R least = kNever;
-  int i = first;
-  for (; i + 24 <= last; i += 24) {
-    R a = min(min(squared_distance(d, i), squared_distance(d, i + 3)),
-              min(squared_distance(d, i + 6), squared_distance(d, i + 9)));
-    R b = min(min(squared_distance(d, i + 12), squared_distance(d, i + 15)),
-              min(squared_distance(d, i + 18), squared_distance(d, i + 21)));
-    least = min(least, min(a, b));
+  for (int i = first; i < last; i += 12) {
+    least = min(least, min(min(squared_distance(d, i), squared_distance(d, min(i + 3, last - 3))),
+                           min(squared_distance(d, min(i + 6, last - 3)), squared_distance(d, min(i + 9, last - 3)))));
   }
-  for (; i < last; i += 3) least = min(least, squared_distance(d, i));
   return least;
 }
 
@@ -134,18 +131,8 @@ R nearest_squared(int set, R3 d) {
   return least;
 }
 
-// What a point adds to the sum of (least / d_i)^m (x) and to its gradient (yzw).
-R4 share_of(R3 d, int point, R inverse, int half_exponent) {
-  R3 from = (d - part(point)) * inverse;
-  R ratio = R(1) / dot(from, from);
-  R term = integer_power(ratio, half_exponent);
-  return R4(term, from * (term * ratio));
-}
-
-Region set_distance(int set, R3 d) {
-  int first = table[set];
-  int last = first + 3 * table[set + 1];
-  int exponent = table[set + 2];
+// The smallest r_k of all elements.
+R nearest_element(int set, int first, int last, R3 d) {
   R least = sqrt(nearest_point_squared(first, last, d));
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
@@ -153,33 +140,56 @@ Region set_distance(int set, R3 d) {
     least = min(least, curve_distance(table[curve], table[curve + 1], d).value);
   }
 #endif
-  if (!(least > R(0))) return Region(R(0), R3(0));
-  R inverse = R(1) / least;
-  R4 shares = R4(0);
-  int i = first;
-  int half_exponent = exponent / 2;
-  for (; i + 24 <= last; i += 24) {
-    R4 a = share_of(d, i, inverse, half_exponent) + share_of(d, i + 3, inverse, half_exponent);
-    R4 b = share_of(d, i + 6, inverse, half_exponent) + share_of(d, i + 9, inverse, half_exponent);
-    a += share_of(d, i + 12, inverse, half_exponent) + share_of(d, i + 15, inverse, half_exponent);
-    b += share_of(d, i + 18, inverse, half_exponent) + share_of(d, i + 21, inverse, half_exponent);
-    shares += a + b;
+  return least;
+}
+
+// (scale / d_i)^m of all points added up (x), and the gradient's sum (yzw).
+R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
+  R4 sum = R4(0);
+  for (int i = first; i < last; i += 12) {
+    R3 from[4];
+    R4 squares;
+    for (int k = 0; k < 4; ++k) {
+      from[k] = (d - part(min(i + 3 * k, last - 3))) * inverse;
+      squares[k] = dot(from[k], from[k]);
+    }
+    R4 ratios = R4(1) / squares;
+    R4 terms = integer_powers(ratios, half_exponent);
+    for (int k = 1; k < 4; ++k) {
+      if (i + 3 * k >= last) terms[k] = R(0);
+    }
+    R4 slopes = terms * ratios;
+    sum.x += (terms.x + terms.y) + (terms.z + terms.w);
+    sum.yzw += (from[0] * slopes.x + from[1] * slopes.y) + (from[2] * slopes.z + from[3] * slopes.w);
   }
-  for (; i < last; i += 3) shares += share_of(d, i, inverse, half_exponent);
-  R sum = shares.x;
-  R3 gradient = shares.yzw;
+  return sum;
+}
+
+// r of a set and its gradient. Lengths are divided by about r, so that no power is out of range: by `scale` if that
+// will do (0: it will not), else by the distance of the nearest element, for which all must be asked before.
+Region set_distance(int set, R3 d, R scale) {
+  int first = table[set];
+  int last = first + 3 * table[set + 1];
+  int exponent = table[set + 2];
+  if (table[set + 4] > 0) scale = R(0);
+  R4 sum = R4(0);
+  for (int pass = scale > R(0) ? 0 : 1; pass < 2; ++pass) {
+    if (pass == 1) scale = nearest_element(set, first, last, d);
+    if (!(scale > R(0))) return Region(R(0), R3(0));
+    sum = sum_over_points(first, last, d, R(1) / scale, exponent / 2);
+    if (sum.x > R(1e-20) && sum.x < R(1e20)) break;
+  }
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
     int curve = table[set + 3] + 2 * k;
     Region own = curve_distance(table[curve], table[curve + 1], d);
-    R ratio = least / own.value;
+    R ratio = scale / own.value;
     R term = integer_power(ratio, exponent);
-    sum += term;
-    gradient += own.gradient * (term * ratio);
+    sum += R4(term, own.gradient * (term * ratio));
   }
 #endif
-  R root = inverse_root(sum, exponent);
-  return Region(least * root, gradient * (root / sum));
+  R root = inverse_root(sum.x, exponent);
+  return Region(scale * root, sum.yzw * (root / sum.x));
 }
 #endif
 
@@ -191,7 +201,7 @@ Region handles_distance(int f, bool full, R3 d, R t, SinCos forth) {
   bool turns = full && n[at + 6] != R(0);
   R3 there = full ? d : d + part(at) * t;
   if (turns) there = turned(d, axis, SinCos(-forth.s, forth.c));
-  Region result = set_distance(field_table(f) + (full ? kFirstSet : kSecondSet), there);
+  Region result = set_distance(field_table(f) + (full ? kFirstSet : kSecondSet), there, R(0));
   if (turns) result.gradient = turned(result.gradient, axis, forth);
   return result;
 }

@@ -66,6 +66,7 @@ bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 
 ClosedForm form_of(const Translation<double>& motion, const Field& field, const Segment& segment) {
   if (motion.velocity != segment.displacement) return kNoClosedForm;
   if (std::holds_alternative<Handles<double>>(field.region)) return kMarked;
+  if (std::holds_alternative<PointSet<double>>(field.region)) return kNoClosedForm;  // r would take too long
   const bool is_distance = !std::holds_alternative<HalfSpace<double>>(field.region);
   return is_distance && field.thresholds.inner <= 0 ? kNoClosedForm : kRigidCore;
 }
