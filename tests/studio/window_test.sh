@@ -147,8 +147,9 @@ xdotool key Escape sleep 0.3 key 7 sleep 0.3
 click 690 690
 use rotate 7 1000 700 1040 700
 use stretch 8 1000 700 1040 700
-xdotool key Escape sleep 0.3 key 0 sleep 0.3
-click 725 300
+# From the front the ring finger goes upwards in the picture, so that it is found as the limb.
+xdotool key Escape sleep 0.3 key alt+1 sleep 0.6 key 0 sleep 0.3
+click 624 300
 use bend 0 1000 700 1040 700
 use twist 9 1000 700 1040 700
 grep -q '"tool": "implicit"' "$work"/state/knead/journals/*/session.knead || die "no implicit stroke in the journal"
