@@ -116,11 +116,7 @@ TEST_F(ErrorsTest, UnknownBackends) {
 #endif
 }
 
-TEST_F(ErrorsTest, LaterSubcommandsAreUnknown) {
-  const std::string help = knead_ok({"--help"});
-  expect_error(knead({"studio", "a.ply"}), 2, "no command 'studio'");
-  EXPECT_EQ(help.find("\n  studio"), std::string::npos) << help;
-}
+TEST_F(ErrorsTest, UnknownSubcommands) { expect_error(knead({"sculpt", "a.ply"}), 2, "no command 'sculpt'"); }
 
 TEST_F(ErrorsTest, HelpHasExamples) {
   for (const Words& words :
