@@ -157,6 +157,11 @@ void Studio::press(const ButtonChanged& button) {
 }
 
 void Studio::begin() {
+  const bool has_surface = shown_.state.mesh->face_count() > 0;
+  if (has_surface && surroundings().picker == nullptr) {
+    tell({false, "One moment: the shape is being prepared for the hand."});
+    return;
+  }
   gesture_ = begin_gesture(pointer_, surroundings(), placed_);
   sent_strokes_.clear();
   if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
