@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,6 +11,8 @@
 #include "knead/io/remeshed.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/math/mat3.h"
+#include "knead/math/sincos.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/tool/placement.h"
@@ -239,15 +242,77 @@ void Desk::count_crossings() {
   });
 }
 
-LimbProposal Desk::propose(const LimbQuery& query) const {
-  LimbProposal result;
-  result.problem = "No shape is open.";
+namespace {
+
+constexpr double kBendAngle = 90;  // that a limb's place is to be fit for
+constexpr int kDirections = 8;     // that are tried about the place of a click
+constexpr double kAsThin = 1.15;   // of the thinnest
+
+struct LimbFound {
+  Placement placement;
+  double tip = 0;  // how far it goes
+};
+
+Placement turned(Placement placement, double angle) {
+  const SinCos<double> by = sincos(angle);
+  placement.y = normalized(rotate(placement.y, placement.x, by));
+  placement.z = normalized(rotate(placement.z, placement.x, by));
+  return placement;
+}
+
+double tip_of(const LimbProposal& limb, const Vec3d& from, std::span<const Vec3d> positions) {
+  double most = 0;
+  for (const Vec3d& p : positions) {
+    const double along = dot(from - p, limb.normal);
+    const Vec3d d = p - limb.center;
+    const Vec3d across = d - limb.normal * dot(d, limb.normal);
+    if (along > most && norm(across) <= limb.radius) most = along;
+  }
+  return most;
+}
+
+// The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
+const Placement& best_of(const std::vector<LimbFound>& found) {
+  const auto thinner = [](const LimbFound& a, const LimbFound& b) {
+    return a.placement.limb->thickness < b.placement.limb->thickness;
+  };
+  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.limb->thickness;
+  const LimbFound* best = nullptr;
+  for (const LimbFound& one : found) {
+    if (one.placement.limb->thickness > kAsThin * least) continue;
+    if (best == nullptr || one.tip < (1 - 1e-6) * best->tip) best = &one;
+  }
+  return best->placement;
+}
+
+}  // namespace
+
+Placement Desk::with_limb(const Placement& placement, bool bends, bool may_turn) const {
+  Placement result = placement;
+  result.limb.emplace();
+  result.limb->problem = "No shape is open.";
   if (!bench_ || !shown_.picker) return result;
   const ShapeState& state = bench_->state();
   const std::vector<Vec3d> positions = state.positions.copy();
   // After remeshing, the picker is that of the mesh before until there is time for another.
-  if (!shown_.picker->fits(state)) return propose_limb(query, positions, triangulate(*state.mesh));
-  return propose_limb(query, positions, shown_.picker->triangles());
+  const bool fits = shown_.picker->fits(state);
+  const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
+  std::vector<LimbFound> found;
+  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
+    // 0, then to both sides in turn.
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (i == 0) here = placement;
+    LimbQuery query{here.center, here.z};
+    if (bends) {
+      query.axis = here.x;
+      query.angle_deg = kBendAngle;
+    }
+    here.limb = propose_limb(query, positions, triangles);
+    if (i == 0) result = here;
+    if (here.limb->problem.empty()) found.push_back({here, tip_of(*here.limb, here.center, positions)});
+  }
+  return found.empty() ? result : best_of(found);
 }
 
 }  // namespace knead::studio

@@ -87,7 +87,9 @@ class Desk {
   // mirror image. Throws InvalidInput and IoError.
   StampShape add_stamp(const std::string& name, const Mesh& mesh);
 
-  LimbProposal propose(const LimbQuery& query) const;
+  // The placement with the limb that a twist or bend there moves. may_turn: it was just clicked, and may turn about its
+  // x towards the thinnest limb there, of those the one with the nearer tip; else its z says where the tip is.
+  Placement with_limb(const Placement& placement, bool bends, bool may_turn) const;
   void count_crossings();
 
   // What can wait until nothing else is to be done: the tree for picking, the journal on the disk.

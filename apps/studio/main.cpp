@@ -31,7 +31,8 @@ int fail(int code, const char* message) {
 
 // The exit code.
 int run_script_file(const std::string& name) {
-  const knead::studio::StudioOptions options;
+  knead::studio::StudioOptions options;
+  options.has_worker = false;  // every event is done before the next: the same result whenever it is run
   if (name == "-") return knead::studio::run_headless(std::cin, "standard input", options) ? 0 : 1;
   std::ifstream file(name);
   if (!file) return fail(3, (name + ": cannot be read").c_str());

@@ -17,7 +17,6 @@ constexpr double kFirstRadius = 0.12;  // of the diagonal
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
 constexpr double kRatioPerPixel = 0.003;
-constexpr double kBendAngle = 90;  // that a limb's place is to be fit for
 
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
@@ -74,7 +73,7 @@ void Studio::refresh() {
   {
     const std::lock_guard lock(mailbox_.mutex);
     if (mailbox_.shown.version != shown_.version) shown_ = mailbox_.shown;
-    if (mailbox_.limb && placed_.placement == mailbox_.limb->first) placed_.placement->limb = mailbox_.limb->second;
+    if (mailbox_.limb && placed_.placement == mailbox_.limb->first) placed_.placement = mailbox_.limb->second;
     mailbox_.limb.reset();
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
@@ -204,6 +203,7 @@ void Studio::end(bool is_kept) {
   const bool did_something = !sent_strokes_.empty();
   const bool was_placing =
       std::holds_alternative<GizmoGesture>(gesture_->kind) || std::holds_alternative<TurnGesture>(gesture_->kind);
+  const bool was_clicked = std::holds_alternative<TurnGesture>(gesture_->kind) && !did_something;
   gesture_.reset();
   sent_strokes_.clear();
   if (did_something && is_kept) {
@@ -211,22 +211,18 @@ void Studio::end(bool is_kept) {
   } else if (did_something) {
     post([this](Progress& progress) { desk_.set_live({}, progress); });
   }
-  if (was_placing) propose_limb();
+  if (was_placing) propose_limb(was_clicked);
 }
 
-void Studio::propose_limb() {
+void Studio::propose_limb(bool may_turn) {
   const bool needs_limb = settings_.tool == ToolKind::twist || settings_.tool == ToolKind::bend;
   if (!needs_limb || !settings_.whole_limb || !placed_.placement) return;
   const Placement placement = *placed_.placement;
-  LimbQuery query{placement.center, placement.z};
-  if (settings_.tool == ToolKind::bend) {
-    query.axis = placement.x;
-    query.angle_deg = kBendAngle;
-  }
-  post([this, placement, query](Progress& /*progress*/) {
-    const LimbProposal limb = desk_.propose(query);
+  const bool bends = settings_.tool == ToolKind::bend;
+  post([this, placement, bends, may_turn](Progress& /*progress*/) {
+    const Placement found = desk_.with_limb(placement, bends, may_turn);
     const std::lock_guard lock(mailbox_.mutex);
-    mailbox_.limb = {placement, limb};
+    mailbox_.limb = {placement, found};
   });
 }
 

@@ -133,7 +133,7 @@ class Studio {
   void end(bool is_kept);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
-  void propose_limb();
+  void propose_limb(bool may_turn);
   void set_stamp(const std::function<StampShape()>& make);
   void frame_all();
   bool perform_view(Action action);
@@ -162,7 +162,7 @@ class Studio {
     std::mutex mutex;
     Shown shown;
     std::vector<Notice> notices;
-    std::optional<std::pair<Placement, LimbProposal>> limb;
+    std::optional<std::pair<Placement, Placement>> limb;  // as it was, and with its limb
     std::optional<StampShape> stamp;
   };
   Mailbox mailbox_;

@@ -342,9 +342,9 @@ TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
   Studio studio(options());
   run(studio, R"({"size": [800, 600]}
 {"new": "torus"}
-{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"view": {"yaw_deg": 90, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
 {"tool": "twist"}
-{"click": [1, 0, 0.3]})");
+{"click": [1.3, 0, 0]})");
   ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
   EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
   run(studio, R"({"drag": [[100, 100], [160, 100]]})");
@@ -376,6 +376,22 @@ TEST_F(StudioTest, AfterATwistThatRemeshesTheLimbIsThatOfTheNewMesh) {
   EXPECT_EQ(at_once.problem, later.problem);
   EXPECT_EQ(at_once.radius, later.radius);
   EXPECT_EQ(at_once.inner, later.inner);
+}
+
+TEST_F(StudioTest, ALimbIsFoundWhicheverWayItPoints) {
+  for (const auto& [x, sign] : {std::pair{2.0, 1.0}, std::pair{-2.0, -1.0}}) {
+    Studio studio(options());
+    run(studio, R"({"size": [800, 600]}
+{"new": "box"}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
+{"tool": "bend"}
+{"click": [)" + std::to_string(x) +
+                    R"(, 0, 0.5]})");
+    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
+    const Placement& placement = *studio.placed().placement;
+    EXPECT_EQ(placement.limb->problem, "");
+    EXPECT_NEAR(placement.z.x, sign, 0.01) << "the tip is at the bar's nearer end";
+  }
 }
 
 TEST_F(StudioTest, RadiusAndRatioFollowKeysAndWheel) {
