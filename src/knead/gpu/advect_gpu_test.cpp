@@ -29,13 +29,19 @@ class GpuTest : public ::testing::Test {
       shared() = std::make_unique<Device>();
       std::printf("device: %s\n", shared()->description().c_str());
     } catch (const DeviceError& error) {
-      std::printf("skipped: %s\n", error.what());
+      reason() = error.what();
     }
   }
   static void TearDownTestSuite() { shared().reset(); }
 
   void SetUp() override {
-    if (shared() == nullptr) GTEST_SKIP() << "no OpenGL 4.3";
+    if (shared() == nullptr) GTEST_SKIP() << reason();
+  }
+
+  // Why there is no device.
+  static std::string& reason() {
+    static std::string text;
+    return text;
   }
 
   static std::unique_ptr<Device>& shared() {
