@@ -15,6 +15,7 @@
 #include "knead/render/context.h"
 #include "knead/render/live_test_shapes.h"
 #include "knead/render/live_view.h"
+#include "knead/render/test_context.h"
 
 namespace knead::render {
 
@@ -75,19 +76,6 @@ inline int covered_pixels(const Image& image) {
 
 class LiveViewTest : public testing::Test {
  protected:
-  // The reason why there is no OpenGL here, or empty. Asked once: contexts are slow to make.
-  static const std::string& no_context() {
-    static const std::string reason = [] {
-      try {
-        std::printf("OpenGL: %s\n", OffscreenContext().description().c_str());
-        return std::string();
-      } catch (const std::runtime_error& error) {
-        return std::string(error.what());
-      }
-    }();
-    return reason;
-  }
-
   void SetUp() override {
     if (!no_context().empty()) GTEST_SKIP() << no_context();
     context_ = std::make_unique<OffscreenContext>();

@@ -10,6 +10,7 @@
 #include "knead/math/error.h"
 #include "knead/render/context.h"
 #include "knead/render/renderer.h"
+#include "knead/render/test_context.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wold-style-cast"
@@ -95,19 +96,6 @@ Options cutout_options() {
 
 class RenderTest : public testing::Test {
  protected:
-  // The reason why there is no OpenGL here, or empty. Asked once: contexts are slow to make.
-  static const std::string& no_context() {
-    static const std::string reason = [] {
-      try {
-        std::printf("OpenGL: %s\n", OffscreenContext().description().c_str());
-        return std::string();
-      } catch (const std::runtime_error& error) {
-        return std::string(error.what());
-      }
-    }();
-    return reason;
-  }
-
   void SetUp() override {
     if (!no_context().empty()) GTEST_SKIP() << no_context();
   }
