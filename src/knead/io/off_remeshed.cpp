@@ -130,7 +130,7 @@ class BinaryWriter {
     for (const std::size_t count : {mesh_.vertex_count(), mesh_.face_count(), std::size_t{0}}) append_whole(count);
     for (std::size_t i = 0; i < mesh_.vertex_count(); ++i) append_vertex(i);
     for (std::size_t f = 0; f < mesh_.face_count(); ++f) append_face(f);
-    return bytes_ + source_.bytes.substr(layout_.faces_end);
+    return std::move(bytes_);  // the end tells the form; after it nothing may follow
   }
 
  private:
@@ -185,6 +185,10 @@ std::vector<std::string> off_remesh_losses(const ShapeFile& source) {
   const OffLayout& layout = std::get<OffLayout>(source.layout);
   std::vector<std::string> losses;
   if (!layout.all_read) losses.emplace_back("numbers that are no colors of one kind are left out");
+  if (layout.binary && layout.faces_end < source.bytes.size()) {
+    losses.push_back(counted(source.bytes.size() - layout.faces_end, "byte after the last face is left out",
+                             "bytes after the last face are left out"));
+  }
   const std::string_view rows = std::string_view(source.bytes).substr(0, layout.faces_end);
   if (!layout.binary && rows.find('#', layout.vertex_begin) != std::string_view::npos) {
     losses.emplace_back("comments after the counts are left out");
