@@ -70,7 +70,24 @@ bool names_software(const std::string& renderer) {
 
 }  // namespace
 
-Context::Context() {
+Context::Context(bool adopts_current) {
+  if (adopts_current) {
+    describe_current();
+  } else {
+    open();
+  }
+}
+
+void Context::describe_current() {
+  if (glGetString(GL_VERSION) == nullptr || epoxy_gl_version() < 43) {
+    throw DeviceError("the graphics driver has no OpenGL 4.3, which compute shaders need; use the cpu backend");
+  }
+  const std::string renderer = text(GL_RENDERER);
+  is_software_ = names_software(renderer);
+  description_ = renderer + ", OpenGL " + text(GL_VERSION);
+}
+
+void Context::open() {
   for (EGLDisplay display : candidate_displays()) {
     if (display == EGL_NO_DISPLAY) continue;
     const EGLContext context = create_context(display);
@@ -110,11 +127,12 @@ Context::~Context() {
 }
 
 CurrentContext::CurrentContext(const Context& context)
-    : display_(context.display_),
-      before_display_(eglGetCurrentDisplay()),
-      before_context_(eglGetCurrentContext()),
-      before_draw_(eglGetCurrentSurface(EGL_DRAW)),
-      before_read_(eglGetCurrentSurface(EGL_READ)) {
+    : is_adopted_(context.context_ == nullptr), display_(context.display_) {
+  if (is_adopted_) return;
+  before_display_ = eglGetCurrentDisplay();
+  before_context_ = eglGetCurrentContext();
+  before_draw_ = eglGetCurrentSurface(EGL_DRAW);
+  before_read_ = eglGetCurrentSurface(EGL_READ);
   eglBindAPI(EGL_OPENGL_API);
   if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) == EGL_FALSE) {
     throw DeviceError("the graphics device does not answer; start again, or use the cpu backend");
@@ -122,6 +140,7 @@ CurrentContext::CurrentContext(const Context& context)
 }
 
 CurrentContext::~CurrentContext() {
+  if (is_adopted_) return;
   if (before_context_ == EGL_NO_CONTEXT) {
     eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   } else {

@@ -9,7 +9,9 @@ namespace knead::gpu {
 // (Mesa's llvmpipe). Current in no thread but while a CurrentContext is there.
 class Context {
  public:
-  Context();  // throws DeviceError where there is none
+  // adopts_current: not one of its own but that which is current in this thread, and is whenever this is used. Throws
+  // DeviceError where there is none.
+  explicit Context(bool adopts_current);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
@@ -20,13 +22,17 @@ class Context {
  private:
   friend class CurrentContext;
 
+  void open();
+  void describe_current();
+
   void* display_ = nullptr;
-  void* context_ = nullptr;
+  void* context_ = nullptr;  // null: the one that is current
   std::string description_;
   bool is_software_ = false;
 };
 
-// The context is current in this thread while this is there; then whichever was before it.
+// The context is current in this thread while this is there; then whichever was before it. Of an adopted one nothing
+// changes.
 class CurrentContext {
  public:
   explicit CurrentContext(const Context& context);  // throws DeviceError where the driver refuses
@@ -35,6 +41,7 @@ class CurrentContext {
   CurrentContext& operator=(const CurrentContext&) = delete;
 
  private:
+  bool is_adopted_ = false;
   void* display_ = nullptr;
   void* before_display_ = nullptr;
   void* before_context_ = nullptr;

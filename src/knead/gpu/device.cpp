@@ -10,9 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "knead/gpu/context.h"
-#include "knead/gpu/gl_buffers.h"
-#include "knead/gpu/packed_flow.h"
+#include "knead/gpu/device_state.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 
@@ -21,36 +19,34 @@ namespace knead::gpu {
 namespace {
 
 constexpr std::size_t kGroup = layout::kGroup;
+static_assert(kGroup == Device::kGroup);
 constexpr std::size_t kCountWords = static_cast<std::size_t>(layout::kCountStripes) * layout::kCounters;
 
-// Points in buffers of their own, and the balls about groups of them.
-struct Range {
-  std::size_t begin = 0;
-  std::size_t count = 0;
-  Buffer points;
-  Buffer steps;
-  Buffer bounds;
-  Buffer radii;
+// The middles and radii of the balls about groups of points.
+struct Balls {
+  std::vector<double> bounds;
+  std::vector<float> radii;
+
+  explicit Balls(std::span<const Vec3d> points) {
+    for (std::size_t first = 0; first < points.size(); first += kGroup) {
+      const Box box = bounding_box(points.subspan(first, std::min(kGroup, points.size() - first)));
+      const Vec3d center = box.center();
+      bounds.insert(bounds.end(), {center.x, center.y, center.z, 0.0});
+      const auto radius = static_cast<float>(0.5 * box.diagonal() * (1 + 1e-6));
+      radii.push_back(std::max(radius, std::numeric_limits<float>::min()));
+    }
+  }
 };
 
 Range make_range(std::span<const Vec3d> points, std::size_t begin) {
-  std::vector<double> bounds;
-  std::vector<float> radii;
-  for (std::size_t first = 0; first < points.size(); first += kGroup) {
-    const auto own = points.subspan(first, std::min(kGroup, points.size() - first));
-    const Box box = bounding_box(own);
-    const Vec3d center = box.center();
-    bounds.insert(bounds.end(), {center.x, center.y, center.z, 0.0});
-    const auto radius = static_cast<float>(0.5 * box.diagonal() * (1 + 1e-6));
-    radii.push_back(std::max(radius, std::numeric_limits<float>::min()));
-  }
+  const Balls balls(points);
   Range range;
   range.begin = begin;
   range.count = points.size();
-  range.points = make_buffer(points.data(), points.size() * sizeof(Vec3d));
+  range.points = make_buffer(points.data(), points.size_bytes());
   range.steps = make_buffer(nullptr, points.size() * sizeof(std::uint32_t));
-  range.bounds = make_buffer(bounds.data(), bounds.size() * sizeof(double));
-  range.radii = make_buffer(radii.data(), radii.size() * sizeof(float));
+  range.bounds = make_buffer(balls.bounds.data(), balls.bounds.size() * sizeof(double));
+  range.radii = make_buffer(balls.radii.data(), balls.radii.size() * sizeof(float));
   return range;
 }
 
@@ -62,7 +58,7 @@ struct SegmentBuffers {
   Buffer places;
   Buffer table;
 
-  SegmentBuffers(const PackedSegments& packed, bool in_double) {
+  SegmentBuffers(const PackedSegments& packed, bool in_double, Transfers& transfers) {
     if (in_double) {
       numbers = make_buffer(packed.numbers.data(), packed.numbers.size() * sizeof(double));
     } else {
@@ -76,12 +72,13 @@ struct SegmentBuffers {
     }
     places = make_buffer(packed.places.data(), packed.places.size() * sizeof(double));
     table = make_buffer(packed.table.data(), packed.table.size() * sizeof(std::int32_t));
+    transfers.sent += 3;
+    transfers.bytes_sent += packed.numbers.size() * (in_double ? sizeof(double) : sizeof(float)) +
+                            packed.places.size() * sizeof(double) + packed.table.size() * sizeof(std::int32_t);
   }
 };
 
-AdvectResult result_of(const Buffer& counts) {
-  std::vector<std::uint32_t> words(kCountWords);
-  read_buffer(counts, words.size() * sizeof(std::uint32_t), words.data());
+AdvectResult result_of(std::span<const std::uint32_t> words) {
   AdvectResult result;
   for (std::size_t at = 0; at < words.size(); at += layout::kCounters) {
     const auto number = [&](std::size_t k) { return words[at + k] | std::uint64_t{words[at + k + 1]} << 32; };
@@ -97,8 +94,6 @@ AdvectResult result_of(const Buffer& counts) {
   }
   return result;
 }
-
-bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
 
 void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(flow);
@@ -117,83 +112,69 @@ void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
 
 }  // namespace
 
-struct DevicePoints::State {
-  const Context& context;
-  std::vector<Range> ranges{};
-  std::size_t size = 0;
-
-  explicit State(const Context& of) : context(of) {}
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() {
-    try {
-      const CurrentContext current(context);
-      ranges.clear();
-    } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
-    }
-  }
-};
-
 DevicePoints::DevicePoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
 DevicePoints::~DevicePoints() = default;
 DevicePoints::DevicePoints(DevicePoints&&) noexcept = default;
 DevicePoints& DevicePoints::operator=(DevicePoints&&) noexcept = default;
 std::size_t DevicePoints::size() const { return state_->size; }
 
-struct Device::State {
-  Context context;
-  std::size_t most_points = 0;  // to a range
-  std::size_t most_bytes = 0;   // to a buffer
-  bool unrolled = true;
-  std::vector<std::pair<ShaderKind, Program>> programs;
+Device::State::State(const DeviceOptions& options) : context(options.in_current_context) {
+  unrolled = options.unrolled.value_or(!context.is_software());
+  const CurrentContext current(context);
+  GLint64 bytes = 0;
+  GLint groups = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
+  glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
+  most_bytes = static_cast<std::size_t>(std::max<GLint64>(bytes, 1 << 24));
+  most_points = std::min(most_bytes / sizeof(Vec3d), static_cast<std::size_t>(std::max(groups, 65535)) * kGroup);
+  if (options.most_points > 0) most_points = std::min(most_points, options.most_points);
+  most_points = std::max(most_points / kGroup * kGroup, kGroup);
+}
 
-  explicit State(const DeviceOptions& options) {
-    unrolled = options.unrolled.value_or(!context.is_software());
+Device::State::~State() {
+  try {
     const CurrentContext current(context);
-    GLint64 bytes = 0;
-    GLint groups = 0;
-    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &groups);
-    most_bytes = static_cast<std::size_t>(std::max<GLint64>(bytes, 1 << 24));
-    most_points = std::min(most_bytes / sizeof(Vec3d), static_cast<std::size_t>(std::max(groups, 65535)) * kGroup);
-    if (options.most_points > 0) most_points = std::min(most_points, options.most_points);
-    most_points = std::max(most_points / kGroup * kGroup, kGroup);
+    programs.clear();
+  } catch (const DeviceError&) {
   }
-  State(const State&) = delete;
-  State& operator=(const State&) = delete;
-  ~State() {
-    try {
-      const CurrentContext current(context);
-      programs.clear();
-    } catch (const DeviceError&) {
-    }
-  }
+}
 
-  const Program& program_of(const ShaderKind& kind) {
-    const auto found =
-        std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
-    if (found != programs.end()) return found->second;
-    programs.emplace_back(kind, make_compute_program(shader_source(kind)));
-    return programs.back().second;
-  }
+const Program& Device::State::program_of(const ShaderKind& kind) {
+  const auto found =
+      std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
+  if (found != programs.end()) return found->second;
+  programs.emplace_back(kind, make_compute_program(shader_source(kind)));
+  return programs.back().second;
+}
+
+namespace {
+
+// Of shaders' calls for one kind of segments.
+struct Calls {
+  Device::State& device;
+  const AdvectOptions& options;
+  bool waits = true;  // for each call to end, as long ones must be for the driver's sake and to be cancelled
+
+  bool are_cancelled() const { return waits && options.progress != nullptr && options.progress->cancel; }
 
   // Sends all points through some segments of one kind. Returns false when it was cancelled.
-  bool run(std::span<const Segment> segments, DevicePoints::State& points, const AdvectOptions& options) {
+  bool send(std::span<const Segment> segments, DevicePoints::State& points) const {
     ShaderKind kind = kind_of(segments.front(), options);
-    kind.unrolled = unrolled;
+    kind.unrolled = device.unrolled;
     const PackedSegments packed = pack(segments, options);
-    if (packed.numbers.size() * sizeof(double) > most_bytes) {
+    if (packed.numbers.size() * sizeof(double) > device.most_bytes) {
       throw DeviceError("the graphics driver takes no point set as large as this flow's; use the cpu backend");
     }
-    const SegmentBuffers buffers(packed, kind.in_double);
-    const Program& program = program_of(kind);
+    const SegmentBuffers buffers(packed, kind.in_double, device.transfers);
+    const Program& program = device.program_of(kind);
     glUseProgram(program.get());
     glUniform1i(glGetUniformLocation(program.get(), "segment_count"), packed.count);
     bind(4, buffers.numbers);
     bind(5, buffers.places);
     bind(6, buffers.table);
+    bind(7, points.counts);
     for (const Range& range : points.ranges) {
-      if (is_cancelled(options)) return false;
+      if (are_cancelled()) return false;
       glUniform1ui(glGetUniformLocation(program.get(), "point_count"), static_cast<GLuint>(range.count));
       bind(0, range.points);
       bind(1, range.steps);
@@ -201,70 +182,141 @@ struct Device::State {
       bind(3, range.radii);
       glDispatchCompute(static_cast<GLuint>((range.count + kGroup - 1) / kGroup), 1, 1);
       glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-      glFinish();
+      if (waits) glFinish();
       require_no_error();
-      if (options.progress != nullptr) options.progress->done += range.count * segments.size();
+      if (waits && options.progress != nullptr) options.progress->done += range.count * segments.size();
     }
     return true;
   }
-
-  AdvectResult run(const Flow& flow, DevicePoints::State& points, const AdvectOptions& options) {
-    const std::vector<std::uint32_t> zeros(kCountWords);
-    const Buffer counts = make_buffer(zeros.data(), zeros.size() * sizeof(std::uint32_t));
-    for (const Range& range : points.ranges) clear_words(range.steps);
-    bind(7, counts);
-    std::span<const Segment> rest = flow.segments;
-    AdvectResult result;
-    while (!rest.empty() && result.status == AdvectStatus::done) {
-      const std::size_t length = pack_length(rest, options);
-      const bool is_done = run(rest.first(length), points, options);
-      rest = rest.subspan(length);
-      result = result_of(counts);
-      if (!is_done || is_cancelled(options)) result.status = AdvectStatus::cancelled;
-    }
-    require_no_error();
-    return result;
-  }
 };
+
+void clear_counts(DevicePoints::State& points) {
+  for (const Range& range : points.ranges) clear_words(range.steps);
+  clear_words(points.counts);
+}
+
+AdvectResult read_counts(Device::State& device, const DevicePoints::State& points) {
+  std::vector<std::uint32_t> words(kCountWords);
+  device.read(points.counts, words.size() * sizeof(std::uint32_t), words.data());
+  return result_of(words);
+}
+
+}  // namespace
 
 Device::Device(const DeviceOptions& options) : state_(std::make_unique<State>(options)) {}
 Device::~Device() = default;
 
 const std::string& Device::description() const { return state_->context.description(); }
 bool Device::is_software() const { return state_->context.is_software(); }
+Transfers Device::transfers() const { return state_->transfers; }
 
-DevicePoints Device::upload(std::span<const Vec3d> points) const {
+DevicePoints Device::upload(std::span<const Vec3d> points) {
   auto uploaded = std::make_unique<DevicePoints::State>(state_->context);
   uploaded->size = points.size();
   const CurrentContext current(state_->context);
   for (std::size_t begin = 0; begin < points.size(); begin += state_->most_points) {
-    uploaded->ranges.push_back(
-        make_range(points.subspan(begin, std::min(state_->most_points, points.size() - begin)), begin));
+    const auto own = points.subspan(begin, std::min(state_->most_points, points.size() - begin));
+    uploaded->ranges.push_back(make_range(own, begin));
+    state_->count_sent(own.size_bytes());
   }
+  uploaded->counts = make_buffer(nullptr, kCountWords * sizeof(std::uint32_t));
+  clear_counts(*uploaded);
   glFinish();
   require_no_error();
   return DevicePoints(std::move(uploaded));
 }
 
+void Device::write(DevicePoints& points, std::size_t first, std::span<const Vec3d> positions) {
+  const std::size_t end = first + positions.size();
+  if (end > points.size() || first % kGroup != 0 || (end % kGroup != 0 && end != points.size())) {
+    throw InvalidInput("give whole groups of 64 of the device's points");
+  }
+  const CurrentContext current(state_->context);
+  for (const Range& range : points.state_->ranges) {
+    const std::size_t begin = std::max(first, range.begin);
+    const std::size_t stop = std::min(end, range.begin + range.count);
+    if (begin >= stop) continue;
+    const auto own = positions.subspan(begin - first, stop - begin);
+    const Balls balls(own);
+    const std::size_t place = begin - range.begin;
+    write_buffer(range.points, place * sizeof(Vec3d), own.size_bytes(), own.data());
+    write_buffer(range.bounds, place / kGroup * 4 * sizeof(double), balls.bounds.size() * sizeof(double),
+                 balls.bounds.data());
+    write_buffer(range.radii, place / kGroup * sizeof(float), balls.radii.size() * sizeof(float), balls.radii.data());
+    state_->count_sent(own.size_bytes());
+  }
+  require_no_error();
+}
+
+void Device::assign(DevicePoints& to, const DevicePoints& from) const {
+  if (to.size() != from.size()) throw InvalidInput("the device's points differ in number");
+  const CurrentContext current(state_->context);
+  for (std::size_t i = 0; i < from.state_->ranges.size(); ++i) {
+    const Range& source = from.state_->ranges[i];
+    const Range& target = to.state_->ranges[i];
+    const std::size_t groups = (source.count + kGroup - 1) / kGroup;
+    copy_buffer(source.points, target.points, source.count * sizeof(Vec3d));
+    copy_buffer(source.bounds, target.bounds, groups * 4 * sizeof(double));
+    copy_buffer(source.radii, target.radii, groups * sizeof(float));
+  }
+  require_no_error();
+}
+
+std::vector<DeviceBuffer> Device::buffers(const DevicePoints& points) {
+  std::vector<DeviceBuffer> result;
+  for (const Range& range : points.state_->ranges) result.push_back({range.points.get(), range.begin, range.count});
+  return result;
+}
+
 AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
   const CurrentContext current(state_->context);
-  const AdvectResult result = state_->run(flow, *points.state_, options);
+  const Calls calls{*state_, options};
+  clear_counts(*points.state_);
+  std::span<const Segment> rest = flow.segments;
+  AdvectResult result;
+  while (!rest.empty() && result.status == AdvectStatus::done) {
+    const std::size_t length = pack_length(rest, options);
+    const bool is_done = calls.send(rest.first(length), *points.state_);
+    rest = rest.subspan(length);
+    result = read_counts(*state_, *points.state_);
+    if (!is_done || calls.are_cancelled()) result.status = AdvectStatus::cancelled;
+  }
+  require_no_error();
   if (options.steps.empty()) return result;
   std::vector<std::uint32_t> steps;
   for (const Range& range : points.state_->ranges) {
     steps.resize(range.count);
-    read_buffer(range.steps, range.count * sizeof(std::uint32_t), steps.data());
+    state_->read(range.steps, range.count * sizeof(std::uint32_t), steps.data());
     for (std::size_t i = 0; i < range.count; ++i) options.steps[range.begin + i] += steps[i];
   }
   return result;
 }
 
-void Device::download(const DevicePoints& points, std::span<Vec3d> result) const {
+void Device::enqueue(const Flow& flow, DevicePoints& points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  const CurrentContext current(state_->context);
+  const Calls calls{*state_, options, false};
+  for (std::span<const Segment> rest = flow.segments; !rest.empty();) {
+    const std::size_t length = pack_length(rest, options);
+    calls.send(rest.first(length), *points.state_);
+    rest = rest.subspan(length);
+  }
+}
+
+AdvectResult Device::collect(DevicePoints& points) {
+  const CurrentContext current(state_->context);
+  const AdvectResult result = read_counts(*state_, *points.state_);
+  clear_counts(*points.state_);
+  require_no_error();
+  return result;
+}
+
+void Device::download(const DevicePoints& points, std::span<Vec3d> result) {
   if (result.size() != points.size()) throw InvalidInput("give a place for each of the device's points");
   const CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
-    read_buffer(range.points, range.count * sizeof(Vec3d), result.data() + range.begin);
+    state_->read(range.points, range.count * sizeof(Vec3d), result.data() + range.begin);
   }
   require_no_error();
 }

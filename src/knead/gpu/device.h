@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "knead/flow/advect.h"
 #include "knead/flow/backend.h"
@@ -19,6 +21,24 @@ struct DeviceOptions {
   // Whether the stages of a step are written out in the shaders. Nothing: on cards, where they then stay in registers,
   // but not on the CPU, where the compiler takes longest.
   std::optional<bool> unrolled{};
+  // In the OpenGL context that is current where the device is made, instead of one of its own: what draws there then
+  // has the device's buffers. It must be current at every call, and when device and points are destroyed.
+  bool in_current_context = false;
+};
+
+// What went to and from the device's memory since it was opened; buffers without data and copies there not counted.
+struct Transfers {
+  std::uint64_t sent = 0;  // times
+  std::uint64_t bytes_sent = 0;
+  std::uint64_t read = 0;  // back from the device, which waits for it each time
+  std::uint64_t bytes_read = 0;
+};
+
+// A part of the device's points: an OpenGL buffer with three doubles for each.
+struct DeviceBuffer {
+  unsigned int name = 0;
+  std::size_t begin = 0;  // the first point
+  std::size_t count = 0;
 };
 
 // Points in a device's memory, where flows move them. Must not outlive its device. Movable.
@@ -30,9 +50,11 @@ class DevicePoints {
 
   std::size_t size() const;
 
+  struct State;  // internal to the gpu room
+
  private:
   friend class Device;
-  struct State;
+  friend class DeviceSurface;
   explicit DevicePoints(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
@@ -57,20 +79,42 @@ class Device {
   const std::string& description() const;
   bool is_software() const;
 
-  DevicePoints upload(std::span<const Vec3d> points) const;
+  Transfers transfers() const;
+
+  DevicePoints upload(std::span<const Vec3d> points);
 
   // As knead::advect, of which options.threads is not looked at. Throws InvalidInput for what that throws it for, and
   // for fields with functions of the caller's own. options.progress is asked between calls of shaders; on `cancelled`
   // and `step_limit` the points are left part-way.
   AdvectResult advect(const Flow& flow, DevicePoints& points, const AdvectOptions& options);
 
-  void download(const DevicePoints& points, std::span<Vec3d> result) const;
+  void download(const DevicePoints& points, std::span<Vec3d> result);
+
+  // As advect, without waiting: what is done with the points next on the device finds them moved. Neither steps nor
+  // progress of the options are looked at.
+  void enqueue(const Flow& flow, DevicePoints& points, const AdvectOptions& options);
+
+  // What became of all that was enqueued since this was last asked. Waits.
+  AdvectResult collect(DevicePoints& points);
+
+  // Other places for points [first, first + positions.size()): whole groups of kGroup, or up to the last point. Throws
+  // InvalidInput for others.
+  static constexpr std::size_t kGroup = 64;
+  void write(DevicePoints& points, std::size_t first, std::span<const Vec3d> positions);
+
+  // A copy on the device, of as many points.
+  void assign(DevicePoints& to, const DevicePoints& from) const;
+
+  // Where the points are, for what else is done with them in the device's context.
+  static std::vector<DeviceBuffer> buffers(const DevicePoints& points);
 
   // All three. Where the status is not `done` the points are as they were.
   AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
+  struct State;  // internal to the gpu room
+
  private:
-  struct State;
+  friend class DeviceSurface;
   std::unique_ptr<State> state_;
 };
 

@@ -47,6 +47,17 @@ void read_buffer(const Buffer& buffer, std::size_t bytes, void* to) {
   glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), to);
 }
 
+void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from) {
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
+  glBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), from);
+}
+
+void copy_buffer(const Buffer& from, const Buffer& to, std::size_t bytes) {
+  glBindBuffer(GL_COPY_READ_BUFFER, from.get());
+  glBindBuffer(GL_COPY_WRITE_BUFFER, to.get());
+  glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, 0, static_cast<GLsizeiptr>(bytes));
+}
+
 void clear_words(const Buffer& buffer) {
   const GLuint zero = 0;
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());

@@ -42,6 +42,9 @@ Buffer make_buffer(const void* data, std::size_t bytes);
 
 void read_buffer(const Buffer& buffer, std::size_t bytes, void* to);
 
+void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from);
+void copy_buffer(const Buffer& from, const Buffer& to, std::size_t bytes);
+
 // Sets all words of the buffer to 0.
 void clear_words(const Buffer& buffer);
 
