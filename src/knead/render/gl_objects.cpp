@@ -139,14 +139,9 @@ Shader make_shader(GLenum kind, const std::string& source) {
   fail("compile", log);
 }
 
-}  // namespace
-
-Program make_program(const std::string& vertex, const std::string& fragment) {
-  const Shader first = make_shader(GL_VERTEX_SHADER, vertex);
-  const Shader second = make_shader(GL_FRAGMENT_SHADER, fragment);
+Program link(std::initializer_list<const Shader*> shaders) {
   Program program(glCreateProgram());
-  glAttachShader(program.get(), first.get());
-  glAttachShader(program.get(), second.get());
+  for (const Shader* shader : shaders) glAttachShader(program.get(), shader->get());
   glLinkProgram(program.get());
   GLint done = GL_FALSE;
   glGetProgramiv(program.get(), GL_LINK_STATUS, &done);
@@ -154,6 +149,19 @@ Program make_program(const std::string& vertex, const std::string& fragment) {
   std::string log(1024, '\0');
   glGetProgramInfoLog(program.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
   fail("link", log);
+}
+
+}  // namespace
+
+Program make_program(const std::string& vertex, const std::string& fragment) {
+  const Shader first = make_shader(GL_VERTEX_SHADER, vertex);
+  const Shader second = make_shader(GL_FRAGMENT_SHADER, fragment);
+  return link({&first, &second});
+}
+
+Program make_compute_program(const std::string& source) {
+  const Shader shader = make_shader(GL_COMPUTE_SHADER, source);
+  return link({&shader});
 }
 
 GLint uniform(const Program& program, const char* name) { return glGetUniformLocation(program.get(), name); }

@@ -68,6 +68,9 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const
 // Throws std::runtime_error with the driver's first words where the source does not compile or link.
 Program make_program(const std::string& vertex, const std::string& fragment);
 
+// The same for compute shaders, which need OpenGL 4.3.
+Program make_compute_program(const std::string& source);
+
 GLint uniform(const Program& program, const char* name);
 void bind_texture(const Program& program, const char* name, int unit, GLenum target, const Texture& texture);
 

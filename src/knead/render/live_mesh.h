@@ -34,6 +34,7 @@ class LiveMesh {
   std::span<const std::uint32_t> triangles() const { return triangles_; }  // three drawn vertices each
   std::span<const std::uint32_t> edges() const { return edges_; }          // two drawn vertices each; of the polygons
   double mean_edge() const { return mean_edge_; }                          // when it was made; renderer units
+  const Rings& rings() const { return rings_; }                            // empty in a cloud
   bool is_cloud() const { return triangles_.empty(); }
   bool is_solid() const { return solid_; }  // when it was made: closed, and its faces turned outwards
   Box box() const;                          // of the finite vertices, renderer units

@@ -37,7 +37,7 @@ void blend_premultiplied() {
 // Without a graphics card half of a picture's time goes into the backs of faces, which of a solid seen from outside
 // are all hidden.
 bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
-  const Box box = shape.mesh.box();
+  const Box& box = shape.box;
   const Vec3d& eye = frame.view.eye;
   const bool within = eye.x >= box.min.x && eye.y >= box.min.y && eye.z >= box.min.z && eye.x <= box.max.x &&
                       eye.y <= box.max.y && eye.z <= box.max.z;

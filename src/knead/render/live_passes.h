@@ -33,6 +33,7 @@ std::optional<LiveCut> live_cut(const LiveScene& scene, const Placement& placeme
 struct LiveShape {
   const LiveMesh& mesh;
   const LiveBuffers& buffers;
+  Box box;  // renderer units
 };
 
 // Clears the targets and gets the state ready.

@@ -9,6 +9,7 @@
 
 #include "knead/math/error.h"
 #include "knead/render/drawing.h"
+#include "knead/render/live_compute.h"
 #include "knead/render/live_passes.h"
 #include "knead/render/rods.h"
 
@@ -94,6 +95,8 @@ struct Rods {
 
 struct LiveView::State {
   LivePrograms programs;
+  std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the card
+  std::optional<Box> box_on_card;      // renderer units; while the shape's places are those on the card
   int samples = 1;
   Placement placement;
   LiveMesh mesh;
@@ -144,8 +147,10 @@ struct LiveView::State {
     targets = make_live_targets(width, height, wanted);
   }
 
+  Box shape_box() const { return box_on_card ? *box_on_card : mesh.box(); }
+
   Box shown_box() const {
-    Box box = mesh.box();
+    Box box = shape_box();
     for (const Glass& surface : glass) extend(box, surface.live.box());
     extend(box, rods.box);
     return box;
@@ -203,11 +208,33 @@ void LiveView::set_shape(const Mesh& mesh) {
   s.glass.clear();
   s.rods = {};
   s.counts = {};
+  s.compute.reset();
+  s.box_on_card.reset();
 }
 
 void LiveView::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads) {
   State& s = *state_;
-  s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, changed, threads));
+  const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
+  const bool is_elsewhere = s.box_on_card.has_value();
+  s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads));
+  s.box_on_card.reset();
+}
+
+void LiveView::move_on_card(std::span<const PointBuffer> points, const Box& box) {
+  State& s = *state_;
+  std::uint32_t next = 0;
+  for (const PointBuffer& part : points) {
+    if (part.vertices.begin != next) throw InvalidInput("live view: the buffers do not follow each other");
+    next = part.vertices.end;
+  }
+  if (next != s.mesh.vertex_count()) {
+    throw InvalidInput("live view: the buffers hold " + std::to_string(next) + " places for a shape of " +
+                       std::to_string(s.mesh.vertex_count()) + " vertices; set the shape anew");
+  }
+  if (!s.compute) s.compute.emplace(s.mesh);
+  s.compute->move(points, s.placement, s.buffers);
+  s.counts = {};
+  s.box_on_card = box.empty() ? Box{} : Box{s.placement.apply(box.min), s.placement.apply(box.max)};
 }
 
 void LiveView::set_influence(std::span<const float> per_vertex) {
@@ -237,11 +264,11 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
   const View rough = make_view(scene.camera, s.placement, {}, aspect, height);
   const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward);
   const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
-  const LiveFrame frame{s.programs, view, scene, ball_of(s.mesh.box()), width, height, cut};
+  const LiveFrame frame{s.programs, view, scene, ball_of(s.shape_box()), width, height, cut};
 
   s.make_targets(width, height, scene.samples > 0 ? scene.samples : s.samples);
   begin_live_picture(frame, s.targets);
-  draw_live_shape(frame, {s.mesh, s.buffers});
+  draw_live_shape(frame, {s.mesh, s.buffers, s.shape_box()});
   draw_live_background(frame);
   if (!glass.empty()) gather(s.targets, GL_DEPTH_BUFFER_BIT);
   draw_live_rods(frame, s.rods.buffers);
@@ -282,7 +309,7 @@ UploadCounts LiveView::counts() const { return state_->counts; }
 bool LiveView::draws_in_software() const { return state_->programs.in_software; }
 
 Box LiveView::box() const {
-  const Box placed = state_->mesh.box();
+  const Box placed = state_->shape_box();
   if (placed.empty()) return {};
   const Placement& placement = state_->placement;
   return {placed.min / placement.scale + placement.center, placed.max / placement.scale + placement.center};

@@ -29,6 +29,12 @@ struct VertexRange {
   friend bool operator==(const VertexRange&, const VertexRange&) = default;
 };
 
+// An OpenGL buffer with the places of vertices [begin, end) of a mesh, three doubles each.
+struct PointBuffer {
+  unsigned int buffer = 0;
+  VertexRange vertices;
+};
+
 // What is seen besides the shape, and from where. Colours are those that appear on the screen.
 struct LiveScene {
   Camera camera;
@@ -75,6 +81,13 @@ class LiveView {
   // ring around. positions: of all vertices of the mesh. threads: 0 for all. Throws InvalidInput for another number of
   // positions or a range beyond it.
   void move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads = 0);
+
+  // Takes over the places of all vertices from buffers of the view's context, which together have each of them; places
+  // and normals are then made on the graphics card, and nothing is read back. box: of the shape as it then is, or
+  // larger. Throws InvalidInput where the buffers have not all vertices, and std::runtime_error, one line, where the
+  // driver has no OpenGL 4.3 or no room for a shape of this size; then nothing has changed. The next call of the other
+  // kind takes all vertices over, whatever it is told of changes.
+  void move_on_card(std::span<const PointBuffer> points, const Box& box);
 
   // One value per vertex: 0 outside of the region of influence, 1 within its inner part; shown, where the scene asks
   // for it, in green and red. Empty: none. Throws InvalidInput for another number of values.
