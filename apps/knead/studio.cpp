@@ -23,8 +23,10 @@ void become(const std::string& program, std::vector<std::string>& words) {
   ::execvp(program.c_str(), arguments.data());
 }
 
-void run_studio(const std::string& shape, const std::string& session) {
-  std::vector<std::string> words{kProgram, "--"};
+void run_studio(const std::string& backend, const std::string& shape, const std::string& session) {
+  std::vector<std::string> words{kProgram};
+  if (!backend.empty()) words.insert(words.end(), {"--backend", backend});
+  words.emplace_back("--");
   for (const std::string& file : {shape, session}) {
     if (!file.empty()) words.push_back(file);
   }
@@ -43,12 +45,15 @@ Subcommand add_studio(CLI::App& parent) {
   CLI::App* app = parent.add_subcommand("studio", "The interactive application");
   const auto shape = std::make_shared<std::string>();
   const auto session = std::make_shared<std::string>();
+  const auto backend = std::make_shared<std::string>();
+  app->add_option("--backend", *backend, "What moves the shape under the hand: cpu, or gpu (default: as last chosen)")
+      ->check(CLI::IsMember({"cpu", "gpu"}));
   app->add_option("SHAPE", *shape, "What to work on; a new sphere where it is not given")->type_name("");
   app->add_option("SESSION", *session, "What has been done to it before")->type_name("");
   add_examples(*app,
                "  knead studio\n"
                "  knead studio hand.ply bend.knead");
-  return {app, [shape, session] { run_studio(*shape, *session); }};
+  return {app, [=] { run_studio(*backend, *shape, *session); }};
 }
 
 }  // namespace knead::command

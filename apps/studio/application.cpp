@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "card_shape.h"
 #include "dialogs.h"
 #include "drawn_shape.h"
 #include "gui.h"
@@ -67,6 +68,7 @@ class Application {
       : window_("Knead Studio", kWidth, kHeight),
         studio_(StudioOptions{}),
         gui_(window_, studio_.preferences().interface_scale) {
+    if (options.backend) studio_.preferences().backend = *options.backend;
     const std::vector<AbandonedJournal> journals = studio_.abandoned();
     for (const AbandonedJournal& journal : journals) {
       if (journal.strokes == 0 && journal.problem.empty()) studio_.discard(std::filesystem::path(journal.folder));
@@ -150,6 +152,7 @@ class Application {
   // Gives a quick step of a drag the time to be in this very picture.
   void wait_for_step() const {
     if (!studio_.gesture() || studio_.shown().live_seconds > kLikelyDoneWithin) return;
+    if (card_ && card_->is_ahead()) return;
     const Clock::time_point began = Clock::now();
     while (studio_.is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
@@ -184,8 +187,53 @@ class Application {
     draw_dialogs(studio_, dialogs_, gui_, [this](const std::filesystem::path& path) { write_picture(path); });
   }
 
+  // Begins or ends the use of the graphics card, as was chosen.
+  void choose_mover() {
+    const bool wanted = studio_.preferences().backend == Mover::gpu;
+    if (wanted == card_.has_value()) return;
+    if (!wanted) return leave_card();
+    try {
+      card_.emplace();
+      times_.mover = card_->description();
+      studio_.tell({false, fmt::format("What a hand does is now seen as this moves it: {}.", times_.mover)});
+    } catch (const std::exception& error) {
+      give_up_card(error);
+    }
+  }
+
+  void leave_card() {
+    card_.reset();
+    shape_ = {};
+    times_.mover.clear();
+  }
+
+  void give_up_card(const std::exception& error) {
+    leave_card();
+    studio_.preferences().backend = Mover::cpu;
+    studio_.tell({true, fmt::format("Studio goes on with the CPU: {}.", error.what())});
+  }
+
+  // Whether the card shows the shape.
+  bool show_on_card() {
+    if (!card_) return false;
+    try {
+      const std::uint64_t sent = card_->transfers().bytes_sent;
+      const bool was_ahead = card_->is_ahead();
+      if (card_->follow(studio_.shown().state, studio_.ahead(), studio_.shown().diagonal, view_)) {
+        times_.uploaded = card_->transfers().bytes_sent - sent;
+      }
+      if (!was_ahead && card_->is_ahead()) reads_before_ = card_->transfers().read;
+      times_.read_back = card_->transfers().read - reads_before_;
+      return true;
+    } catch (const std::exception& error) {
+      give_up_card(error);
+      return false;
+    }
+  }
+
   void draw_picture() {
-    if (shape_.follow(studio_.shown().state, view_)) {
+    choose_mover();
+    if (!show_on_card() && shape_.follow(studio_.shown().state, view_)) {
       times_.uploaded = view_.counts().bytes;
       times_.touched = shape_.touched();
     }
@@ -200,6 +248,7 @@ class Application {
     is_smooth_ = false;
     view_ = render::LiveView(1);
     shape_ = {};
+    if (card_) card_->forget_view();
     overlay_ = {};
   }
 
@@ -238,6 +287,8 @@ class Application {
   render::LiveView view_;
   Overlay overlay_;
   DrawnShape shape_;
+  std::optional<CardShape> card_;  // where the graphics card moves the shape
+  std::uint64_t reads_before_ = 0;
   Dialogs dialogs_;
   HistoryEditor editor_;
   Messages messages_;

@@ -4,11 +4,14 @@
 #include <filesystem>
 #include <optional>
 
+#include "preferences.h"
+
 namespace knead::studio {
 
 struct ApplicationOptions {
   std::optional<std::filesystem::path> shape;  // a sphere where there is none
   std::optional<std::filesystem::path> session;
+  std::optional<Mover> backend;  // that of the preferences where there is none
 };
 
 // Runs until the person quits. Throws std::runtime_error where there is no display or no OpenGL.

@@ -45,6 +45,7 @@ bool Desk::guarded(const std::function<void()>& work) const {
 
 void Desk::show() {
   ++shown_.version;
+  shown_.picker_is_behind = picker_is_stale_;
   options_.show(shown_);
 }
 
@@ -84,8 +85,10 @@ void Desk::open(ShapeFile source, const std::string& title, const std::filesyste
   is_measurable_ = measures.closed() && measures.oriented();
   const std::uint64_t version = shown_.version;
   const std::uint64_t opened = shown_.opened;
+  const std::uint64_t ended = shown_.ended;
   shown_ = {};
   shown_.version = version;
+  shown_.ended = ended;
   shown_.opened = opened + 1;
   shown_.title = title;
   shown_.shape_path = path;
@@ -135,7 +138,7 @@ bool Desk::take(const WorkResult& result, const char* what) {
 
 void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
   if (!bench_) return;
-  guarded([&] {
+  const bool is_told = guarded([&] {
     const auto began = std::chrono::steady_clock::now();
     const WorkResult result = bench_->set_live(std::move(strokes), &progress);
     shown_.live_seconds = seconds_since(began);
@@ -145,6 +148,7 @@ void Desk::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
     if (bench_->state().positions.size() <= kMeasuredAtOnce) measure_volume();
     show_state();
   });
+  if (!is_told) show();
 }
 
 // Of a stamp that was pressed in pieces only the last warning: where a piece begins, the surface lies against the tool
@@ -157,19 +161,27 @@ void Desk::tell_warnings(const HistoryEntry& entry) const {
 }
 
 void Desk::finish(Progress& progress) {
+  ++shown_.ended;
   if (!bench_) return;
   if (!shown_.refusal.empty()) options_.tell({true, std::exchange(shown_.refusal, {})});
-  if (bench_->live().empty()) return;
-  guarded([&] {
-    const std::size_t before = bench_->done().size();
-    if (!take(bench_->finish(&progress), "The stroke")) journal(bench_->set_live({}).lines);
-    const auto done = bench_->done();
-    if (done.size() > before) {
-      tell_warnings(*done.back());
-    }
-    picker_is_stale_ = true;
+  const bool is_told = guarded([&] {
+    if (!bench_->live().empty()) end_gesture(progress);
     show_state();
   });
+  if (!is_told) show();
+}
+
+void Desk::end_gesture(Progress& progress) {
+  const std::size_t before = bench_->done().size();
+  if (!take(bench_->finish(&progress), "The stroke")) journal(bench_->set_live({}).lines);
+  const auto done = bench_->done();
+  if (done.size() > before) tell_warnings(*done.back());
+  picker_is_stale_ = true;
+}
+
+void Desk::give_up(Progress& progress) {
+  ++shown_.ended;
+  set_live({}, progress);
 }
 
 void Desk::undo(Progress& progress) {

@@ -28,8 +28,10 @@ struct Notice {
 struct Shown {
   std::uint64_t version = 0;  // grows with every change
   std::uint64_t opened = 0;   // grows when another shape is opened; 0: none is
+  std::uint64_t ended = 0;    // gestures that were kept or given up, so far
   ShapeState state;           // to be drawn
   std::shared_ptr<const Picker> picker;
+  bool picker_is_behind = false;  // the shape has changed since the picker was made
   std::vector<std::shared_ptr<const HistoryEntry>> history;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
@@ -73,6 +75,7 @@ class Desk {
   // As in Workbench, with what it costs and the journal. Strokes name stamps by their file in stamp_folder().
   void set_live(std::vector<SessionStroke> strokes, Progress& progress);
   void finish(Progress& progress);
+  void give_up(Progress& progress);
   void undo(Progress& progress);
   void redo(Progress& progress);
   void edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress);
@@ -102,6 +105,7 @@ class Desk {
   void open(ShapeFile source, const std::string& title, const std::filesystem::path& path);
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
+  void end_gesture(Progress& progress);
   void journal(const LineChange& change);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();

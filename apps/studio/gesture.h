@@ -15,6 +15,9 @@
 
 namespace knead::studio {
 
+// Finds what a ray hits where there is no picker for it.
+using HitTest = std::function<std::optional<SurfaceHit>(const Ray& ray)>;
+
 struct Pointer {
   double x = 0;  // pixels, as in Screen
   double y = 0;
@@ -29,6 +32,7 @@ struct Surroundings {
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
   const ToolSettings& settings;
   bool is_taken = true;  // what the gesture was last is being worked on; else it waits, and its last place may change
+  HitTest hit_test{};    // asked instead of the picker; empty: it is not
 };
 
 // Where a drag takes a point: `start` goes with the pointer.

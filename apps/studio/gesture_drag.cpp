@@ -23,8 +23,10 @@ double distance_in_pixels(const Screen& screen, const Vec3d& p, const Pointer& p
 }  // namespace
 
 std::optional<SurfaceHit> hit_at(const Pointer& pointer, const Surroundings& around) {
+  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
+  if (around.hit_test) return around.hit_test(ray);
   if (around.picker == nullptr) return std::nullopt;
-  return around.picker->pick(ray_through(around.screen, pointer.x, pointer.y), around.state);
+  return around.picker->pick(ray, around.state);
 }
 
 Vec3d Drag::at(const Pointer& pointer, const Surroundings& around) const {

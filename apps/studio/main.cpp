@@ -15,12 +15,13 @@
 namespace {
 
 constexpr const char* kHelp =
-    "usage: knead-studio [SHAPE] [SESSION]\n"
+    "usage: knead-studio [--backend cpu|gpu] [SHAPE] [SESSION]\n"
     "       knead-studio --script FILE\n"
     "\n"
     "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere where none is given) is shaped by\n"
     "hand, after the strokes of the session. H shows the keys.\n"
     "\n"
+    "--backend gpu: the graphics card moves what is seen while a hand does (View > Deform on).\n"
     "--script needs no display: it does what the lines of FILE say, as a hand would do it (- is standard input;\n"
     "docs/studio.md has the lines).\n";
 
@@ -45,6 +46,7 @@ int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit on its size is an output that cannot be written
   try {
+    knead::studio::ApplicationOptions options;
     std::vector<std::string_view> files;
     bool only_files = false;
     for (int i = 1; i < argc; ++i) {
@@ -60,6 +62,10 @@ int main(int argc, char** argv) {
       } else if (!only_files && word == "--script") {
         if (i + 2 != argc) return fail(2, "--script takes one file, and nothing else");
         return run_script_file(argv[i + 1]);
+      } else if (!only_files && word == "--backend") {
+        const std::string_view name = i + 1 < argc ? argv[++i] : "";
+        if (name != "cpu" && name != "gpu") return fail(2, "--backend takes cpu or gpu");
+        options.backend = name == "gpu" ? knead::studio::Mover::gpu : knead::studio::Mover::cpu;
       } else if (!only_files && word.starts_with('-')) {
         return fail(2, "no such option; see knead-studio --help");
       } else {
@@ -67,7 +73,6 @@ int main(int argc, char** argv) {
       }
     }
     if (files.size() > 2) return fail(2, "a shape and a session at most; see knead-studio --help");
-    knead::studio::ApplicationOptions options;
     if (!files.empty()) options.shape = files[0];
     if (files.size() > 1) options.session = files[1];
     knead::studio::run_application(options);

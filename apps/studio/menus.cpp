@@ -78,6 +78,16 @@ void draw_preferences(Studio& studio) {
     }
     ImGui::EndMenu();
   }
+  if (ImGui::BeginMenu("Deform on")) {
+    for (const Mover mover : {Mover::cpu, Mover::gpu}) {
+      const char* const name = mover == Mover::gpu ? "The graphics card" : "The CPU";
+      if (ImGui::MenuItem(name, nullptr, preferences.backend == mover)) {
+        preferences.backend = mover;
+        save_choices(studio);
+      }
+    }
+    ImGui::EndMenu();
+  }
   if (ImGui::BeginMenu("Size of texts")) {
     for (const double scale : {0.85, 1.0, 1.25, 1.5, 2.0}) {
       const std::string name = std::to_string(static_cast<int>(100 * scale)) + "%";

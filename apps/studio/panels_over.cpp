@@ -117,7 +117,13 @@ void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
     draw_frame_times(times);
     const std::size_t faces = shown.state.mesh ? shown.state.mesh->face_count() : 0;
     row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
-    row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
+    if (times.mover.empty()) {
+      row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
+    } else {
+      row("Moved by", times.mover);
+      row("Read back", fmt::format("{} times in this gesture", times.read_back));
+      row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
+    }
     row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
     row("Sent", size_text(times.uploaded));
     row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));

@@ -70,10 +70,12 @@ class Reader {
         read_choice(key, value, {"blender", "maya"}, loaded_.preferences.navigation);
       } else if (key == "up") {
         read_choice(key, value, {"y", "z"}, loaded_.preferences.up);
+      } else if (key == "backend") {
+        read_choice(key, value, {"cpu", "gpu"}, loaded_.preferences.backend);
       } else if (key == "interface_scale") {
         read_scale(value);
       } else {
-        complain(fmt::format("\"{}\" is not known; known are keys, navigation, up and interface_scale", key));
+        complain(fmt::format("\"{}\" is not known; known are keys, navigation, up, backend and interface_scale", key));
       }
     }
   }
@@ -157,6 +159,7 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   };
   put("navigation", preferences.navigation == NavigationPreset::maya ? "maya" : "blender", "blender");
   put("up", preferences.up == UpAxis::z ? "z" : "y", "y");
+  put("backend", preferences.backend == Mover::gpu ? "gpu" : "cpu", "cpu");
   put("interface_scale", preferences.interface_scale, 1.0);
   write_json(folder, kConfigFile, config);
 }

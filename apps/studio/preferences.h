@@ -16,10 +16,14 @@ namespace knead::studio {
 std::filesystem::path config_folder();
 std::filesystem::path state_folder();
 
+// What moves the shape while a hand does; what is kept is always the CPU's.
+enum class Mover { cpu, gpu };
+
 struct Preferences {
   KeyMap keys = default_keys();
   NavigationPreset navigation = NavigationPreset::blender;
   UpAxis up = UpAxis::y;
+  Mover backend = Mover::cpu;
   double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
 };
 
@@ -29,8 +33,8 @@ struct LoadedPreferences {
 };
 
 // Reads studio.json of this folder, e.g. {"keys": {"undo": "Ctrl+Z", "redo": ["Ctrl+Y", "F5"]}, "navigation": "maya",
-// "up": "z", "interface_scale": 1.25}. What is missing is as by default. Nothing in it is fatal: what cannot be used is
-// left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
+// "up": "z", "backend": "gpu", "interface_scale": 1.25}. What is missing is as by default. Nothing in it is fatal: what
+// cannot be used is left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
 LoadedPreferences load_preferences(const std::filesystem::path& folder);
 
 // Writes what differs from the defaults, all but the keys, into studio.json; keys and whatever else a person wrote

@@ -78,11 +78,14 @@ void Studio::refresh() {
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
+  if (!gesture_ && shown_.ended == ended_) ahead_.reset();
   if (placed_.marks.size() != shown_.state.positions.size()) placed_.marks.clear();
 }
 
 void Studio::after_opening() {
   gesture_.reset();
+  ahead_.reset();
+  ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
   placed_ = {};
   settings_.radius = kFirstRadius * shown_.diagonal;
@@ -104,6 +107,23 @@ Surroundings Studio::surroundings() const {
   const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
   const bool fits = shown_.picker && shown_.picker->fits(state);
   return {screen(), state, fits ? shown_.picker.get() : nullptr, settings_, worker_->begun() >= sent_};
+}
+
+// Whether the picker knows the shape as it is seen.
+bool Studio::picker_is_right() const {
+  const bool fits = shown_.picker && shown_.picker->fits(shown_.state);
+  return fits && !shown_.picker_is_behind && shown_.ended == ended_;
+}
+
+// Other gestures ask where they go on the surface, too, as it was when they began.
+bool Studio::asks_hit_test() const {
+  const bool asks_once = settings_.tool == ToolKind::ball || settings_.tool == ToolKind::capsule;
+  return hit_test_ && asks_once && settings_.drag != DragMode::surface && !picker_is_right();
+}
+
+const Ahead* Studio::ahead() const {
+  const bool is_meant = ahead_ && !ahead_->strokes.empty() && shown_.refusal.empty();
+  return is_meant ? &*ahead_ : nullptr;
 }
 
 void Studio::frame_all() {
@@ -157,12 +177,18 @@ void Studio::press(const ButtonChanged& button) {
 
 void Studio::begin() {
   const bool has_surface = shown_.state.mesh->face_count() > 0;
-  if (has_surface && surroundings().picker == nullptr) {
+  Surroundings around = surroundings();
+  if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
+  if (has_surface && around.picker == nullptr && !around.hit_test) {
     tell({false, "One moment: the shape is being prepared for the hand."});
     return;
   }
-  gesture_ = begin_gesture(pointer_, surroundings(), placed_);
+  gesture_ = begin_gesture(pointer_, around, placed_);
   sent_strokes_.clear();
+  if (!ahead_) {
+    ahead_ = Ahead{shown_.state, {}};
+    ended_strokes_.clear();
+  }
   if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
   if (settings_.tool == ToolKind::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   send_live();
@@ -195,6 +221,8 @@ void Studio::send_live() {
     live.push_back({std::move(stroke)});
     if (settings_.remesh) live.back().remesh = settings_.remesh_settings;
   }
+  ahead_->strokes = ended_strokes_;
+  ahead_->strokes.insert(ahead_->strokes.end(), live.begin(), live.end());
   sent_ = worker_->post_latest([this, live](Progress& progress) { desk_.set_live(live, progress); });
   refresh();
 }
@@ -206,10 +234,13 @@ void Studio::end(bool is_kept) {
   const bool was_clicked = std::holds_alternative<TurnGesture>(gesture_->kind) && !did_something;
   gesture_.reset();
   sent_strokes_.clear();
+  if (did_something) ++ended_;
   if (did_something && is_kept) {
+    ended_strokes_ = ahead_->strokes;
     post([this](Progress& progress) { desk_.finish(progress); });
   } else if (did_something) {
-    post([this](Progress& progress) { desk_.set_live({}, progress); });
+    ahead_->strokes = ended_strokes_;
+    post([this](Progress& progress) { desk_.give_up(progress); });
   }
   if (was_placing) propose_limb(was_clicked);
 }

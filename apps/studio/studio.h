@@ -46,6 +46,12 @@ struct ViewSettings {
   bool help = false;
 };
 
+// What hands have done that the worker has not: the shape as it was before, and the strokes since.
+struct Ahead {
+  ShapeState start;
+  std::vector<SessionStroke> strokes;
+};
+
 class Studio {
  public:
   explicit Studio(StudioOptions options);
@@ -97,6 +103,8 @@ class Studio {
   Preferences& preferences() { return preferences_; }
   const Placed& placed() const { return placed_; }
   const Shown& shown() const { return shown_; }
+  // Of the gesture under way and those before it that are not done yet; null: the shape is as shown.
+  const Ahead* ahead() const;
   const std::optional<Gesture>& gesture() const { return gesture_; }
   const Pointer& pointer() const { return pointer_; }
   bool pointer_is_over_view() const { return pointer_is_over_view_; }
@@ -105,6 +113,9 @@ class Studio {
   bool is_busy() const { return worker_->is_busy(); }
   void cancel_work() { worker_->cancel(); }
   void wait() { worker_->wait(); }
+
+  // Where a drag of a ball or capsule begins while the picker is behind; empty: it waits.
+  void set_hit_test(HitTest hit_test) { hit_test_ = std::move(hit_test); }
 
   Screen screen() const;
   // The strokes as they are now with mirror images, or nothing where the hand is still: what the tool picture shows.
@@ -121,6 +132,8 @@ class Studio {
   };
 
   Surroundings surroundings() const;
+  bool picker_is_right() const;
+  bool asks_hit_test() const;
   void press(const ButtonChanged& button);
   void release(const ButtonChanged& button);
   void move(const PointerMoved& moved);
@@ -151,6 +164,10 @@ class Studio {
   std::optional<Gesture> gesture_;
   std::uint64_t sent_ = 0;  // number of the last live job
   std::vector<Stroke> sent_strokes_;
+  std::optional<Ahead> ahead_;
+  std::vector<SessionStroke> ended_strokes_;  // of ahead_, those of gestures that have ended
+  std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
+  HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;

@@ -1,4 +1,5 @@
 knead_test(knead_studio_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/card_shape_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/file_list_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/navigation_test.cpp

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "knead/math/error.h"
+#include "knead/session/live_change.h"
 #include "knead/session/live_shape.h"
-#include "knead/tool/continued.h"
 
 namespace knead {
 
@@ -44,29 +44,6 @@ bool is_remeshed(const std::vector<SessionStroke>& strokes) {
   return std::any_of(strokes.begin(), strokes.end(), [](const SessionStroke& s) { return s.remesh.has_value(); });
 }
 
-// What has to be done so that the live strokes become others.
-struct LiveDelta {
-  bool from_start = false;
-  std::size_t first_new = 0;           // strokes before this one are done
-  std::optional<Flow> rest;            // of the stroke before that one
-  std::optional<Stroke> rest_as_line;  // that as a stroke; nothing: the whole stroke replaces its line
-};
-
-LiveDelta delta(const std::vector<SessionStroke>& before, const std::vector<SessionStroke>& now) {
-  const auto same = [](const SessionStroke& a, const SessionStroke& b) { return a.stroke == b.stroke; };
-  const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
-  LiveDelta result;
-  result.first_new = static_cast<std::size_t>(a - before.begin());
-  if (a == before.end()) return result;
-  if (std::next(a) == before.end() && b != now.end() && !reads_surface(a->stroke) && !reads_surface(b->stroke)) {
-    result.rest = rest_of_flow(a->stroke, b->stroke);
-    result.rest_as_line = rest_of(a->stroke, b->stroke);
-    ++result.first_new;
-  }
-  if (result.rest) return result;
-  return {true, 0, std::nullopt, std::nullopt};
-}
-
 }  // namespace
 
 class Bench {
@@ -89,7 +66,7 @@ class Bench {
       live_.clear();
       return result;
     }
-    const LiveDelta what = delta(live_, strokes);
+    const LiveChange what = live_change(live_, strokes);
     const auto began = std::chrono::steady_clock::now();
     const std::uint64_t steps = shape_.steps();
     result = guarded([&] {
@@ -225,7 +202,7 @@ class Bench {
     }
   }
 
-  LineChange live_lines(const LiveDelta& what, const std::vector<SessionStroke>& strokes) {
+  LineChange live_lines(const LiveChange& what, const std::vector<SessionStroke>& strokes) {
     LineChange lines;
     if (what.from_start) lines.taken_back = live_lines_;
     if (what.rest && what.rest_as_line) lines.appended.push_back({*what.rest_as_line});

@@ -1,0 +1,177 @@
+// What is seen while the graphics card moves the shape: as the CPU does it, and in the end the CPU's bits.
+#include "card_shape.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "drawn_shape.h"
+#include "knead/render/context.h"
+#include "studio_fixture.h"
+
+namespace knead::studio {
+namespace {
+
+constexpr double kAgree = 2e-5;  // of the diagonal: what both are apart from the truth
+
+class CardShapeTest : public StudioTest {
+ protected:
+  void SetUp() override {
+    StudioTest::SetUp();
+    try {
+      context_ = std::make_unique<render::OffscreenContext>();
+    } catch (const std::runtime_error& error) {
+      GTEST_SKIP() << error.what();
+    }
+    view_.emplace(1);
+    card_.emplace();
+  }
+  void TearDown() override {
+    card_.reset();
+    view_.reset();
+    context_.reset();
+    StudioTest::TearDown();
+  }
+
+  bool follow(const Studio& studio) {
+    const Shown& shown = studio.shown();
+    return card_->follow(shown.state, studio.ahead(), shown.diagonal, *view_);
+  }
+
+  // Greatest distance between what is seen and the CPU's shape, of the diagonal.
+  double distance(const Studio& studio) {
+    const std::vector<Vec3d> seen = card_->positions();
+    const std::vector<Vec3d> expected = positions(studio);
+    if (seen.size() != expected.size()) return 1;
+    double most = 0;
+    for (std::size_t i = 0; i < seen.size(); ++i) most = std::max(most, norm(seen[i] - expected[i]));
+    return most / studio.shown().diagonal;
+  }
+
+  std::unique_ptr<render::OffscreenContext> context_;
+  std::optional<render::LiveView> view_;
+  std::optional<CardShape> card_;
+};
+
+class EveryToolOnTheCard : public CardShapeTest, public testing::WithParamInterface<ToolCase> {};
+
+// After every event the worker has done its part here, so that both can be compared.
+TEST_P(EveryToolOnTheCard, IsSeenAsTheCpuDoesItAndEndsWithItsBits) {
+  Studio studio(options());
+  run(studio, ball());
+  double most = 0;
+  std::uint64_t read_by_test = 0;
+  ScriptHost host;
+  host.after_event = [&] {
+    const std::uint64_t before = card_->transfers().read;
+    follow(studio);
+    EXPECT_EQ(card_->transfers().read, before);  // nothing is read back for a picture
+    most = std::max(most, distance(studio));
+    ++read_by_test;
+    if (studio.ahead() == nullptr) {
+      EXPECT_TRUE(card_->positions() == positions(studio));
+    }
+  };
+  std::istringstream lines(GetParam().script);
+  run_script(lines, "script", studio, host);
+  EXPECT_GE(read_by_test, 3u);
+  EXPECT_LT(most, kAgree);
+  EXPECT_FALSE(card_->is_ahead());
+  EXPECT_EQ(errors(studio), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(CardShape, EveryToolOnTheCard, testing::ValuesIn(kTools),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+// What a script does is looked at while the button is held, too.
+constexpr const char* kHeld = R"({"tool": "ball"}
+{"press": [0, 0, 1]}
+{"move": [0.2, 0.2, 1]}
+{"move": [0.4, 0.2, 1]})";
+
+TEST_F(CardShapeTest, TheCardIsAheadWhileTheHandMoves) {
+  Studio studio(options());
+  run(studio, ball());
+  follow(studio);
+  const std::vector<Vec3d> before = card_->positions();
+  run(studio, kHeld);
+  EXPECT_TRUE(follow(studio));
+  EXPECT_TRUE(card_->is_ahead());
+  EXPECT_FALSE(follow(studio));
+  EXPECT_NE(card_->positions(), before);
+  EXPECT_NE(card_->positions(), positions(studio));  // other bits: the card did it
+  EXPECT_LT(distance(studio), kAgree);
+  run(studio, R"({"press": [0.4, 0.2, 1], "button": "right"})");
+  EXPECT_TRUE(follow(studio));
+  EXPECT_FALSE(card_->is_ahead());
+  EXPECT_EQ(card_->positions(), before);
+}
+
+// The worker is slow or quick; in the end the card has the CPU's bits.
+TEST_F(CardShapeTest, AWorkerThatIsBehindCatchesUp) {
+  Studio studio(options(true));
+  run(studio, ball(40962));
+  ScriptHost host;
+  host.after_event = [&] {
+    studio.refresh();
+    follow(studio);
+  };
+  std::istringstream lines(R"({"tool": "ball"}
+{"drag": [[0, 0, 1], [0.3, 0.3, 1], [0.6, 0.2, 1]], "steps": 30}
+{"drag": [[-0.3, 0, 0.95], [-0.3, -0.3, 0.95]], "steps": 30}
+{"key": "Ctrl+Z"}
+{"tool": "rotate"}
+{"wait": true}
+{"click": [0.5, 0.5, 0.7]}
+{"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]}
+{"wait": true})");
+  run_script(lines, "script", studio, host);
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_EQ(studio.ahead(), nullptr);
+  EXPECT_EQ(studio.shown().history.size(), 2u);
+  EXPECT_TRUE(card_->positions() == positions(studio));
+}
+
+TEST_F(CardShapeTest, UndoRedoAndThePastAreTheCpusToTheBit) {
+  Studio studio(options());
+  run(studio, ball());
+  for (const int i : {0, 4, 11}) run(studio, kTools[i].script);
+  for (const char* line : {R"({"key": "Ctrl+Z"})", R"({"key": "Ctrl+Z"})", R"({"key": "Ctrl+Shift+Z"})",
+                           R"({"look_at": 1})", R"({"look_at": null})", R"({"new": "box", "vertices": 600})"}) {
+    SCOPED_TRACE(line);
+    run(studio, line);
+    EXPECT_TRUE(follow(studio));
+    EXPECT_TRUE(card_->positions() == positions(studio));
+  }
+}
+
+TEST_F(CardShapeTest, ThePictureIsThatOfTheShapeSent) {
+  Studio studio(options());
+  run(studio, ball());
+  follow(studio);
+  render::LiveView other(1);
+  DrawnShape sent;
+  sent.follow(studio.shown().state, other);
+  run(studio, kHeld);
+  follow(studio);
+  sent.follow(studio.shown().state, other);
+  render::LiveScene scene;
+  scene.camera = studio.screen().camera;
+  const render::Image on_card = view_->picture(scene, 200, 150);
+  const render::Image expected = other.picture(scene, 200, 150);
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+    different += std::abs(expected.pixels[i] - on_card.pixels[i]) > 3 ? 1 : 0;
+  }
+  EXPECT_LE(different, 60u);  // of 120,000: rims by a pixel
+  // The box may be larger, never smaller.
+  const Box box = view_->box();
+  for (const Vec3d& p : positions(studio)) {
+    EXPECT_TRUE(p.x >= box.min.x - 1e-5 && p.x <= box.max.x + 1e-5 && p.y <= box.max.y + 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace knead::studio
