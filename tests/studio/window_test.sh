@@ -8,79 +8,9 @@ set -euo pipefail
 knead=$1
 studio=$2
 pictures=${3:-}
-for program in Xvfb xdotool; do
-  command -v "$program" >/dev/null || {
-    echo "$program is not installed: skipped"
-    exit 77
-  }
-done
-
-work=$(mktemp -d)
-export HOME=$work XDG_STATE_HOME=$work/state XDG_CONFIG_HOME=$work/config LIBGL_ALWAYS_SOFTWARE=1
-server=
-window=
-
-finish() {
-  local status=$?
-  [[ -z $window ]] || kill -9 "$window" 2>/dev/null || true
-  [[ -z $server ]] || kill "$server" 2>/dev/null || true
-  [[ $status -eq 0 ]] || { echo "failed; what Studio said:" && cat "$work/studio.log" 2>/dev/null; }
-  rm -rf "$work"
-}
-trap finish EXIT
-
-die() {
-  echo "window_test: $*" >&2
-  picture failed || true
-  exit 1
-}
-
-# wait_for WHAT COMMAND...: until the command succeeds, for two minutes at most.
-wait_for() {
-  local what=$1
-  shift
-  for ((i = 0; i < 1200; ++i)); do
-    if "$@" >/dev/null 2>&1; then return 0; fi
-    kill -0 "$window" 2>/dev/null || die "Studio ended while waiting for $what"
-    sleep 0.1
-  done
-  die "waited in vain for $what"
-}
-
-start_display() {
-  : >"$work/number"
-  Xvfb -noreset -displayfd 9 -screen 0 1440x900x24 9>"$work/number" >/dev/null 2>&1 &
-  server=$!
-  for ((i = 0; i < 600; ++i)); do
-    DISPLAY=:$(<"$work/number")
-    export DISPLAY
-    if [[ $DISPLAY != : ]] && xdotool getmouselocation >/dev/null 2>&1; then return 0; fi
-    sleep 0.1
-  done
-  die "Xvfb does not start"
-}
-
-start_studio() {
-  "$studio" "$@" >"$work/studio.log" 2>&1 &
-  window=$!
-}
-
-has_title() { xdotool search --name "$1"; }
-picture() {
-  if [[ -n $pictures ]] && command -v import >/dev/null; then import -window root "$pictures/$1.png"; fi
-}
-
-journal_lines() { cat "$work"/state/knead/journals/*/session.knead 2>/dev/null | wc -l; }
-has_grown() { [[ $(journal_lines) -gt $1 ]]; }
-
-# drag X0 Y0 X1 Y1: with the left button.
-drag() {
-  xdotool mousemove "$1" "$2" sleep 0.3 mousedown 1 sleep 0.1
-  for ((k = 1; k <= 8; ++k)); do
-    xdotool mousemove $(($1 + ($3 - $1) * k / 8)) $(($2 + ($4 - $2) * k / 8)) sleep 0.03
-  done
-  xdotool sleep 0.1 mouseup 1 sleep 0.3
-}
+# shellcheck source=tests/studio/at_a_window.sh
+source "$(dirname "$0")/at_a_window.sh"
+need Xvfb xdotool
 
 # use TOOL KEY X0 Y0 X1 Y1: until the stroke is in the journal; what places a tool is done before.
 use() {
@@ -98,20 +28,6 @@ use() {
     done
   done
   die "$1 leaves nothing in the journal"
-}
-
-click() { xdotool mousemove "$1" "$2" sleep 0.3 click 1 sleep 0.6; }
-
-# press KEY: long enough to be seen in a picture, however slowly they follow each other.
-press() { xdotool keydown "$1" sleep 0.5 keyup "$1"; }
-
-# answer KEY FILE: the file dialog that the key opens.
-answer() {
-  xdotool key "$1" sleep 2
-  xdotool key ctrl+a sleep 0.3 type --delay 60 "$2"
-  xdotool sleep 1
-  press Return
-  wait_for "$2" test -s "$2"
 }
 
 # Where the application was not built, one line says so.
@@ -180,12 +96,6 @@ cmp "$work/made.ply" "$work/recovered.ply" || die "the recovered work gives anot
 
 answer ctrl+s "$work/again.knead"
 wait_for "the title of the saved session" has_title '^again.knead - '
-xdotool key ctrl+q
-for ((i = 0; i < 300; ++i)); do
-  kill -0 "$window" 2>/dev/null || break
-  sleep 0.1
-done
-wait "$window" || die "Studio ends with status $?"
+quit
 [[ -z $(ls "$work/state/knead/journals") ]] || die "a journal is left behind"
-window=
 echo "passed"

@@ -85,7 +85,10 @@ class ObjReader {
     if (list.size() < most && std::find(list.begin(), list.end(), keyword) == list.end()) list.emplace_back(keyword);
   }
 
+  // A line joined to this one gives names, too, and is then read for itself, as it is after every line that is passed
+  // over: so those who write the file find the same statements.
   void add_materials() {
+    const std::size_t rest = position_;
     constexpr std::size_t most = 256;  // bytes of a file's name, and names
     const std::size_t begin = skip_obj_blanks(bytes_, position_);
     std::string_view line = bytes_.substr(begin, obj_line_end(bytes_, begin) - begin);
@@ -95,6 +98,7 @@ class ObjReader {
       const bool is_name = token != line && token.size() <= most && layout_.material_files.size() < most;
       if (is_name) layout_.material_files.emplace_back(token);
     }
+    position_ = rest;
   }
 
   // The next token of the statement; empty at its end or at a comment.

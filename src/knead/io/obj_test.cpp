@@ -1,10 +1,12 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <regex>
 
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
+#include "support/shape_promises.h"
 #include "support/shape_text.h"
 
 namespace knead {
@@ -108,6 +110,22 @@ TEST(Obj, ErrorsNameTheLine) {
 
 TEST(Obj, FacesMayStandBeforeTheirVertices) {
   EXPECT_EQ(measure(parse("f 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 1 0").mesh).area, 0.5);
+}
+
+// The statements that are written are those that were read, whatever a line is joined to.
+TEST(Obj, LinesJoinedToOnesThatArePassedOver) {
+  const std::string rest = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n";
+  for (const std::string keyword : {"mtllib a.mtl", "usemtl red", "# comment", "l 1 2", "g left"}) {
+    for (const std::string joined : {"b.mtl", "v 9 9 9", "f 1 2 3", "vn 0 0 1"}) {
+      const std::string text = keyword + " \\\n" + joined + "\n" + rest;
+      SCOPED_TRACE(text);
+      const ShapeFile shape = parse_shape(text, "obj", "a.obj");
+      EXPECT_EQ(broken_promise(shape), "");
+    }
+  }
+  const ShapeFile shape = parse_shape("mtllib a.mtl \\\n b.mtl\n" + rest, "obj", "a.obj");
+  const std::vector<std::string>& files = std::get<ObjLayout>(shape.layout).material_files;
+  EXPECT_NE(std::find(files.begin(), files.end(), "b.mtl"), files.end());
 }
 
 }  // namespace

@@ -1,0 +1,53 @@
+#!/usr/bin/env bash
+# What Studio and the graphics driver say to each other while the card moves the shape under a hand: every OpenGL call is
+# written down by apitrace, and those of the frames of a drag are counted. None may read anything back.
+#   trace_test.sh KNEAD KNEAD_STUDIO [SHAPE]
+# Exit status 77 where Xvfb, xdotool or apitrace is missing.
+set -euo pipefail
+
+knead=$1
+studio=$2
+shape=${3:-}
+# shellcheck disable=SC2034  # for the functions
+pictures=
+# shellcheck source=tests/studio/at_a_window.sh
+source "$(dirname "$0")/at_a_window.sh"
+need Xvfb xdotool apitrace
+
+if [[ -z $shape ]]; then
+  shape=$work/hand.ply
+  "$knead" make hand -n 6000 -o "$shape" -q
+fi
+
+start_display
+under=(apitrace trace -o "$work/studio.trace")
+start_studio --backend gpu "$shape"
+wait_for "the window" has_title "$(basename "$shape")"
+sleep 2
+before=$(journal_lines)
+for ((try = 0; try < 4; ++try)); do
+  drag 700 500 760 540
+  if has_grown "$before"; then break; fi
+done
+has_grown "$before" || die "the drag leaves nothing in the journal"
+sleep 1
+answer ctrl+s "$work/made.knead"
+answer ctrl+e "$work/made.ply"
+quit
+"$knead" deform "$shape" "$work/made.knead" -o "$work/replayed.ply" -q
+cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
+
+# A frame of the drag: one in which compute shaders move the vertices, place them and make their normals.
+apitrace dump --color=never "$work/studio.trace" 2>/dev/null | awk '
+/ glDispatchCompute\(/ { ++calls }
+/ gl(ReadPixels|GetBufferSubData|GetNamedBufferSubData|MapBuffer|MapBufferRange|GetTexImage|Finish|ClientWaitSync|GetQueryObject[a-z0-9]*)\(/ { ++reads }
+/ gl(Named)?Buffer(Sub)?Data\(/ && match($0, /size = [0-9]+/) { sent += substr($0, RSTART + 7, RLENGTH - 7) }
+/ glXSwapBuffers\(/ {
+  if (calls >= 3) { ++frames; all_reads += reads; if (sent > most) most = sent }
+  calls = reads = sent = 0
+}
+END {
+  printf "%d frames of a drag; %d calls that read back or wait; at most %d bytes sent in a frame\n", frames, all_reads, most
+  exit !(frames >= 2 && all_reads == 0)
+}'
+echo "passed"
