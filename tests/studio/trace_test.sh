@@ -25,17 +25,23 @@ start_studio --backend gpu "$shape"
 wait_for "the window" has_title "$(basename "$shape")"
 sleep 2
 before=$(journal_lines)
-for ((try = 0; try < 4; ++try)); do
-  drag 700 500 760 540
-  if has_grown "$before"; then break; fi
-done
+# First some pictures with nothing to be done, in which a slow driver makes Studio draw more simply.
+for ((k = 0; k < 12; ++k)); do xdotool mousemove $((660 + k)) 460 sleep 0.2; done
+xdotool mousemove 700 500 sleep 0.5 mousedown 1 sleep 0.5
+for ((k = 1; k <= 12; ++k)); do xdotool mousemove $((700 + 5 * k)) $((500 + 3 * k)) sleep 0.3; done
+xdotool sleep 0.5 mouseup 1 sleep 2
 has_grown "$before" || die "the drag leaves nothing in the journal"
-sleep 1
-answer ctrl+s "$work/made.knead"
-answer ctrl+e "$work/made.ply"
-quit
-"$knead" deform "$shape" "$work/made.knead" -o "$work/replayed.ply" -q
-cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
+if [[ -n ${3:-} ]]; then # of a large shape, only the trace: dialogs at few frames a second are hard to answer
+  kill "$window"
+  wait "$window" 2>/dev/null || true
+  window=
+else
+  answer ctrl+s "$work/made.knead"
+  answer ctrl+e "$work/made.ply"
+  quit
+  "$knead" deform "$shape" "$work/made.knead" -o "$work/replayed.ply" -q
+  cmp "$work/made.ply" "$work/replayed.ply" || die "the saved session gives another shape than the one on the screen"
+fi
 
 # A frame of the drag: one in which compute shaders move the vertices, place them and make their normals.
 apitrace dump --color=never "$work/studio.trace" 2>/dev/null | awk '
@@ -48,6 +54,6 @@ apitrace dump --color=never "$work/studio.trace" 2>/dev/null | awk '
 }
 END {
   printf "%d frames of a drag; %d calls that read back or wait; at most %d bytes sent in a frame\n", frames, all_reads, most
-  exit !(frames >= 2 && all_reads == 0)
+  exit !(frames >= 4 && all_reads == 0)
 }'
 echo "passed"
