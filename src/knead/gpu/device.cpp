@@ -197,7 +197,7 @@ void clear_counts(DevicePoints::State& points) {
 
 AdvectResult read_counts(Device::State& device, const DevicePoints::State& points) {
   std::vector<std::uint32_t> words(kCountWords);
-  device.read(points.counts, words.size() * sizeof(std::uint32_t), words.data());
+  device.read(points.counts, 0, words.size() * sizeof(std::uint32_t), words.data());
   return result_of(words);
 }
 
@@ -287,7 +287,7 @@ AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const Advect
   std::vector<std::uint32_t> steps;
   for (const Range& range : points.state_->ranges) {
     steps.resize(range.count);
-    state_->read(range.steps, range.count * sizeof(std::uint32_t), steps.data());
+    state_->read(range.steps, 0, range.count * sizeof(std::uint32_t), steps.data());
     for (std::size_t i = 0; i < range.count; ++i) options.steps[range.begin + i] += steps[i];
   }
   return result;
@@ -316,7 +316,7 @@ void Device::download(const DevicePoints& points, std::span<Vec3d> result) {
   if (result.size() != points.size()) throw InvalidInput("give a place for each of the device's points");
   const CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
-    state_->read(range.points, range.count * sizeof(Vec3d), result.data() + range.begin);
+    state_->read(range.points, 0, range.count * sizeof(Vec3d), result.data() + range.begin);
   }
   require_no_error();
 }

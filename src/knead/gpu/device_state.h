@@ -63,10 +63,10 @@ struct Device::State {
     ++transfers.sent;
     transfers.bytes_sent += bytes;
   }
-  void read(const Buffer& buffer, std::size_t bytes, void* to) {
+  void read(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
     ++transfers.read;
     transfers.bytes_read += bytes;
-    read_buffer(buffer, bytes, to);
+    read_buffer(buffer, first_byte, bytes, to);
   }
 };
 

@@ -42,9 +42,9 @@ Buffer make_buffer(const void* data, std::size_t bytes) {
   return buffer;
 }
 
-void read_buffer(const Buffer& buffer, std::size_t bytes, void* to) {
+void read_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), to);
+  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), to);
 }
 
 void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from) {

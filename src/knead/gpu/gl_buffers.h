@@ -40,8 +40,7 @@ using Program = GlName<delete_program>;
 // A buffer with these bytes, or room for them where data is null. Throws DeviceError where the memory does not suffice.
 Buffer make_buffer(const void* data, std::size_t bytes);
 
-void read_buffer(const Buffer& buffer, std::size_t bytes, void* to);
-
+void read_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to);
 void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from);
 void copy_buffer(const Buffer& from, const Buffer& to, std::size_t bytes);
 
