@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -136,6 +137,7 @@ Device::State::~State() {
     const CurrentContext current(context);
     programs.clear();
   } catch (const DeviceError&) {
+    for (auto& [kind, program] : programs) program.forget();
   }
 }
 
@@ -363,16 +365,22 @@ Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, c
     const std::scoped_lock lock(state->mutex);
     if (state->has_failed || !is_for_device(flow, advect_options)) return knead::advect(flow, points, advect_options);
     const std::uint64_t done = advect_options.progress != nullptr ? advect_options.progress->done.load() : 0;
+    std::string why;
     try {
       if (state->device == nullptr) state->device = std::make_unique<Device>(options);
       return state->device->advect(flow, points, advect_options);
     } catch (const DeviceError& error) {
-      state->has_failed = true;
-      state->device.reset();
-      if (advect_options.progress != nullptr) advect_options.progress->done = done;
-      if (tell) tell(error.what());
-      return knead::advect(flow, points, advect_options);
+      why = error.what();
+    } catch (const std::bad_alloc&) {  // less is needed without the device
+      why =
+          "there is too little memory for what goes to the graphics device; close other programs, or use the cpu "
+          "backend";
     }
+    state->has_failed = true;
+    state->device.reset();
+    if (advect_options.progress != nullptr) advect_options.progress->done = done;
+    if (tell) tell(why);
+    return knead::advect(flow, points, advect_options);
   };
 }
 

@@ -23,6 +23,10 @@ struct Range {
   Buffer steps;
   Buffer bounds;
   Buffer radii;
+
+  void forget() {
+    for (Buffer* buffer : {&points, &steps, &bounds, &radii}) buffer->forget();
+  }
 };
 
 struct DevicePoints::State {
@@ -40,6 +44,8 @@ struct DevicePoints::State {
       ranges.clear();
       counts = {};
     } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+      for (Range& range : ranges) range.forget();
+      counts.forget();
     }
   }
 };

@@ -101,10 +101,12 @@ struct DeviceSurface::State {
   Buffer found{};
   std::size_t capacity = 256;  // of `found`
 
-  State(Device::State& of, std::span<const Triangle> triangles);
+  explicit State(Device::State& of) : device(of) {}
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State();
+
+  void open(std::span<const Triangle> triangles);
 
   void require(const DevicePoints::State& of) const {
     if (of.size < points) throw InvalidInput("a triangle's corner is none of the device's points");
@@ -127,7 +129,7 @@ struct DeviceSurface::State {
   std::vector<Candidate> read_candidates();
 };
 
-DeviceSurface::State::State(Device::State& of, std::span<const Triangle> triangles) : device(of) {
+void DeviceSurface::State::open(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles) points = std::max<std::size_t>(points, std::max({t[0], t[1], t[2]}) + 1ULL);
   const CurrentContext current(device.context);
   constexpr std::size_t most_groups = 65535;  // that every driver takes in a call
@@ -154,11 +156,16 @@ DeviceSurface::State::~State() {
     for (Program* program : {&volume, &sum, &candidates}) *program = {};
     for (Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
   } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+    for (Part& part : parts) part.triangles.forget();
+    for (Program* program : {&volume, &sum, &candidates}) program->forget();
+    for (Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
   }
 }
 
 DeviceSurface::DeviceSurface(Device& device, std::span<const Triangle> triangles)
-    : state_(std::make_unique<State>(*device.state_, triangles)) {}
+    : state_(std::make_unique<State>(*device.state_)) {
+  state_->open(triangles);
+}
 DeviceSurface::~DeviceSurface() = default;
 DeviceSurface::DeviceSurface(DeviceSurface&&) noexcept = default;
 DeviceSurface& DeviceSurface::operator=(DeviceSurface&&) noexcept = default;

@@ -27,6 +27,8 @@ class GlName {
   }
 
   GLuint get() const { return name_; }
+  // Of a lost context: there may be another one now, in which the name means something else.
+  void forget() { name_ = 0; }
 
  private:
   GLuint name_ = 0;
