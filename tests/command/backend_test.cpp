@@ -125,7 +125,12 @@ TEST_F(BackendTest, BenchHasEveryKey) {
   }
   EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
   EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
+  const json knot = json::parse(knead_ok({"bench", "--backend", "gpu", "--json", "-n", "2000"})).at("rows");
+  ASSERT_EQ(knot.size(), 1u);
+  EXPECT_EQ(knot[0].at("scene"), "knot 2000");
+  EXPECT_NEAR(knot[0].at("vertices").get<double>(), 2000, 200);
   expect_error(knead({"bench", "--backend", "gpu", "--integrators"}), 2, "leave --backend out");
+  expect_error(knead({"bench", "-n", "2000"}), 2, "--vertices is for --backend gpu");
 }
 
 }  // namespace
