@@ -32,6 +32,7 @@ struct BenchOptions {
   std::vector<std::string> meshes;
   bool integrators = false;
   std::string backend = "cpu";
+  std::size_t vertices = 0;  // of a made knot; 0: not asked for
   CommonOptions common;
 };
 
@@ -222,10 +223,11 @@ nlohmann::ordered_json measure_all_integrators(const std::vector<BenchScene>& sc
   return json;
 }
 
-// The paper's scenes, on its four shapes or those given.
+// The paper's scenes, on its four shapes or those asked for.
 std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
   std::vector<BenchScene> scenes;
-  if (options.meshes.empty()) {
+  if (options.vertices > 0) scenes.push_back(paper_knot(options.vertices));
+  if (options.meshes.empty() && options.vertices == 0) {
     scenes = standard_scenes(mesh_folder());
     scenes.resize(kPaperScenes);
   }
@@ -236,9 +238,12 @@ std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
 void run_bench(const BenchOptions& options) {
   const bool quiet = options.common.json;
   check_backend(options.backend);
+  if (options.vertices > 0 && options.backend != "gpu")
+    throw UsageError("--vertices is for --backend gpu; leave it out");
   if (options.backend == "gpu") {
     if (options.integrators) throw UsageError("--integrators are measured on the CPU; leave --backend out");
-    const nlohmann::ordered_json json = measure_on_gpu(paper_scenes_of(options), options.meshes.empty(), quiet);
+    const bool all = options.meshes.empty() && options.vertices == 0;
+    const nlohmann::ordered_json json = measure_on_gpu(paper_scenes_of(options), all, quiet);
     if (quiet) print(json.dump(2) + "\n");
     return;
   }
@@ -279,12 +284,15 @@ Subcommand add_bench(CLI::App& parent) {
   app->add_option("--backend", options->backend, "gpu: the paper's scenes on a graphics card instead")
       ->capture_default_str()
       ->type_name("NAME");
+  app->add_option("-n,--vertices", options->vertices, "With --backend gpu, on a made knot of about so many instead")
+      ->type_name("N");
   add_common_options(*app, options->common);
   add_examples(
       *app,
       "  knead bench\n"
       "  knead bench --integrators\n"
       "  knead bench --backend gpu\n"
+      "  knead bench --backend gpu -n 10000000\n"
       "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
       "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
       "procedural shapes of the same size take their place.");

@@ -10,7 +10,6 @@
 #include "bench_measure.h"
 #include "knead/gpu/device.h"
 #include "knead/math/parallel.h"
-#include "knead/mesh/shapes.h"
 #include "output.h"
 #include "work.h"
 
@@ -108,10 +107,7 @@ std::string text_of(const GpuRow& row) {
 
 nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
   gpu::Device device;
-  if (all && !device.is_software()) {
-    scenes.push_back(
-        paper_scene(fmt::format("knot {}", kManyVertices), make_shape(ShapeKind::knot, kManyVertices).positions));
-  }
+  if (all && !device.is_software()) scenes.push_back(paper_knot(kManyVertices));
   nlohmann::ordered_json json{{"device", device.description()},
                               {"is_software", device.is_software()},
                               {"cpu_threads", hardware_threads()},

@@ -107,6 +107,10 @@ BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points) {
   return scene;
 }
 
+BenchScene paper_knot(std::size_t vertices) {
+  return paper_scene("knot " + std::to_string(vertices), make_shape(ShapeKind::knot, vertices).positions);
+}
+
 std::vector<BenchScene> scenes_of_all_tools(const std::string& name, const std::vector<Vec3d>& points) {
   std::vector<BenchScene> scenes{paper_scene(name, points), brush_scene(name, points)};
   for (BenchScene& scene : tool_scenes(name, points)) scenes.push_back(std::move(scene));

@@ -1,6 +1,7 @@
 // What `knead bench` measures.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct BenchScene {
 // The paper's benchmark (its section 6): a ball that leaves no vertex outside and pulls by up to a quarter of the box
 // diagonal in 20 segments.
 BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points);
+
+// The same on a made knot of about so many vertices. Throws InvalidInput as make_shape does.
+BenchScene paper_knot(std::size_t vertices);
 
 // On one shape: the paper's benchmark, a local brush, and one stroke of each other tool.
 std::vector<BenchScene> scenes_of_all_tools(const std::string& name, const std::vector<Vec3d>& points);

@@ -6,6 +6,7 @@
 
 #include "knead/io/shape_file.h"
 #include "process.h"
+#include "support/sanitized.h"
 
 namespace knead::command_test {
 namespace {
@@ -65,6 +66,49 @@ TEST_F(BackendTest, WithoutADeviceTheCpuDoesIt) {
   EXPECT_EQ(quiet.err, "");
 }
 
+RunOptions failing(const std::string& how) {
+  RunOptions options;
+  options.environment = {"LD_PRELOAD=" KNEAD_FAILING_DEVICE, how};
+  return options;
+}
+
+// Wherever the device is lost: the file is there, the device's or the CPU's, and a note says which.
+TEST_F(BackendTest, ADeviceThatIsLostUnderWayLosesNothing) {
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer's library must be the first";
+  knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
+  const Outcome well = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "--report", "-"});
+  if (json::parse(well.out).at("backend") == "cpu") GTEST_SKIP() << well.err;
+  int lost = 0;
+  for (int call = 1; call <= 8; ++call) {
+    SCOPED_TRACE(call);
+    const Outcome done = knead({"deform", "a.ply", "one.knead", "-o", "b.ply", "--backend", "gpu", "--report", "-"},
+                               failing("KNEAD_TEST_LOSE_AT=" + std::to_string(call)));
+    EXPECT_EQ(done.exit_code, 0);
+    const bool by_cpu = json::parse(done.out).at("backend") == "cpu";
+    EXPECT_EQ(read("b.ply"), read(by_cpu ? "cpu.ply" : "gpu.ply"));
+    EXPECT_EQ(done.err.empty(), !by_cpu) << done.err;
+    if (done.err ==
+        "knead: note: the graphics device does not answer; start again, or use the cpu backend; here the CPU "
+        "does it\n") {
+      ++lost;
+    }
+  }
+  EXPECT_GE(lost, 2);
+}
+
+TEST_F(BackendTest, ADeviceWithoutMemoryLosesNothing) {
+  if (test::kSanitized) GTEST_SKIP() << "a sanitizer's library must be the first";
+  knead_ok({"make", "sphere", "-n", "1500000", "-o", "a.ply", "-q"});  // buffers that malloc maps, each for itself
+  const Outcome done = knead({"deform", "a.ply", "one.knead", "-o", "b.ply", "--backend", "gpu", "--report", "-"},
+                             failing("KNEAD_TEST_STARVE=33554432"));
+  EXPECT_EQ(done.exit_code, 0);
+  if (json::parse(done.out).at("backend") == "gpu") GTEST_SKIP() << "the device's memory is its own";
+  if (done.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << done.err;
+  EXPECT_EQ(done.err.find("knead: note: the graphics device has too little memory left for "), 0u) << done.err;
+  knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
+  EXPECT_EQ(read("b.ply"), read("cpu.ply"));
+}
+
 TEST_F(BackendTest, BenchHasEveryKey) {
   const Outcome done = knead({"bench", "--backend", "gpu", "--json", "--mesh", "a.ply"});
   if (done.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << done.err;
@@ -81,7 +125,12 @@ TEST_F(BackendTest, BenchHasEveryKey) {
   }
   EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
   EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
+  const json knot = json::parse(knead_ok({"bench", "--backend", "gpu", "--json", "-n", "2000"})).at("rows");
+  ASSERT_EQ(knot.size(), 1u);
+  EXPECT_EQ(knot[0].at("scene"), "knot 2000");
+  EXPECT_NEAR(knot[0].at("vertices").get<double>(), 2000, 200);
   expect_error(knead({"bench", "--backend", "gpu", "--integrators"}), 2, "leave --backend out");
+  expect_error(knead({"bench", "-n", "2000"}), 2, "--vertices is for --backend gpu");
 }
 
 }  // namespace

@@ -1,69 +1,25 @@
-// The device's advect against the CPU's. Where there is no OpenGL 4.3 the tests say so and are skipped.
+// The device's advect against the CPU's.
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <bit>
-#include <memory>
 
-#include "knead/gpu/device.h"
-#include "knead/math/box.h"
+#include "knead/gpu/device_fixture.h"
 #include "knead/math/error.h"
 #include "support/random_segments.h"
 
 namespace knead {
 namespace {
 
+using gpu::bits;
+using gpu::default_options;
 using gpu::Device;
-using gpu::DeviceError;
 using gpu::DeviceOptions;
 using test::moved;
 using test::NamedSegment;
 using test::precisely;
 using test::Random;
 
-// Shared by all tests, as it compiles each shader once.
-class GpuTest : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    try {
-      shared() = std::make_unique<Device>();
-      std::printf("device: %s\n", shared()->description().c_str());
-    } catch (const DeviceError& error) {
-      reason() = error.what();
-    }
-  }
-  static void TearDownTestSuite() { shared().reset(); }
-
-  void SetUp() override {
-    if (shared() == nullptr) GTEST_SKIP() << reason();
-  }
-
-  // Why there is no device.
-  static std::string& reason() {
-    static std::string text;
-    return text;
-  }
-
-  static std::unique_ptr<Device>& shared() {
-    static std::unique_ptr<Device> device;
-    return device;
-  }
-
-  static Device& device() { return *shared(); }
-
-  static std::vector<Vec3d> on_device(const Flow& flow, std::vector<Vec3d> points, const AdvectOptions& options) {
-    EXPECT_EQ(device().advect(flow, points, options).status, AdvectStatus::done);
-    return points;
-  }
-};
-
-std::vector<std::uint64_t> bits(const std::vector<Vec3d>& points) {
-  std::vector<std::uint64_t> result;
-  for (const Vec3d& p : points) {
-    for (const double x : {p.x, p.y, p.z}) result.push_back(std::bit_cast<std::uint64_t>(x));
-  }
-  return result;
-}
+class GpuTest : public gpu::DeviceTest {};
 
 // How much the flow magnifies an error made at the start: the norm of its Jacobian at each point, at least 1.
 std::vector<double> stretches(const Flow& flow, const std::vector<Vec3d>& points) {
@@ -77,12 +33,6 @@ std::vector<double> stretches(const Flow& flow, const std::vector<Vec3d>& points
     for (std::size_t i = 0; i < points.size(); ++i) result[i] = std::fmax(result[i], norm(beside[i] - from[i]) / h);
   }
   return result;
-}
-
-AdvectOptions default_options(double diagonal) {
-  AdvectOptions options;
-  options.tolerance = 1e-5 * diagonal;
-  return options;
 }
 
 double diagonal_of(const std::vector<Vec3d>& points) { return bounding_box(points).diagonal(); }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <limits>
 #include <mutex>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -136,6 +137,7 @@ Device::State::~State() {
     const CurrentContext current(context);
     programs.clear();
   } catch (const DeviceError&) {
+    for (auto& [kind, program] : programs) program.forget();
   }
 }
 
@@ -197,7 +199,7 @@ void clear_counts(DevicePoints::State& points) {
 
 AdvectResult read_counts(Device::State& device, const DevicePoints::State& points) {
   std::vector<std::uint32_t> words(kCountWords);
-  device.read(points.counts, words.size() * sizeof(std::uint32_t), words.data());
+  device.read(points.counts, 0, words.size() * sizeof(std::uint32_t), words.data());
   return result_of(words);
 }
 
@@ -287,7 +289,7 @@ AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const Advect
   std::vector<std::uint32_t> steps;
   for (const Range& range : points.state_->ranges) {
     steps.resize(range.count);
-    state_->read(range.steps, range.count * sizeof(std::uint32_t), steps.data());
+    state_->read(range.steps, 0, range.count * sizeof(std::uint32_t), steps.data());
     for (std::size_t i = 0; i < range.count; ++i) options.steps[range.begin + i] += steps[i];
   }
   return result;
@@ -316,7 +318,7 @@ void Device::download(const DevicePoints& points, std::span<Vec3d> result) {
   if (result.size() != points.size()) throw InvalidInput("give a place for each of the device's points");
   const CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
-    state_->read(range.points, range.count * sizeof(Vec3d), result.data() + range.begin);
+    state_->read(range.points, 0, range.count * sizeof(Vec3d), result.data() + range.begin);
   }
   require_no_error();
 }
@@ -363,16 +365,22 @@ Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, c
     const std::scoped_lock lock(state->mutex);
     if (state->has_failed || !is_for_device(flow, advect_options)) return knead::advect(flow, points, advect_options);
     const std::uint64_t done = advect_options.progress != nullptr ? advect_options.progress->done.load() : 0;
+    std::string why;
     try {
       if (state->device == nullptr) state->device = std::make_unique<Device>(options);
       return state->device->advect(flow, points, advect_options);
     } catch (const DeviceError& error) {
-      state->has_failed = true;
-      state->device.reset();
-      if (advect_options.progress != nullptr) advect_options.progress->done = done;
-      if (tell) tell(error.what());
-      return knead::advect(flow, points, advect_options);
+      why = error.what();
+    } catch (const std::bad_alloc&) {  // less is needed without the device
+      why =
+          "there is too little memory for what goes to the graphics device; close other programs, or use the cpu "
+          "backend";
     }
+    state->has_failed = true;
+    state->device.reset();
+    if (advect_options.progress != nullptr) advect_options.progress->done = done;
+    if (tell) tell(why);
+    return knead::advect(flow, points, advect_options);
   };
 }
 

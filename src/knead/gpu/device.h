@@ -45,6 +45,8 @@ struct DeviceBuffer {
 class DevicePoints {
  public:
   ~DevicePoints();
+  DevicePoints(const DevicePoints&) = delete;
+  DevicePoints& operator=(const DevicePoints&) = delete;
   DevicePoints(DevicePoints&&) noexcept;
   DevicePoints& operator=(DevicePoints&&) noexcept;
 

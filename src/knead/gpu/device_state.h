@@ -23,6 +23,10 @@ struct Range {
   Buffer steps;
   Buffer bounds;
   Buffer radii;
+
+  void forget() {
+    for (Buffer* buffer : {&points, &steps, &bounds, &radii}) buffer->forget();
+  }
 };
 
 struct DevicePoints::State {
@@ -40,6 +44,8 @@ struct DevicePoints::State {
       ranges.clear();
       counts = {};
     } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+      for (Range& range : ranges) range.forget();
+      counts.forget();
     }
   }
 };
@@ -63,10 +69,10 @@ struct Device::State {
     ++transfers.sent;
     transfers.bytes_sent += bytes;
   }
-  void read(const Buffer& buffer, std::size_t bytes, void* to) {
+  void read(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
     ++transfers.read;
     transfers.bytes_read += bytes;
-    read_buffer(buffer, bytes, to);
+    read_buffer(buffer, first_byte, bytes, to);
   }
 };
 

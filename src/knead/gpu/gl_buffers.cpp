@@ -20,6 +20,10 @@ void delete_shader(GLuint name) { glDeleteShader(name); }
   throw DeviceError(fmt::format("the graphics driver could not {} a shader ({}); use the cpu backend", step, log));
 }
 
+[[noreturn]] void fail_with(GLenum error) {
+  throw DeviceError(fmt::format("the graphics driver reports error {:#x}; use the cpu backend", error));
+}
+
 }  // namespace
 
 Buffer make_buffer(const void* data, std::size_t bytes) {
@@ -33,18 +37,20 @@ Buffer make_buffer(const void* data, std::size_t bytes) {
   if (bytes > 0 && bytes < least && data != nullptr) {
     glBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
   }
-  if (glGetError() == GL_OUT_OF_MEMORY) {
+  const GLenum error = glGetError();
+  if (error == GL_OUT_OF_MEMORY) {
     throw DeviceError(fmt::format(
         "the graphics device has too little memory left for {:.3g} MB more; close what else uses it, or use the cpu "
         "backend",
         1e-6 * static_cast<double>(bytes)));
   }
+  if (error != GL_NO_ERROR) fail_with(error);
   return buffer;
 }
 
-void read_buffer(const Buffer& buffer, std::size_t bytes, void* to) {
+void read_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
   glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), to);
+  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), to);
 }
 
 void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from) {
@@ -95,7 +101,7 @@ void require_no_error() {
   if (error == GL_OUT_OF_MEMORY) {
     throw DeviceError("the graphics device ran out of memory; close what else uses it, or use the cpu backend");
   }
-  throw DeviceError(fmt::format("the graphics driver reports error {:#x}; use the cpu backend", error));
+  fail_with(error);
 }
 
 }  // namespace knead::gpu

@@ -27,6 +27,8 @@ class GlName {
   }
 
   GLuint get() const { return name_; }
+  // Of a lost context: there may be another one now, in which the name means something else.
+  void forget() { name_ = 0; }
 
  private:
   GLuint name_ = 0;
@@ -40,8 +42,7 @@ using Program = GlName<delete_program>;
 // A buffer with these bytes, or room for them where data is null. Throws DeviceError where the memory does not suffice.
 Buffer make_buffer(const void* data, std::size_t bytes);
 
-void read_buffer(const Buffer& buffer, std::size_t bytes, void* to);
-
+void read_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to);
 void write_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from);
 void copy_buffer(const Buffer& from, const Buffer& to, std::size_t bytes);
 

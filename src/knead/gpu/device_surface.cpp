@@ -1,0 +1,249 @@
+#include "knead/gpu/device_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "knead/gpu/device_state.h"
+#include "knead/gpu/exact_ray.h"
+#include "knead/gpu/glsl_surface.h"
+#include "knead/math/error.h"
+
+namespace knead::gpu {
+
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+
+// As the shader writes them.
+struct Candidate {
+  std::array<Vec3d, 3> corners{};
+  std::uint32_t triangle = 0;
+  std::uint32_t unused = 0;
+};
+static_assert(sizeof(Candidate) == 80);
+constexpr std::size_t kHeaderBytes = 8;  // how many there are
+constexpr std::size_t kReadAtOnce = 16;
+
+constexpr std::size_t bytes_of(std::size_t candidates) { return kHeaderBytes + candidates * sizeof(Candidate); }
+
+// Triangles in a buffer of their own.
+struct Part {
+  std::size_t begin = 0;
+  std::size_t count = 0;
+  Buffer triangles;
+
+  std::size_t groups() const { return (count + kTrianglesToAWorkGroup - 1) / kTrianglesToAWorkGroup; }
+};
+
+std::size_t groups_of(const std::vector<Part>& parts) {
+  std::size_t sum = 0;
+  for (const Part& part : parts) sum += part.groups();
+  return sum;
+}
+
+void bind(std::size_t place, const Buffer& buffer) {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(place), buffer.get());
+}
+
+void set(const Program& program, const char* name, std::size_t value) {
+  glUniform1ui(glGetUniformLocation(program.get(), name), static_cast<GLuint>(value));
+}
+
+void set(const Program& program, const char* name, const Vec3d& value) {
+  glUniform3d(glGetUniformLocation(program.get(), name), value.x, value.y, value.z);
+}
+
+void bind_points(const Program& program, const DevicePoints::State& points) {
+  if (points.ranges.size() > kSurfaceRanges) {
+    throw DeviceError(
+        "the graphics driver's buffers are too small for a surface of so many points; use the cpu backend");
+  }
+  set(program, "points_to_a_range", points.ranges.front().count);
+  for (std::size_t i = 0; i < kSurfaceRanges; ++i) {
+    bind(i, points.ranges[std::min(i, points.ranges.size() - 1)].points);
+  }
+}
+
+// The first that the ray meets, and where it first leaves.
+std::optional<DeviceHit> nearest_of(std::span<const Candidate> candidates, const ExactRay& ray) {
+  const Candidate* nearest = nullptr;
+  double t = std::numeric_limits<double>::infinity();
+  double leaves_at = std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates) {
+    const std::optional<ExactRay::Meeting> meeting = ray.meet(candidate.corners);
+    if (!meeting || !(meeting->t >= 0)) continue;
+    if (meeting->leaves) leaves_at = std::min(leaves_at, meeting->t);
+    if (nearest != nullptr && std::pair(t, nearest->triangle) < std::pair(meeting->t, candidate.triangle)) continue;
+    nearest = &candidate;
+    t = meeting->t;
+  }
+  if (nearest == nullptr) return std::nullopt;
+  DeviceHit hit{nearest->triangle, t, nearest->corners};
+  if (std::isfinite(leaves_at)) hit.leaves_at = leaves_at;
+  return hit;
+}
+
+}  // namespace
+
+struct DeviceSurface::State {
+  Device::State& device;
+  std::size_t points = 0;  // that the triangles need
+  std::vector<Part> parts{};
+  Program volume{};
+  Program sum{};
+  Program candidates{};
+  Buffer group_sums{};
+  Buffer result{};
+  Buffer found{};
+  std::size_t capacity = 256;  // of `found`
+
+  explicit State(Device::State& of) : device(of) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State();
+
+  void open(std::span<const Triangle> triangles);
+
+  void require(const DevicePoints::State& of) const {
+    if (of.size < points) throw InvalidInput("a triangle's corner is none of the device's points");
+  }
+
+  // Sends all triangles through the program that is in use.
+  template <class Before>
+  void dispatch(const Program& program, Before before) const {
+    for (const Part& part : parts) {
+      bind(kTrianglesPlace, part.triangles);
+      set(program, "triangle_count", part.count);
+      before(part);
+      glDispatchCompute(static_cast<GLuint>(part.groups()), 1, 1);
+    }
+    glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+    require_no_error();
+  }
+
+  void find_candidates(const DevicePoints::State& of, const Vec3d& origin, const ExactRay& ray) const;
+  std::vector<Candidate> read_candidates();
+};
+
+void DeviceSurface::State::open(std::span<const Triangle> triangles) {
+  for (const Triangle& t : triangles) points = std::max<std::size_t>(points, std::max({t[0], t[1], t[2]}) + 1ULL);
+  const CurrentContext current(device.context);
+  constexpr std::size_t most_groups = 65535;  // that every driver takes in a call
+  const std::size_t groups = device.most_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
+  const std::size_t most = std::clamp<std::size_t>(groups, 1, most_groups) * kTrianglesToAWorkGroup;
+  for (std::size_t begin = 0; begin < triangles.size(); begin += most) {
+    const auto own = triangles.subspan(begin, std::min(most, triangles.size() - begin));
+    parts.push_back({begin, own.size(), make_buffer(own.data(), own.size_bytes())});
+    device.count_sent(own.size_bytes());
+  }
+  volume = make_compute_program(volume_source());
+  sum = make_compute_program(sum_source());
+  candidates = make_compute_program(candidates_source());
+  group_sums = make_buffer(nullptr, groups_of(parts) * sizeof(double));
+  result = make_buffer(nullptr, sizeof(double));
+  found = make_buffer(nullptr, bytes_of(capacity));
+  require_no_error();
+}
+
+DeviceSurface::State::~State() {
+  try {
+    const CurrentContext current(device.context);
+    parts.clear();
+    for (Program* program : {&volume, &sum, &candidates}) *program = {};
+    for (Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
+  } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+    for (Part& part : parts) part.triangles.forget();
+    for (Program* program : {&volume, &sum, &candidates}) program->forget();
+    for (Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
+  }
+}
+
+DeviceSurface::DeviceSurface(Device& device, std::span<const Triangle> triangles)
+    : state_(std::make_unique<State>(*device.state_)) {
+  state_->open(triangles);
+}
+DeviceSurface::~DeviceSurface() = default;
+DeviceSurface::DeviceSurface(DeviceSurface&&) noexcept = default;
+DeviceSurface& DeviceSurface::operator=(DeviceSurface&&) noexcept = default;
+
+double DeviceSurface::volume(const DevicePoints& points, const Vec3d& origin) const {
+  state_->require(*points.state_);
+  if (state_->parts.empty()) return 0;
+  const CurrentContext current(state_->device.context);
+  const Program& program = state_->volume;
+  glUseProgram(program.get());
+  bind_points(program, *points.state_);
+  bind(kResultPlace, state_->group_sums);
+  set(program, "origin", origin);
+  std::size_t first_group = 0;
+  state_->dispatch(program, [&](const Part& part) {
+    set(program, "first_group", first_group);
+    first_group += part.groups();
+  });
+  glUseProgram(state_->sum.get());
+  set(state_->sum, "count", first_group);
+  bind(0, state_->group_sums);
+  bind(kResultPlace, state_->result);
+  glDispatchCompute(1, 1, 1);
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  double volume6 = 0;
+  state_->device.read(state_->result, 0, sizeof(double), &volume6);
+  require_no_error();
+  return volume6 / 6;
+}
+
+void DeviceSurface::State::find_candidates(const DevicePoints::State& of, const Vec3d& origin,
+                                           const ExactRay& ray) const {
+  glUseProgram(candidates.get());
+  clear_words(found);
+  bind_points(candidates, of);
+  bind(kResultPlace, found);
+  set(candidates, "origin", origin);
+  set(candidates, "shear", ray.shear());
+  set(candidates, "capacity", capacity);
+  glUniform1i(glGetUniformLocation(candidates.get(), "axis"), ray.axis());
+  dispatch(candidates, [&](const Part& part) { set(candidates, "first_triangle", part.begin); });
+}
+
+// Nothing where there was no room for all; there is then.
+std::vector<Candidate> DeviceSurface::State::read_candidates() {
+  struct Block {
+    std::uint32_t count = 0;
+    std::uint32_t unused = 0;
+    std::array<Candidate, kReadAtOnce> first{};
+  } block;
+  static_assert(sizeof(Block) == bytes_of(kReadAtOnce));
+  device.read(found, 0, sizeof(Block), &block);
+  require_no_error();
+  if (block.count > capacity) {
+    found = make_buffer(nullptr, bytes_of(block.count));
+    capacity = block.count;
+    return {};
+  }
+  std::vector<Candidate> all(block.first.begin(), block.first.end());
+  all.resize(block.count);
+  if (block.count > kReadAtOnce) device.read(found, kHeaderBytes, all.size() * sizeof(Candidate), all.data());
+  require_no_error();
+  return all;
+}
+
+std::optional<DeviceHit> DeviceSurface::first_hit(const DevicePoints& points, const Vec3d& origin,
+                                                  const Vec3d& direction) const {
+  state_->require(*points.state_);
+  if (state_->parts.empty()) return std::nullopt;
+  const CurrentContext current(state_->device.context);
+  const ExactRay ray(origin, direction);
+  std::vector<Candidate> candidates;
+  for (std::size_t room = 0; room != state_->capacity;) {  // once more where there was not enough
+    room = state_->capacity;
+    state_->find_candidates(*points.state_, origin, ray);
+    candidates = state_->read_candidates();
+  }
+  return nearest_of(candidates, ray);
+}
+
+}  // namespace knead::gpu

@@ -1,0 +1,72 @@
+// A graphics card's failures, provoked. For tests only. The library that finds OpenGL's functions (epoxy) calls them
+// through pointers, which are set to others here.
+#pragma once
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <fstream>
+
+namespace knead::gpu {
+
+// The process may have no more memory than it has, but for so many bytes. Until lift_memory_limit().
+inline void limit_memory(rlim_t more) {
+  std::ifstream file("/proc/self/statm");
+  rlim_t pages = 0;
+  file >> pages;
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + more;
+  ::setrlimit(RLIMIT_AS, &limit);
+}
+
+inline void lift_memory_limit() {
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  limit.rlim_cur = limit.rlim_max;
+  ::setrlimit(RLIMIT_AS, &limit);
+}
+
+// Ends the display, truly, before the n-th call from now on that makes a context of it current. What was in it is lost.
+inline void lose_display_at_call(int n) {
+  static int left = 0;
+  static const auto real = reinterpret_cast<PFNEGLMAKECURRENTPROC>(eglGetProcAddress("eglMakeCurrent"));
+  left = n;
+  epoxy_eglMakeCurrent = [](EGLDisplay display, EGLSurface draw, EGLSurface read, EGLContext context) -> EGLBoolean {
+    if (context != EGL_NO_CONTEXT && --left == 0) eglTerminate(display);
+    return real(display, draw, read, context);
+  };
+}
+
+// There is no memory, truly, for buffers of so many bytes and more. On a driver that runs on the CPU.
+inline void starve_buffers(GLsizeiptr bytes) {
+  static GLsizeiptr least = 0;
+  static const auto real = reinterpret_cast<PFNGLBUFFERDATAPROC>(eglGetProcAddress("glBufferData"));
+  least = bytes;
+  epoxy_glBufferData = [](GLenum target, GLsizeiptr size, const void* data, GLenum usage) {
+    if (size >= least) limit_memory(1 << 20);
+    real(target, size, data, usage);
+    if (size >= least) lift_memory_limit();
+  };
+}
+
+// From the n-th time that it is asked, from now on, the driver says that the card was reset. No driver that runs on the
+// CPU ever is, so this one is only said.
+inline void report_reset_at_call(int n) {
+  static int left = 0;
+  left = n;
+  epoxy_glGetGraphicsResetStatus = []() -> GLenum { return --left > 0 ? GL_NO_ERROR : GL_GUILTY_CONTEXT_RESET; };
+}
+
+// As if nothing of this had been.
+inline void provoke_nothing() {
+  lift_memory_limit();
+  lose_display_at_call(0);
+  starve_buffers(GLsizeiptr{1} << 60);
+  epoxy_glGetGraphicsResetStatus =
+      reinterpret_cast<PFNGLGETGRAPHICSRESETSTATUSPROC>(eglGetProcAddress("glGetGraphicsResetStatus"));
+}
+
+}  // namespace knead::gpu
