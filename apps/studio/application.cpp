@@ -195,6 +195,7 @@ class Application {
     try {
       card_.emplace();
       times_.mover = card_->description();
+      studio_.set_hit_test([this](const Ray& ray) { return hit_on_card(ray); });
       studio_.tell({false, fmt::format("What a hand does is now seen as this moves it: {}.", times_.mover)});
     } catch (const std::exception& error) {
       give_up_card(error);
@@ -205,6 +206,18 @@ class Application {
     card_.reset();
     shape_ = {};
     times_.mover.clear();
+    times_.volume.reset();
+    studio_.set_hit_test({});
+  }
+
+  // A card that fails is given up at the next picture.
+  std::optional<SurfaceHit> hit_on_card(const Ray& ray) {
+    try {
+      return card_->hit(ray);
+    } catch (const std::exception& error) {
+      studio_.tell({true, error.what()});
+      return std::nullopt;
+    }
   }
 
   void give_up_card(const std::exception& error) {
@@ -223,6 +236,9 @@ class Application {
         times_.uploaded = card_->transfers().bytes_sent - sent;
       }
       if (!was_ahead && card_->is_ahead()) reads_before_ = card_->transfers().read;
+      times_.volume.reset();
+      const bool is_measured = studio_.view().statistics && studio_.shown().volume_before;
+      if (is_measured && card_->is_ahead()) times_.volume = card_->volume();
       times_.read_back = card_->transfers().read - reads_before_;
       return true;
     } catch (const std::exception& error) {

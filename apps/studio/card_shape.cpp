@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "knead/math/error.h"
+#include "knead/mesh/triangulate.h"
 #include "knead/session/live_change.h"
 #include "knead/session/replay.h"
 
@@ -85,6 +86,7 @@ void CardShape::take_shape(const ShapeState& state) {
   points_.reset();
   rest_ = device_.upload(positions);
   points_ = device_.upload(positions);
+  surface_.reset();
   forget_work();
   boxes_.assign((positions.size() + Snapshot::kChunk - 1) / Snapshot::kChunk, {});
   at_ = state;
@@ -176,6 +178,31 @@ Box CardShape::resting_box() const {
   Box result;
   for (const Box& chunk : boxes_) extend(result, chunk);
   return result;
+}
+
+const gpu::DeviceSurface& CardShape::surface() {
+  if (!surface_) surface_.emplace(device_, triangulate(*at_.mesh));
+  return *surface_;
+}
+
+std::optional<SurfaceHit> CardShape::hit(const Ray& ray) {
+  if (at_.mesh == nullptr || at_.mesh->face_count() == 0) return std::nullopt;
+  const std::optional<gpu::DeviceHit> found = surface().first_hit(*points_, ray.origin, ray.direction);
+  if (!found) return std::nullopt;
+  const auto& [a, b, c] = found->corners;
+  const Vec3d normal = cross(b - a, c - a);
+  if (!(norm(normal) > 0)) return std::nullopt;
+  SurfaceHit result;
+  result.triangle = found->triangle;
+  result.point = ray.origin + ray.direction * found->t;
+  result.barycentric = barycentric_of(result.point, a, b, c);
+  result.normal = normalized(normal);
+  return result;
+}
+
+double CardShape::volume() {
+  if (at_.mesh == nullptr) return 0;
+  return surface().volume(*points_, resting_box().center());
 }
 
 std::vector<Vec3d> CardShape::positions() {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "knead/gpu/device.h"
+#include "knead/gpu/device_surface.h"
 #include "knead/render/live_view.h"
 #include "studio.h"
 
@@ -37,6 +38,12 @@ class CardShape {
   // Whether what is seen is ahead of the CPU.
   bool is_ahead() const { return !done_.empty(); }
 
+  // What a ray hits of the shape as it is seen. Reads about a kilobyte back.
+  std::optional<SurfaceHit> hit(const Ray& ray);
+
+  // The volume within the shape as it is seen; of a closed one. Reads 8 bytes back.
+  double volume();
+
   // Where the vertices are seen. Reads them back.
   std::vector<Vec3d> positions();
 
@@ -50,13 +57,15 @@ class CardShape {
   void forget_work();
   void reach_with(const Flow& flow);
   void write(const Snapshot& positions, const IndexRange& range);
+  const gpu::DeviceSurface& surface();
   Box resting_box() const;
   Box box() const;
 
   gpu::Device device_;
   ShapeState at_;  // whose positions rest_ has
   std::optional<gpu::DevicePoints> rest_;
-  std::optional<gpu::DevicePoints> points_;  // what is seen: these, moved by done_
+  std::optional<gpu::DevicePoints> points_;    // what is seen: these, moved by done_
+  std::optional<gpu::DeviceSurface> surface_;  // from when it is first asked for
   std::vector<SessionStroke> done_;
   std::vector<Box> boxes_;  // of the resting vertices, for each chunk of the snapshot
   Box reached_;             // by the tools of done_

@@ -147,6 +147,65 @@ TEST_F(CardShapeTest, UndoRedoAndThePastAreTheCpusToTheBit) {
   }
 }
 
+// The hand may begin again on what the card shows while the worker is behind.
+TEST_F(CardShapeTest, HitsAndVolumeAreOfWhatIsSeen) {
+  Studio studio(options());
+  run(studio, ball());
+  follow(studio);
+  const Ray ray{{0.35, 0.25, 5}, {0, 0, -1}};
+  const std::optional<SurfaceHit> before = card_->hit(ray);
+  const std::optional<SurfaceHit> by_picker = studio.shown().picker->pick(ray, studio.shown().state);
+  ASSERT_TRUE(before && by_picker);
+  EXPECT_EQ(before->triangle, by_picker->triangle);
+  EXPECT_LT(norm(before->point - by_picker->point), 1e-12);
+  EXPECT_GT(dot(before->normal, by_picker->normal), 0.99);
+  EXPECT_FALSE(card_->hit({{5, 5, 5}, {0, 0, -1}}));
+  const double volume = card_->volume();
+  EXPECT_NEAR(volume, *studio.shown().volume, 1e-12);
+  run(studio, kHeld);
+  follow(studio);
+  const std::optional<SurfaceHit> after = card_->hit(ray);
+  ASSERT_TRUE(after);
+  EXPECT_GT(norm(after->point - before->point), 0.01);
+  const Picker picker(studio.shown().state);
+  EXPECT_LT(norm(after->point - picker.pick(ray, studio.shown().state)->point), 4 * kAgree * studio.shown().diagonal);
+  EXPECT_NE(card_->volume(), volume);
+  EXPECT_NEAR(card_->volume(), *studio.shown().volume, 1e-4);
+}
+
+// Where the picker is behind, a drag begins where the hit test says, and otherwise where the picker does.
+TEST_F(CardShapeTest, ADragBeginsWhereTheHitTestSaysWhileThePickerIsBehind) {
+  Studio studio(options(true));
+  run(studio, ball(40962));
+  int asked = 0;
+  studio.set_hit_test([&](const Ray& ray) {
+    ++asked;
+    follow(studio);
+    return card_->hit(ray);
+  });
+  std::size_t gestures = 0;
+  for (; asked == 0 && gestures < 40; gestures += 2) {  // until the second press came before the first drag was done
+    std::istringstream lines(R"({"tool": "ball"}
+{"press": [0, 0, 1]}
+{"move": [0.1, 0.1, 1]}
+{"release": [0.2, 0.1, 1]}
+{"press": [-0.3, 0, 0.95]}
+{"move": [-0.3, -0.1, 0.95]}
+{"release": [-0.3, -0.2, 0.95]})");
+    run_script(lines, "script", studio, {});
+    studio.wait();
+    studio.refresh();
+  }
+  EXPECT_EQ(studio.shown().history.size(), gestures);
+  follow(studio);
+  EXPECT_TRUE(card_->positions() == positions(studio));
+  const int asked_meanwhile = asked;
+  EXPECT_GE(asked_meanwhile, 1);
+  run(studio, kHeld);
+  EXPECT_EQ(asked, asked_meanwhile);
+  EXPECT_EQ(errors(studio), "");
+}
+
 TEST_F(CardShapeTest, ThePictureIsThatOfTheShapeSent) {
   Studio studio(options());
   run(studio, ball());

@@ -41,12 +41,13 @@ void draw_history(Studio& studio, HistoryEditor& editor);
 // How long the last frames took, in seconds.
 struct FrameTimes {
   std::array<float, 120> seconds{};
-  std::size_t count = 0;      // so far; the latest overwrite the oldest
-  double drawing = 0;         // of the last frame, without waiting for the display
-  std::size_t uploaded = 0;   // bytes, of the last movement
-  std::size_t touched = 0;    // vertices, by it; not known of the graphics card's
-  std::string mover;          // the graphics card that moves the shape; empty: the CPU does
-  std::size_t read_back = 0;  // times, from the card since the last gesture began
+  std::size_t count = 0;         // so far; the latest overwrite the oldest
+  double drawing = 0;            // of the last frame, without waiting for the display
+  std::size_t uploaded = 0;      // bytes, of the last movement
+  std::size_t touched = 0;       // vertices, by it; not known of the graphics card's
+  std::string mover;             // the graphics card that moves the shape; empty: the CPU does
+  std::optional<double> volume;  // as the card has it, while it is ahead of the CPU
+  std::size_t read_back = 0;     // times, from the card since the last gesture began
 };
 
 void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);

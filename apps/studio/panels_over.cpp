@@ -30,10 +30,10 @@ void row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-std::string volume_text(const Shown& shown) {
+std::string volume_text(const Shown& shown, const std::optional<double>& on_card) {
   if (!shown.volume || !shown.volume_before) return "not closed";
-  const double error = (*shown.volume - *shown.volume_before) / *shown.volume_before;
-  return fmt::format("{:.6g}  ({:+.4f}%)", *shown.volume, 100 * error);
+  const double volume = on_card.value_or(*shown.volume);
+  return fmt::format("{:.6g}  ({:+.4f}%)", volume, 100 * (volume - *shown.volume_before) / *shown.volume_before);
 }
 
 void draw_frame_times(const FrameTimes& times) {
@@ -127,7 +127,7 @@ void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
     row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
     row("Sent", size_text(times.uploaded));
     row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
-    row("Volume", volume_text(shown));
+    row("Volume", volume_text(shown, times.volume));
     ImGui::EndTable();
     if (ImGui::SmallButton("Count crossings")) studio.count_crossings();
   }

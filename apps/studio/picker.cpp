@@ -4,9 +4,6 @@
 
 namespace knead::studio {
 
-namespace {
-
-// Of a point in the plane of a triangle; of one without area: its first corner.
 std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d normal = cross(b - a, c - a);
   const double area = norm2(normal);
@@ -15,8 +12,6 @@ std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d
   const double w = dot(cross(a - p, b - p), normal) / area;
   return {1 - v - w, v, w};
 }
-
-}  // namespace
 
 Picker::Picker(const ShapeState& state)
     : mesh_(state.mesh),

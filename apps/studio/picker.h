@@ -21,6 +21,9 @@ struct SurfaceHit {
   Vec3d normal;  // a unit vector, out of the shape
 };
 
+// Of a point in the plane of a triangle; of one without area: its first corner.
+std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
+
 // A shape to be hit. It is searched as it was when the picker was made; what is found is told as it lies in a later
 // state with the same faces. May be asked from any thread while it does not change.
 class Picker {
