@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "card_shape.h"
 #include "drawn_shape.h"
 #include "knead/io/atomic_file.h"
 #include "knead/render/context.h"
@@ -22,11 +23,21 @@ struct Canvas {
   render::LiveView view;
   Overlay overlay;
   DrawnShape shape;
+  std::optional<CardShape> card;
 };
 
-void write_picture(const Studio& studio, const std::filesystem::path& path, std::optional<Canvas>& canvas) {
-  if (!canvas) canvas.emplace();
-  canvas->shape.follow(studio.shown().state, canvas->view);
+void write_picture(const Studio& studio, const std::filesystem::path& path, Mover backend,
+                   std::optional<Canvas>& canvas) {
+  if (!canvas) {
+    canvas.emplace();
+    if (backend == Mover::gpu) canvas->card.emplace();
+  }
+  const Shown& shown = studio.shown();
+  if (canvas->card) {
+    canvas->card->follow(shown.state, studio.ahead(), shown.diagonal, canvas->view);
+  } else {
+    canvas->shape.follow(shown.state, canvas->view);
+  }
   if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
   const Screen screen = studio.screen();
   const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);
@@ -35,7 +46,7 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, std:
 
 }  // namespace
 
-bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options) {
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, Mover backend) {
   Studio studio(options);
   std::optional<Canvas> canvas;
   bool is_fine = true;
@@ -46,7 +57,7 @@ bool run_headless(std::istream& script, const std::string& name, const StudioOpt
     }
   };
   ScriptHost host;
-  host.picture = [&](const std::filesystem::path& path) { write_picture(studio, path, canvas); };
+  host.picture = [&](const std::filesystem::path& path) { write_picture(studio, path, backend, canvas); };
   host.after_event = print_notices;
   run_script(script, name, studio, host);
   studio.close();

@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kHelp =
     "usage: knead-studio [--backend cpu|gpu] [SHAPE] [SESSION]\n"
-    "       knead-studio --script FILE\n"
+    "       knead-studio [--backend cpu|gpu] --script FILE\n"
     "\n"
     "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere where none is given) is shaped by\n"
     "hand, after the strokes of the session. H shows the keys.\n"
@@ -31,13 +31,13 @@ int fail(int code, const char* message) {
 }
 
 // The exit code.
-int run_script_file(const std::string& name) {
+int run_script_file(const std::string& name, knead::studio::Mover backend) {
   knead::studio::StudioOptions options;
   options.has_worker = false;  // every event is done before the next: the same result whenever it is run
-  if (name == "-") return knead::studio::run_headless(std::cin, "standard input", options) ? 0 : 1;
+  if (name == "-") return knead::studio::run_headless(std::cin, "standard input", options, backend) ? 0 : 1;
   std::ifstream file(name);
   if (!file) return fail(3, (name + ": cannot be read").c_str());
-  return knead::studio::run_headless(file, name, options) ? 0 : 1;
+  return knead::studio::run_headless(file, name, options, backend) ? 0 : 1;
 }
 
 }  // namespace
@@ -60,8 +60,8 @@ int main(int argc, char** argv) {
         std::puts("knead-studio " KNEAD_VERSION);
         return 0;
       } else if (!only_files && word == "--script") {
-        if (i + 2 != argc) return fail(2, "--script takes one file, and nothing else");
-        return run_script_file(argv[i + 1]);
+        if (i + 2 != argc) return fail(2, "--script takes one file, and nothing after it");
+        return run_script_file(argv[i + 1], options.backend.value_or(knead::studio::Mover::cpu));
       } else if (!only_files && word == "--backend") {
         const std::string_view name = i + 1 < argc ? argv[++i] : "";
         if (name != "cpu" && name != "gpu") return fail(2, "--backend takes cpu or gpu");

@@ -121,6 +121,9 @@ class Reader {
     const Accessor accessor = find_accessor(document_, block.position);
     const Value value = root().item("accessors", block.position);
     if (accessor.components != 3) value.fail("is used as POSITION, but is not of type VEC3; repair the file");
+    if (accessor.type == NumberType::uint32) {  // glTF 2.0 has it for indices only
+      value.fail("is used as POSITION, but is of component type 5125 (UNSIGNED_INT); repair the file");
+    }
     take(accessor.count);
     block.first = shape_.mesh.positions.size();
     block.count = accessor.count;

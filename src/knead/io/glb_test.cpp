@@ -222,6 +222,7 @@ TEST(ReadGlb, AbsurdNumbers) {
   expect_error(with("accessors", "byteOffset", 4), "end after their buffer view");
   expect_error(with("accessors", "byteOffset", 9007199254740992.0), "end after their buffer view");
   expect_error(with("accessors", "componentType", 5124), "no component type");
+  expect_error(with("accessors", "componentType", 5125), "component type 5125 (UNSIGNED_INT)");
   expect_error(with("accessors", "type", "VEC2"), "not of type VEC3");
   expect_error(with("bufferViews", "byteLength", 1000), "ends after its buffer");
   expect_error(with("bufferViews", "byteStride", 4), "stride of 4");
