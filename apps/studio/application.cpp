@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
@@ -43,6 +45,7 @@ constexpr double kLikelyDoneWithin = 0.010;
 constexpr double kSlow = 0.1;  // seconds that a frame takes to be drawn
 constexpr int kSlowFrames = 5;
 constexpr int kPictureScale = 2;
+constexpr int kMostWindows = 5;  // one after the other, where the driver loses them
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
@@ -62,28 +65,21 @@ bool may_repeat(Action action) {
   }
 }
 
+// A window with all that is drawn in it.
 class Application {
  public:
-  explicit Application(const ApplicationOptions& options)
-      : window_("Knead Studio", kWidth, kHeight),
-        studio_(StudioOptions{}),
-        gui_(window_, studio_.preferences().interface_scale) {
-    if (options.backend) studio_.preferences().backend = *options.backend;
-    const std::vector<AbandonedJournal> journals = studio_.abandoned();
-    for (const AbandonedJournal& journal : journals) {
-      if (journal.strokes == 0 && journal.problem.empty()) studio_.discard(std::filesystem::path(journal.folder));
-    }
+  explicit Application(Studio& studio)
+      : window_("Knead Studio", kWidth, kHeight), studio_(studio), gui_(window_, studio.preferences().interface_scale) {
     dialogs_.is_recovery_open = !studio_.abandoned().empty();
-    if (options.shape) {
-      studio_.open(*options.shape);
-    } else {
-      studio_.open_made(ShapeKind::sphere, kFirstVertices);
-    }
-    if (options.session) studio_.open(*options.session);
   }
+  ~Application() { studio_.set_hit_test({}); }
+  Application(const Application&) = delete;
+  Application& operator=(const Application&) = delete;
 
-  void run() {
+  // Until the person quits, or the driver has lost what is drawn: false.
+  bool run() {
     while (!has_ended_) {
+      if (view_.is_lost()) return false;
       const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
       studio_.refresh();
       const Clock::time_point now = Clock::now();
@@ -101,7 +97,7 @@ class Application {
       ++frames_since_;
       drawn_version_ = version;
     }
-    studio_.close();
+    return true;
   }
 
  private:
@@ -232,13 +228,12 @@ class Application {
     try {
       const std::uint64_t sent = card_->transfers().bytes_sent;
       const bool was_ahead = card_->is_ahead();
-      if (card_->follow(studio_.shown().state, studio_.ahead(), studio_.shown().diagonal, view_)) {
-        times_.uploaded = card_->transfers().bytes_sent - sent;
-      }
+      const bool has_moved = card_->follow(studio_.shown().state, studio_.ahead(), studio_.shown().diagonal, view_);
+      if (has_moved) times_.uploaded = card_->transfers().bytes_sent - sent;
       if (!was_ahead && card_->is_ahead()) reads_before_ = card_->transfers().read;
-      times_.volume.reset();
+      if (!card_->is_ahead()) times_.volume.reset();
       const bool is_measured = studio_.view().statistics && studio_.shown().volume_before;
-      if (is_measured && card_->is_ahead()) times_.volume = card_->volume();
+      if (is_measured && has_moved && card_->is_ahead()) times_.volume = card_->volume();
       times_.read_back = card_->transfers().read - reads_before_;
       return true;
     } catch (const std::exception& error) {
@@ -298,7 +293,7 @@ class Application {
   }
 
   Window window_;
-  Studio studio_;
+  Studio& studio_;
   Gui gui_;
   render::LiveView view_;
   Overlay overlay_;
@@ -320,8 +315,42 @@ class Application {
   bool has_ended_ = false;
 };
 
+// What other runs left behind and nobody misses.
+void discard_empty_journals(Studio& studio) {
+  const std::vector<AbandonedJournal> journals = studio.abandoned();
+  for (const AbandonedJournal& journal : journals) {
+    if (journal.strokes == 0 && journal.problem.empty()) studio.discard(std::filesystem::path(journal.folder));
+  }
+}
+
+void begin(Studio& studio, const ApplicationOptions& options) {
+  if (options.backend) studio.preferences().backend = *options.backend;
+  if (options.shape) {
+    studio.open(*options.shape);
+  } else {
+    studio.open_made(ShapeKind::sphere, kFirstVertices);
+  }
+  if (options.session) studio.open(*options.session);
+}
+
 }  // namespace
 
-void run_application(const ApplicationOptions& options) { Application(options).run(); }
+void run_application(const ApplicationOptions& options) {
+  Studio studio({});
+  discard_empty_journals(studio);
+  auto application = std::make_unique<Application>(studio);
+  begin(studio, options);
+  for (int windows = 1; !application->run(); ++windows) {
+    if (windows == kMostWindows) throw std::runtime_error("the graphics driver loses its work again and again");
+    const Pointer& at = studio.pointer();
+    if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
+    application.reset();
+    application = std::make_unique<Application>(studio);
+    studio.preferences().backend = Mover::cpu;
+    studio.tell(
+        {true, "The graphics card was reset. The work is as it was; Studio goes on with the CPU in a new window."});
+  }
+  studio.close();
+}
 
 }  // namespace knead::studio

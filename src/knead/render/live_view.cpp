@@ -98,6 +98,7 @@ struct LiveView::State {
   std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the card
   std::optional<Box> box_on_card;      // renderer units; while the shape's places are those on the card
   int samples = 1;
+  bool tells_loss = false;
   Placement placement;
   LiveMesh mesh;
   LiveBuffers buffers;
@@ -183,6 +184,7 @@ LiveView::LiveView(int samples) {
   if (epoxy_gl_version() < 33) throw std::runtime_error("live view: OpenGL below 3.3; install a newer driver");
   state_ = std::make_unique<State>();
   state_->samples = samples;
+  state_->tells_loss = epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness");
 }
 LiveView::~LiveView() = default;
 LiveView::LiveView(LiveView&&) noexcept = default;
@@ -307,6 +309,8 @@ Image LiveView::picture(const LiveScene& scene, int width, int height) {
 UploadCounts LiveView::counts() const { return state_->counts; }
 
 bool LiveView::draws_in_software() const { return state_->programs.in_software; }
+
+bool LiveView::is_lost() const { return state_->tells_loss && glGetGraphicsResetStatus() != GL_NO_ERROR; }
 
 Box LiveView::box() const {
   const Box placed = state_->shape_box();

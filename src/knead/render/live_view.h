@@ -106,6 +106,10 @@ class LiveView {
   // Whether the driver draws without a graphics card: then one sample per pixel is several times faster than four.
   bool draws_in_software() const;
 
+  // Whether the driver has lost the context, e.g. because the graphics card was reset: then nothing is drawn any more,
+  // and what it is drawn in has to be made anew. Only contexts that were asked to notice tell.
+  bool is_lost() const;
+
   // The shape as it stands, in scene coordinates (to the digits of a float); empty without a vertex.
   Box box() const;
 
