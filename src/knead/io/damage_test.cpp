@@ -2,6 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include "knead/io/shape_file.h"
 #include "knead/io/test_samples.h"
@@ -35,6 +38,19 @@ TEST_P(DamagedFile, FiveSamplesAreSound) {
   for (const Sample& sample : samples()) {
     EXPECT_EQ(broken_promise(parse_shape(sample.bytes, sample.format, "sample")), "") << sample.bytes;
   }
+}
+
+// What fuzzers begin with, and what they found.
+TEST_P(DamagedFile, FuzzedFiles) {
+  const std::filesystem::path folder = std::filesystem::path(KNEAD_FUZZ_CORPUS) / (std::string("fuzz_") + GetParam());
+  std::size_t count = 0;
+  for (const auto& file : std::filesystem::directory_iterator(folder)) {
+    SCOPED_TRACE(file.path().filename());
+    std::ifstream stream(file.path(), std::ios::binary);
+    check({GetParam(), {std::istreambuf_iterator<char>(stream), {}}});
+    ++count;
+  }
+  EXPECT_GE(count, 3u);
 }
 
 TEST_P(DamagedFile, EveryPrefix) {

@@ -197,7 +197,7 @@ std::string Edit::finish() {
   for (const Array& array : arrays_) {
     if (!array.appended.empty()) patches_.push_back(appended_item(document_.text, array.span, array.appended));
   }
-  if (bin_.size() != document_.bin.size()) {
+  if (!views_.empty()) {  // also where there are as many bytes as before: the buffer may have been declared shorter
     patches_.push_back({*member(document_.text, item("buffers", 0), "byteLength"), std::to_string(bin_.size())});
   }
   std::string json = patched(document_.text, std::move(patches_));

@@ -18,3 +18,4 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/xyz_test.cpp)
+target_compile_definitions(knead_io_test PRIVATE KNEAD_FUZZ_CORPUS="${PROJECT_SOURCE_DIR}/fuzz/corpus")
