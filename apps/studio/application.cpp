@@ -192,7 +192,8 @@ class Application {
       card_.emplace();
       times_.mover = card_->description();
       studio_.set_hit_test([this](const Ray& ray) { return hit_on_card(ray); });
-      studio_.tell({false, fmt::format("What a hand does is now seen as this moves it: {}.", times_.mover)});
+      studio_.tell({false, fmt::format("What you see under the hand is now moved by {}.{}", times_.mover,
+                                       card_->is_software() ? " That is no graphics card: the CPU is faster." : "")});
     } catch (const std::exception& error) {
       give_up_card(error);
     }

@@ -27,6 +27,7 @@ class CardShape {
   explicit CardShape(const gpu::DeviceOptions& options = {});
 
   const std::string& description() const { return device_.description(); }
+  bool is_software() const { return device_.is_software(); }  // no card, but Mesa's stand-in for one
 
   // Gives the view what it is to show. ahead as Studio's; diagonal: of the shape as it was opened. Returns whether
   // anything has changed since the last call.

@@ -1,0 +1,120 @@
+// A drag in Studio, from the pointer to the vertices that are drawn: moved by the CPU and sent, or moved where they are
+// drawn from. Medians over one second of a drag; drawing itself is live_view_bench's.
+//   studio_bench [MESH]   by default a ball of 438,000 vertices
+#include <epoxy/gl.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "card_shape.h"
+#include "drawn_shape.h"
+#include "knead/io/shape_file.h"
+#include "knead/mesh/shapes.h"
+#include "knead/render/context.h"
+#include "knead/session/workbench.h"
+
+namespace {
+
+using namespace knead;
+using namespace knead::studio;
+
+constexpr int kBatches = 60;
+
+struct Scene {
+  const char* name;
+  double inner;  // diagonals
+  double outer;
+};
+
+struct Figures {
+  double median = 0;  // milliseconds
+  double most = 0;
+  std::size_t bytes = 0;  // sent in a batch, at most
+};
+
+std::vector<ImplicitStroke> strokes_of(const Scene& scene, const Box& box) {
+  ImplicitStroke stroke{{box.center()}, scene.inner * box.diagonal(), scene.outer * box.diagonal()};
+  std::vector<ImplicitStroke> result;
+  for (int i = 1; i <= kBatches; ++i) {
+    const double t = static_cast<double>(i) / kBatches;
+    stroke.path.push_back(box.center() + Vec3d{0.2 * t, 0.06 * t * t, 0.03 * t} * box.diagonal());
+    result.push_back(stroke);
+  }
+  return result;
+}
+
+// batch(i) does the i-th and returns the bytes that it sent.
+Figures measured(const std::function<std::size_t(std::size_t)>& batch) {
+  Figures figures;
+  std::vector<double> times;
+  for (std::size_t i = 0; i < kBatches; ++i) {
+    const auto began = std::chrono::steady_clock::now();
+    const std::size_t sent = batch(i);
+    glFinish();
+    times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count());
+    if (i > 0) figures.bytes = std::max(figures.bytes, sent);  // the first compiles shaders
+  }
+  times.erase(times.begin());
+  std::sort(times.begin(), times.end());
+  figures.median = times[times.size() / 2];
+  figures.most = times.back();
+  return figures;
+}
+
+Figures by_cpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes) {
+  Workbench bench(mesh);
+  bench.prepare();
+  render::LiveView view(1);
+  DrawnShape drawn;
+  drawn.follow(bench.state(), view);
+  return measured([&](std::size_t i) {
+    bench.set_live({{strokes[i]}});
+    drawn.follow(bench.state(), view);
+    return view.counts().bytes;
+  });
+}
+
+Figures by_card(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std::uint64_t& reads) {
+  const Workbench bench(mesh);
+  render::LiveView view(1);
+  CardShape card;
+  const double diagonal = bounding_box(mesh.positions).diagonal();
+  card.follow(bench.state(), nullptr, diagonal, view);
+  Ahead ahead{bench.state(), {}};
+  const std::uint64_t before = card.transfers().read;
+  const Figures figures = measured([&](std::size_t i) {
+    const std::size_t sent = card.transfers().bytes_sent;
+    ahead.strokes = {{strokes[i]}};
+    card.follow(ahead.start, &ahead, diagonal, view);
+    return card.transfers().bytes_sent - sent;
+  });
+  reads = card.transfers().read - before;
+  return figures;
+}
+
+void print(const char* drag, const char* mover, const Figures& figures) {
+  fmt::print("{:22} {:4}: median {:7.2f} ms, most {:7.2f}; at most {:9} bytes sent\n", drag, mover, figures.median,
+             figures.most, figures.bytes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Mesh mesh = argc > 1 ? read_shape(argv[1]).mesh : make_shape(ShapeKind::sphere, 438'000);
+  const render::OffscreenContext context;
+  fmt::print("{}; {} vertices\n", context.description(), mesh.vertex_count());
+  const Scene scenes[] = {
+      {"whole shape between", 0.02, 1.2}, {"a third of the shape", 0.05, 0.35}, {"a brush", 0.02, 0.08}};
+  for (const Scene& scene : scenes) {
+    const std::vector<ImplicitStroke> strokes = strokes_of(scene, bounding_box(mesh.positions));
+    print(scene.name, "CPU", by_cpu(mesh, strokes));
+    std::uint64_t reads = 0;
+    print(scene.name, "card", by_card(mesh, strokes, reads));
+    fmt::print("{:22}       {} times read back\n", "", reads);
+  }
+}
