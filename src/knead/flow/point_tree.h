@@ -30,6 +30,17 @@ struct ListDemand {
 
 class PointTree {
  public:
+  // In preorder: a left child follows its parent.
+  struct Node {
+    Vec3d centroid;
+    double radius = 0;  // all points are within it
+    double mean_square = 0;
+    std::uint32_t begin = 0;
+    std::uint32_t end = 0;
+    std::uint32_t left = 0;  // 0: a leaf
+    std::uint32_t right = 0;
+  };
+
   // Time: n log n.
   explicit PointTree(std::span<const Vec3d> points);
 
@@ -43,17 +54,11 @@ class PointTree {
 
   std::size_t size() const { return points_.size(); }
 
- private:
-  struct Node {
-    Vec3d centroid;
-    double radius = 0;  // all points are within it
-    double mean_square = 0;
-    std::uint32_t begin = 0;
-    std::uint32_t end = 0;
-    std::uint32_t left = 0;  // 0: a leaf
-    std::uint32_t right = 0;
-  };
+  // As the nodes number them.
+  std::span<const Vec3d> points() const { return points_; }
+  std::span<const Node> nodes() const { return nodes_; }
 
+ private:
   std::uint32_t build(std::uint32_t begin, std::uint32_t end);
   double list_by(const ListDemand& demand, double most_of_one, std::vector<WeightedPoint>& result) const;
   static double ratio_bound(const ListDemand& demand, const Node& node);

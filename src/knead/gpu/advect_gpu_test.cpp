@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "knead/gpu/device_fixture.h"
+#include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 #include "support/random_segments.h"
 
@@ -210,6 +211,69 @@ TEST_F(GpuTest, LargePointSets) {
   const auto points = test::random_points(random, 100);
   const auto exact = moved(flow, points, precisely(1e-10));
   EXPECT_LT(test::greatest_distance(on_device(flow, points, default_options(1)), exact), 1e-5);
+}
+
+// So many that they are gone through by a tree: in a patch, on a sphere, in a cube, near and among them. By the sums'
+// allowed error the result errs by less than the tolerance.
+TEST_F(GpuTest, PointSetsWithTrees) {
+  Random random(815);
+  for (const int exponent : {8, 16}) {
+    for (int kind = 0; kind < 3; ++kind) {
+      SCOPED_TRACE(std::to_string(exponent) + ", " + std::to_string(kind));
+      PointSet<double> set;
+      set.exponent = exponent;
+      for (int i = 0; i < 1500; ++i) {
+        const Vec3d p = random.in_box(0.5);
+        const Vec3d on_patch{p.x, p.y, 0.2 * p.x * p.y};
+        set.points.push_back(kind == 0 ? on_patch : (kind == 1 ? normalized(p) * 0.5 : p));
+      }
+      const double outer = 0.05;
+      const Flow flow{{test::translating(set, {0.1, 0, 0}, Vec3d{0.02, 0, 0.04} * outer, {0, outer})}};
+      const Segment& segment = flow.segments[0];
+      EXPECT_GT(gpu::pack_tree(segment.fields[0], segment, default_options(1)).nodes, 0);
+      std::vector<Vec3d> points;
+      for (int i = 0; i < 200; ++i) {
+        const Vec3d& p = set.points[static_cast<std::size_t>(random.integer(0, 1499))];
+        points.push_back(Vec3d{0.1, 0, 0} + p + random.in_box(outer));
+      }
+      const auto exact = moved(flow, points, precisely(1e-9));
+      EXPECT_LT(test::greatest_distance(on_device(flow, points, default_options(1)), exact), 1e-5);
+      EXPECT_GT(test::greatest_distance(exact, points), 0.02 * outer);
+    }
+  }
+}
+
+// Far below what float resolves: so the sums are those of all points. On a short way, as Mesa's loops are.
+TEST_F(GpuTest, PointSetsWithTreesInDouble) {
+  Random random(817);
+  PointSet<double> set;
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 1500; ++i) {
+    const Vec3d p = random.in_box(0.5);
+    set.points.push_back({p.x, p.y, 0.2 * p.x * p.y});
+    if (i < 20) points.push_back(set.points.back() + Vec3d{0, 0, random.uniform(0.02, 0.05)});
+  }
+  const Flow flow{{test::translating(set, {0, 0, 0}, {0, 0, 1e-4}, {0, 0.05})}};
+  const AdvectOptions options = precisely(1e-9);
+  EXPECT_GT(gpu::pack_tree(flow.segments[0].fields[0], flow.segments[0], options).nodes, 0);
+  const auto exact = moved(flow, points, precisely(1e-12));
+  EXPECT_LT(test::greatest_distance(on_device(flow, points, options), exact), 1e-9);
+  EXPECT_GT(test::greatest_distance(exact, points), 2e-5);
+}
+
+// Where nearly all points count everywhere, their sum is taken plainly; so is that of few.
+TEST_F(GpuTest, TreesOnlyWhereTheyPay) {
+  Random random(816);
+  const auto nodes = [&](int points, double outer) {
+    PointSet<double> set;
+    for (int i = 0; i < points; ++i) set.points.push_back(random.in_box(0.5));
+    const Segment segment = test::translating(set, {0, 0, 0}, {0, 0, 0.1}, {0, outer});
+    if (!gpu::may_have_tree(segment.fields[0], segment)) return 0;
+    return gpu::pack_tree(segment.fields[0], segment, default_options(1)).nodes;
+  };
+  EXPECT_GT(nodes(5000, 0.05), 0);
+  EXPECT_EQ(nodes(5000, 2), 0);
+  EXPECT_EQ(nodes(500, 0.05), 0);
 }
 
 // The tool, the points and the path far from the origin.

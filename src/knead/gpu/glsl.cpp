@@ -84,6 +84,8 @@ std::string layout_defines() {
                                                {"kFirstSet", kFirstSet},
                                                {"kSecondSet", kSecondSet},
                                                {"kFieldEntries", kFieldEntries},
+                                               {"kNodeNumbers", kNodeNumbers},
+                                               {"kNodeEntries", kNodeEntries},
                                                {"kSegmentEntries", kSegmentEntries},
                                                {"kCarries", kCarries},
                                                {"kHasCylinder", kHasCylinder},
@@ -134,6 +136,7 @@ std::string kind_defines(const ShaderKind& kind) {
     if ((kind.regions >> i & 1U) != 0) text += fmt::format("#define {}\n", regions[i]);
   }
   if (kind.curves) text += "#define WITH_CURVES\n";
+  if (kind.trees) text += "#define WITH_TREES\n";
   if (kind.blended) text += "#define BLENDED\n";
   if (kind.cylinder) text += "#define WITH_CYLINDER\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";
@@ -198,8 +201,8 @@ int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
 std::string shader_source(const ShaderKind& kind) {
   return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + kInterface +
          kind_function("motion_kind", "kMotionKind", kind.motions) +
-         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslSets + kGlslVelocity +
-         kGlslContact + kGlslClosedForm +
+         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
+         kGlslVelocity + kGlslContact + kGlslClosedForm +
          (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +
          kGlslPath;
 }

@@ -8,6 +8,8 @@
 namespace knead::gpu {
 
 extern const char* const kGlslField;
+extern const char* const kGlslPowers;
+extern const char* const kGlslTrees;
 extern const char* const kGlslSets;
 extern const char* const kGlslVelocity;
 extern const char* const kGlslContact;
@@ -29,8 +31,11 @@ inline constexpr int kMotionKind = 1;
 inline constexpr int kRegionKind = 2;
 inline constexpr int kBounds = 3;  // where its bounds begin in e[]
 inline constexpr int kFirstSet = 4;
-inline constexpr int kSecondSet = 9;
-inline constexpr int kFieldEntries = 14;
+inline constexpr int kSecondSet = 12;
+inline constexpr int kFieldEntries = 20;
+// Of a set's tree: a node's numbers in n[], which follow one for all nodes, and its entries in table[].
+inline constexpr int kNodeNumbers = 5;  // centroid, radius, m(m+1)/2 times the mean squared distance from the centroid
+inline constexpr int kNodeEntries = 4;  // the node after its children, where its points begin and end, its right child
 // Of a segment, in table[].
 inline constexpr int kSegmentEntries = 4;  // how many fields, where their entries begin, flags, where n[] begins
 inline constexpr int kCarries = 1;         // flags
@@ -71,6 +76,7 @@ struct ShaderKind {
   unsigned motions = 0;  // one bit for each MotionKind
   unsigned regions = 0;
   bool curves = false;
+  bool trees = false;
   bool single = false;
   bool blended = false;
   bool cylinder = false;

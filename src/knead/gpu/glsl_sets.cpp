@@ -2,10 +2,8 @@
 
 namespace knead::gpu {
 
-// point_set.h and handles_region.h for the graphics card. A set's entries in table[], from `set` on: where its points
-// begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are;
-// for each curve there, where its points begin in n[] and how many they are.
-const char* const kGlslSets = R"(
+// Powers, and sums over points.
+const char* const kGlslPowers = R"(
 #if defined(REGION_SET) || defined(REGION_HANDLES)
 
 R4 integer_powers(R4 base, int exponent) {
@@ -40,6 +38,51 @@ R inverse_root(R sum, int m) {
   }
   return y;
 }
+
+R squared_distance(R3 d, int point) {
+  R3 from = d - part(point);
+  return dot(from, from);
+}
+
+// Of the nearest point, not counting curves. Four at a time, the last ones again and again.
+R nearest_point_squared(int first, int last, R3 d) {
+  R least = kNever;
+  for (int i = first; i < last; i += 12) {
+    least = min(least, min(min(squared_distance(d, i), squared_distance(d, min(i + 3, last - 3))),
+                           min(squared_distance(d, min(i + 6, last - 3)), squared_distance(d, min(i + 9, last - 3)))));
+  }
+  return least;
+}
+
+// (scale / d_i)^m of all points added up (x), and the gradient's sum (yzw).
+R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
+  R4 sum = R4(0);
+  for (int i = first; i < last; i += 12) {
+    R3 from[4];
+    R4 squares;
+    for (int k = 0; k < 4; ++k) {
+      from[k] = (d - part(min(i + 3 * k, last - 3))) * inverse;
+      squares[k] = dot(from[k], from[k]);
+    }
+    R4 ratios = R4(1) / squares;
+    R4 terms = integer_powers(ratios, half_exponent);
+    for (int k = 1; k < 4; ++k) {
+      if (i + 3 * k >= last) terms[k] = R(0);
+    }
+    R4 slopes = terms * ratios;
+    sum.x += (terms.x + terms.y) + (terms.z + terms.w);
+    sum.yzw += (from[0] * slopes.x + from[1] * slopes.y) + (from[2] * slopes.z + from[3] * slopes.w);
+  }
+  return sum;
+}
+#endif
+)";
+
+// point_set.h and handles_region.h for the graphics card. A set's entries in table[], from `set` on: where its points
+// begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are,
+// then of its tree (glsl_trees.cpp); for each curve there, where its points begin in n[] and how many they are.
+const char* const kGlslSets = R"(
+#if defined(REGION_SET) || defined(REGION_HANDLES)
 
 #ifdef WITH_CURVES
 R squared_distance_to_segment(R3 d, R3 a, R3 b) {
@@ -104,23 +147,11 @@ Region curve_distance(int first, int count, R3 d) {
 }
 #endif
 
-R squared_distance(R3 d, int point) {
-  R3 from = d - part(point);
-  return dot(from, from);
-}
-
-// Of the nearest point, not counting curves. Four at a time, the last ones again and again.
-R nearest_point_squared(int first, int last, R3 d) {
-  R least = kNever;
-  for (int i = first; i < last; i += 12) {
-    least = min(least, min(min(squared_distance(d, i), squared_distance(d, min(i + 3, last - 3))),
-                           min(squared_distance(d, min(i + 6, last - 3)), squared_distance(d, min(i + 9, last - 3)))));
-  }
-  return least;
-}
-
 // The true distance of the nearest element, squared.
 R nearest_squared(int set, R3 d) {
+#ifdef WITH_TREES
+  if (table[set + 7] > 0) return tree_nearest_squared(set, d);
+#endif
   R least = nearest_point_squared(table[set], table[set] + 3 * table[set + 1], d);
 #ifdef WITH_CURVES
   for (int k = 0; k < table[set + 4]; ++k) {
@@ -143,34 +174,16 @@ R nearest_element(int set, int first, int last, R3 d) {
   return least;
 }
 
-// (scale / d_i)^m of all points added up (x), and the gradient's sum (yzw).
-R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
-  R4 sum = R4(0);
-  for (int i = first; i < last; i += 12) {
-    R3 from[4];
-    R4 squares;
-    for (int k = 0; k < 4; ++k) {
-      from[k] = (d - part(min(i + 3 * k, last - 3))) * inverse;
-      squares[k] = dot(from[k], from[k]);
-    }
-    R4 ratios = R4(1) / squares;
-    R4 terms = integer_powers(ratios, half_exponent);
-    for (int k = 1; k < 4; ++k) {
-      if (i + 3 * k >= last) terms[k] = R(0);
-    }
-    R4 slopes = terms * ratios;
-    sum.x += (terms.x + terms.y) + (terms.z + terms.w);
-    sum.yzw += (from[0] * slopes.x + from[1] * slopes.y) + (from[2] * slopes.z + from[3] * slopes.w);
-  }
-  return sum;
-}
-
 // r of a set and its gradient. Lengths are divided by about r, so that no power is out of range: by `scale` if that
 // will do (0: it will not), else by the distance of the nearest element, for which all must be asked before.
 Region set_distance(int set, R3 d, R scale) {
   int first = table[set];
   int last = first + 3 * table[set + 1];
   int exponent = table[set + 2];
+#ifdef WITH_TREES
+  Region by_tree;
+  if (table[set + 7] > 0 && is_known_by_tree(set, d, by_tree)) return by_tree;
+#endif
   if (table[set + 4] > 0) scale = R(0);
   R4 sum = R4(0);
   for (int pass = scale > R(0) ? 0 : 1; pass < 2; ++pass) {

@@ -7,6 +7,7 @@
 
 #include "knead/flow/culling.h"
 #include "knead/flow/segment_mover.h"
+#include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 
 namespace knead::gpu {
@@ -257,6 +258,7 @@ class Packer {
     packed_.table[entry + kBounds] = static_cast<std::int32_t>(bounds_at(index));
     put_bounds(bounds_of(field, segment), bounds_at(index));
     std::visit([&](const auto& region) { put_region(region, at + kRegion, entry); }, field.region);
+    if (may_have_tree(field, segment)) put_tree(pack_tree(field, segment, options_), entry + kFirstSet);
   }
 
   void put_bounds(const FieldBounds& bounds, std::size_t at) {
@@ -293,6 +295,18 @@ class Packer {
   }
 
   void put_region(const CustomRegion& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
+
+  void put_tree(const PackedTree& tree, std::size_t entry) {
+    if (tree.nodes == 0) return;
+    const auto first = static_cast<std::size_t>(packed_.table[entry]);  // in place of the set's own points
+    for (std::size_t i = 0; i < tree.points.size(); ++i) put(packed_.numbers, first + 3 * i, tree.points[i]);
+    packed_.table[entry + 5] = static_cast<std::int32_t>(packed_.table.size());
+    packed_.table[entry + 6] = static_cast<std::int32_t>(packed_.numbers.size() + 1);  // after the allowed error
+    packed_.table[entry + 7] = tree.nodes;
+    packed_.numbers.push_back(tree.error_of_one);
+    packed_.numbers.insert(packed_.numbers.end(), tree.numbers.begin(), tree.numbers.end());
+    packed_.table.insert(packed_.table.end(), tree.entries.begin(), tree.entries.end());
+  }
 
   std::int32_t put_points(const std::vector<Vec3d>& points) {
     const std::size_t begin = packed_.numbers.size();
@@ -333,6 +347,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
     kind.motions |= 1U << field.motion.index();
     kind.regions |= 1U << field.region.index();
     kind.curves = kind.curves || has_curves(field);
+    kind.trees = kind.trees || may_have_tree(field, segment);
   }
   kind.single = segment.fields.size() == 1;
   kind.blended = segment.time_law == TimeLaw::blended;
