@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "knead/gpu/device_state.h"
-#include "knead/gpu/exact_ray.h"
 #include "knead/gpu/glsl_surface.h"
 #include "knead/math/error.h"
+#include "knead/math/triangle_ray.h"
 
 namespace knead::gpu {
 
@@ -69,12 +69,12 @@ void bind_points(const Program& program, const DevicePoints::State& points) {
 }
 
 // The first that the ray meets, and where it first leaves.
-std::optional<DeviceHit> nearest_of(std::span<const Candidate> candidates, const ExactRay& ray) {
+std::optional<DeviceHit> nearest_of(std::span<const Candidate> candidates, const TriangleRay& ray) {
   const Candidate* nearest = nullptr;
   double t = std::numeric_limits<double>::infinity();
   double leaves_at = std::numeric_limits<double>::infinity();
   for (const Candidate& candidate : candidates) {
-    const std::optional<ExactRay::Meeting> meeting = ray.meet(candidate.corners);
+    const std::optional<TriangleRay::Meeting> meeting = ray.meet(candidate.corners);
     if (!meeting || !(meeting->t >= 0)) continue;
     if (meeting->leaves) leaves_at = std::min(leaves_at, meeting->t);
     if (nearest != nullptr && std::pair(t, nearest->triangle) < std::pair(meeting->t, candidate.triangle)) continue;
@@ -125,7 +125,7 @@ struct DeviceSurface::State {
     require_no_error();
   }
 
-  void find_candidates(const DevicePoints::State& of, const Vec3d& origin, const ExactRay& ray) const;
+  void find_candidates(const DevicePoints::State& of, const Vec3d& origin, const Vec3d& direction) const;
   std::vector<Candidate> read_candidates();
 };
 
@@ -197,15 +197,17 @@ double DeviceSurface::volume(const DevicePoints& points, const Vec3d& origin) co
 }
 
 void DeviceSurface::State::find_candidates(const DevicePoints::State& of, const Vec3d& origin,
-                                           const ExactRay& ray) const {
+                                           const Vec3d& direction) const {
+  const std::size_t axis = TriangleRay(origin, direction).axis();
+  const double along = direction[axis];
   glUseProgram(candidates.get());
   clear_words(found);
   bind_points(candidates, of);
   bind(kResultPlace, found);
   set(candidates, "origin", origin);
-  set(candidates, "shear", ray.shear());
+  set(candidates, "shear", Vec3d{direction[(axis + 1) % 3] / along, direction[(axis + 2) % 3] / along, 1 / along});
   set(candidates, "capacity", capacity);
-  glUniform1i(glGetUniformLocation(candidates.get(), "axis"), ray.axis());
+  glUniform1i(glGetUniformLocation(candidates.get(), "axis"), static_cast<GLint>(axis));
   dispatch(candidates, [&](const Part& part) { set(candidates, "first_triangle", part.begin); });
 }
 
@@ -236,14 +238,13 @@ std::optional<DeviceHit> DeviceSurface::first_hit(const DevicePoints& points, co
   state_->require(*points.state_);
   if (state_->parts.empty()) return std::nullopt;
   const CurrentContext current(state_->device.context);
-  const ExactRay ray(origin, direction);
   std::vector<Candidate> candidates;
   for (std::size_t room = 0; room != state_->capacity;) {  // once more where there was not enough
     room = state_->capacity;
-    state_->find_candidates(*points.state_, origin, ray);
+    state_->find_candidates(*points.state_, origin, direction);
     candidates = state_->read_candidates();
   }
-  return nearest_of(candidates, ray);
+  return nearest_of(candidates, TriangleRay(origin, direction));
 }
 
 }  // namespace knead::gpu

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "knead/math/morton.h"
+#include "knead/math/triangle_ray.h"
 #include "knead/mesh/triangle_queries.h"
 
 namespace knead {

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "knead/math/triangle_ray.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/test_shapes.h"
 #include "knead/mesh/triangle_queries.h"

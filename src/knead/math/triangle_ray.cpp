@@ -1,12 +1,10 @@
-#include "knead/gpu/exact_ray.h"
+#include "knead/math/triangle_ray.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-namespace knead::gpu {
-
+namespace knead {
 namespace {
 
 int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
@@ -38,28 +36,33 @@ int side_of_axis(const Vec3d& a, const Vec3d& b) {
   return b.x > a.x ? 1 : -1;
 }
 
+// Of 0 a number so great that only what contains 0 stays within reach.
+double inverse_of(double x) { return x == 0 ? 1e300 : 1 / x; }
+
 }  // namespace
 
-ExactRay::ExactRay(const Vec3d& origin, const Vec3d& direction) : origin_(origin) {
+TriangleRay::TriangleRay(const Vec3d& origin, const Vec3d& direction)
+    : origin_(origin), inverse_{inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z)} {
+  std::size_t z = 0;
   for (std::size_t k = 1; k < 3; ++k) {
-    if (std::abs(direction[k]) > std::abs(direction[axis_])) axis_ = k;
+    if (std::abs(direction[k]) > std::abs(direction[z])) z = k;
   }
-  is_mirrored_ = direction[axis_] < 0;
-  const double along = direction[axis_];
-  shear_ = {direction[(axis_ + 1) % 3] / along, direction[(axis_ + 2) % 3] / along, 1 / along};
+  std::size_t x = (z + 1) % 3;
+  std::size_t y = (x + 1) % 3;
+  if (direction[z] < 0) std::swap(x, y);  // keeps the sheared space right-handed
+  axes_ = {x, y, z};
+  shear_ = {direction[x] / direction[z], direction[y] / direction[z], 1 / direction[z]};
+  reach_ = 1e-14 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
 }
 
-Vec3d ExactRay::sheared(const Vec3d& p) const {
+Vec3d TriangleRay::sheared(const Vec3d& p) const {
   const Vec3d q = p - origin_;
-  const double height = q[axis_];
+  const double height = q[axes_[2]];
   const auto flushed = [](double x) { return std::abs(x) < 0x1p-250 ? 0.0 : x; };
-  Vec3d result{flushed(q[(axis_ + 1) % 3] - shear_.x * height), flushed(q[(axis_ + 2) % 3] - shear_.y * height),
-               shear_.z * height};
-  if (is_mirrored_) std::swap(result.x, result.y);  // keeps the sheared space right-handed
-  return result;
+  return {flushed(q[axes_[0]] - shear_.x * height), flushed(q[axes_[1]] - shear_.y * height), shear_.z * height};
 }
 
-std::optional<ExactRay::Meeting> ExactRay::meet(const std::array<Vec3d, 3>& corners) const {
+std::optional<TriangleRay::Meeting> TriangleRay::meet(const std::array<Vec3d, 3>& corners) const {
   const Vec3d a = sheared(corners[0]);
   const Vec3d b = sheared(corners[1]);
   const Vec3d c = sheared(corners[2]);
@@ -74,4 +77,4 @@ std::optional<ExactRay::Meeting> ExactRay::meet(const std::array<Vec3d, 3>& corn
   return Meeting{t, side > 0};
 }
 
-}  // namespace knead::gpu
+}  // namespace knead
