@@ -68,6 +68,7 @@ bool CardShape::follow(const ShapeState& state, const Ahead* ahead, double diago
   if (is_ahead) {
     has_changed = go_ahead(ahead->strokes, diagonal) || has_changed;
   } else {
+    check_work();
     has_changed = come_back() || has_changed;
   }
   if (!has_changed) return false;
@@ -102,6 +103,7 @@ bool CardShape::rest_at(const ShapeState& state) {
   } else {
     changes = state.positions.changes_since(at_.positions);
     if (changes.empty()) return false;
+    check_work();
     for (const IndexRange& range : changes) write(state.positions, range);
     device_.assign(*points_, *rest_);
     forget_work();
@@ -150,6 +152,11 @@ bool CardShape::come_back() {
   device_.assign(*points_, *rest_);
   forget_work();
   return true;
+}
+
+// Throws where the driver did not go all the way, as Mesa's on the CPU may not.
+void CardShape::check_work() {
+  if (!done_.empty()) device_.collect(*points_);
 }
 
 void CardShape::forget_work() {

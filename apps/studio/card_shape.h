@@ -17,7 +17,8 @@ namespace knead::studio {
 
 // What hands do is seen as the card does it, at once; the worker does the same on the CPU, and what comes of that is
 // the shape: when the worker has caught up, the card is given the CPU's positions to the bit. Nothing is read back for
-// a picture. Strokes that read the surface are seen as the worker gets on.
+// a picture; once a gesture, at its end, how the card fared. Strokes that read the surface are seen as the worker gets
+// on.
 //
 // All throws gpu::DeviceError or std::runtime_error, one line, where the card fails; then it is to be left, and
 // DrawnShape shows the same.
@@ -56,6 +57,7 @@ class CardShape {
   bool go_ahead(std::span<const SessionStroke> strokes, double diagonal);
   bool come_back();
   void forget_work();
+  void check_work();
   void reach_with(const Flow& flow);
   void write(const Snapshot& positions, const IndexRange& range);
   const gpu::DeviceSurface& surface();

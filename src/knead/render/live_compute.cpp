@@ -118,13 +118,11 @@ std::vector<std::uint32_t> sources_of(const LiveMesh& mesh) {
 
 }  // namespace
 
-LiveCompute::LiveCompute(const LiveMesh& mesh) {
+LiveCompute::LiveCompute(const LiveMesh& mesh)
+    : drawn_count_(static_cast<std::uint32_t>(mesh.vertices().size())), has_rings_(!mesh.rings().list.empty()) {
   require_compute();
   place_ = make_compute_program(std::string(kThings) + kPlace);
   shade_ = make_compute_program(std::string(kThings) + kShade);
-  vertex_count_ = static_cast<std::uint32_t>(mesh.vertex_count());
-  drawn_count_ = static_cast<std::uint32_t>(mesh.vertices().size());
-  has_rings_ = !mesh.rings().list.empty();
   placed_ = make_storage(nullptr, mesh.vertex_count() * sizeof(Vec3f));
   source_ = make_storage(sources_of(mesh));
   ring_begin_ = make_storage(mesh.rings().begin);

@@ -27,7 +27,6 @@ class LiveCompute {
   Buffer source_;      // per drawn vertex: the vertex of the mesh
   Buffer ring_begin_;  // as Rings
   Buffer ring_list_;
-  std::uint32_t vertex_count_ = 0;
   std::uint32_t drawn_count_ = 0;
   bool has_rings_ = false;  // else a cloud
 };

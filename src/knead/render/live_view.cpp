@@ -249,7 +249,7 @@ void LiveView::set_influence(std::span<const float> per_vertex) {
   VertexRange different{static_cast<std::uint32_t>(s.colors.size()), 0};
   s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
     const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
-    const auto byte = static_cast<std::uint8_t>(255 * value + 0.5f);
+    const auto byte = static_cast<std::uint8_t>(std::lround(255 * value));
     if (s.colors[d][3] == byte) return;
     s.colors[d][3] = byte;
     different = {std::min(different.begin, d), std::max(different.end, d + 1)};
