@@ -18,6 +18,7 @@ constexpr const char* kProgram = "knead-studio";
 // Becomes the program, or returns where there is none of that name.
 void become(const std::string& program, std::vector<std::string>& words) {
   std::vector<char*> arguments;
+  arguments.reserve(words.size() + 1);
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   ::execvp(program.c_str(), arguments.data());

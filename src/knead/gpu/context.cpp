@@ -2,6 +2,7 @@
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <cstddef>
@@ -51,7 +52,7 @@ EGLContext create_context(EGLDisplay display) {
                                  EGL_CONTEXT_OPENGL_PROFILE_MASK,
                                  EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                                  EGL_NONE};
-  const EGLContext robust = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+  void* const robust = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
   if (robust != EGL_NO_CONTEXT) return robust;
   return eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data() + 2);
 }
@@ -84,13 +85,13 @@ void Context::describe_current() {
   }
   const std::string renderer = text(GL_RENDERER);
   is_software_ = names_software(renderer);
-  description_ = renderer + ", OpenGL " + text(GL_VERSION);
+  description_ = fmt::format("{}, OpenGL {}", renderer, text(GL_VERSION));
 }
 
 void Context::open() {
   for (EGLDisplay display : candidate_displays()) {
     if (display == EGL_NO_DISPLAY) continue;
-    const EGLContext context = create_context(display);
+    void* const context = create_context(display);
     if (context == EGL_NO_CONTEXT) continue;
     std::string renderer;
     std::string version;
@@ -111,7 +112,7 @@ void Context::open() {
     }
     if (other != nullptr) eglDestroyContext(display, other);
     is_software_ = names_software(renderer);
-    description_ = renderer + ", OpenGL " + version;
+    description_ = fmt::format("{}, OpenGL {}", renderer, version);
     if (!is_software_) return;
   }
   if (context_ == nullptr) {

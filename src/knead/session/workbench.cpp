@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <stdexcept>
 #include <unordered_set>
 #include <utility>
@@ -333,7 +332,8 @@ class Bench {
 
 using session_detail::Bench;
 
-Workbench::Workbench(Mesh mesh, std::filesystem::path folder, std::vector<std::uint32_t> face_labels, int threads)
+Workbench::Workbench(Mesh mesh, const std::filesystem::path& folder, std::vector<std::uint32_t> face_labels,
+                     int threads)
     : bench_(std::make_unique<Bench>(std::move(mesh), folder, std::move(face_labels), threads)) {}
 Workbench::~Workbench() = default;
 Workbench::Workbench(Workbench&&) noexcept = default;
@@ -374,10 +374,12 @@ std::vector<std::shared_ptr<const HistoryEntry>> Workbench::done() const {
 std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
   std::vector<std::shared_ptr<const HistoryEntry>> result;
   std::size_t size = bench_->now().size();
-  for (auto history = bench_->redoable().rbegin(); history != bench_->redoable().rend(); ++history) {
-    if (history->size() <= size) break;
-    size = history->size();
-    result.emplace_back(history->back(), &history->back()->info);
+  const std::vector<session_detail::History>& histories = bench_->redoable();
+  for (std::size_t i = histories.size(); i > 0; --i) {
+    const session_detail::History& history = histories[i - 1];
+    if (history.size() <= size) break;
+    size = history.size();
+    result.emplace_back(history.back(), &history.back()->info);
   }
   return result;
 }

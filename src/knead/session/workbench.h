@@ -69,7 +69,7 @@ class Workbench {
  public:
   // `folder`: what files of stamps are relative to. `face_labels`: io/remeshed.h. Throws InvalidInput for a mesh
   // without vertices.
-  explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
+  explicit Workbench(Mesh mesh, const std::filesystem::path& folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
   ~Workbench();
   Workbench(const Workbench&) = delete;
