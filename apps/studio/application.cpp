@@ -185,7 +185,7 @@ class Application {
 
   // Begins or ends the use of the graphics card, as was chosen.
   void choose_mover() {
-    const bool wanted = studio_.preferences().backend == Mover::gpu;
+    const bool wanted = studio_.preferences().backend == BackendChoice::gpu;
     if (wanted == card_.has_value()) return;
     if (!wanted) return leave_card();
     try {
@@ -219,7 +219,7 @@ class Application {
 
   void give_up_card(const std::exception& error) {
     leave_card();
-    studio_.preferences().backend = Mover::cpu;
+    studio_.preferences().backend = BackendChoice::cpu;
     studio_.tell({true, fmt::format("Studio goes on with the CPU: {}.", error.what())});
   }
 
@@ -347,7 +347,7 @@ void run_application(const ApplicationOptions& options) {
     if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
     application.reset();
     application = std::make_unique<Application>(studio);
-    studio.preferences().backend = Mover::cpu;
+    studio.preferences().backend = BackendChoice::cpu;
     studio.tell(
         {true, "The graphics card was reset. The work is as it was; Studio goes on with the CPU in a new window."});
   }

@@ -11,7 +11,7 @@ namespace knead::studio {
 struct ApplicationOptions {
   std::optional<std::filesystem::path> shape;  // a sphere where there is none
   std::optional<std::filesystem::path> session;
-  std::optional<Mover> backend;  // that of the preferences where there is none
+  std::optional<BackendChoice> backend;  // that of the preferences where there is none
 };
 
 // Runs until the person quits. Throws std::runtime_error where there is no display or no OpenGL.

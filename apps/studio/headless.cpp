@@ -26,11 +26,11 @@ struct Canvas {
   std::optional<CardShape> card;
 };
 
-void write_picture(const Studio& studio, const std::filesystem::path& path, Mover backend,
+void write_picture(const Studio& studio, const std::filesystem::path& path, BackendChoice backend,
                    std::optional<Canvas>& canvas) {
   if (!canvas) {
     canvas.emplace();
-    if (backend == Mover::gpu) canvas->card.emplace();
+    if (backend == BackendChoice::gpu) canvas->card.emplace();
   }
   const Shown& shown = studio.shown();
   if (canvas->card) {
@@ -46,7 +46,7 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Move
 
 }  // namespace
 
-bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, Mover backend) {
+bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, BackendChoice backend) {
   Studio studio(options);
   std::optional<Canvas> canvas;
   bool is_fine = true;

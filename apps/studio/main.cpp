@@ -31,7 +31,7 @@ int fail(int code, const char* message) {
 }
 
 // The exit code.
-int run_script_file(const std::string& name, knead::studio::Mover backend) {
+int run_script_file(const std::string& name, knead::studio::BackendChoice backend) {
   knead::studio::StudioOptions options;
   options.has_worker = false;  // every event is done before the next: the same result whenever it is run
   if (name == "-") return knead::studio::run_headless(std::cin, "standard input", options, backend) ? 0 : 1;
@@ -61,11 +61,11 @@ int main(int argc, char** argv) {
         return 0;
       } else if (!only_files && word == "--script") {
         if (i + 2 != argc) return fail(2, "--script takes one file, and nothing after it");
-        return run_script_file(argv[i + 1], options.backend.value_or(knead::studio::Mover::cpu));
+        return run_script_file(argv[i + 1], options.backend.value_or(knead::studio::BackendChoice::cpu));
       } else if (!only_files && word == "--backend") {
         const std::string_view name = i + 1 < argc ? argv[++i] : "";
         if (name != "cpu" && name != "gpu") return fail(2, "--backend takes cpu or gpu");
-        options.backend = name == "gpu" ? knead::studio::Mover::gpu : knead::studio::Mover::cpu;
+        options.backend = name == "gpu" ? knead::studio::BackendChoice::gpu : knead::studio::BackendChoice::cpu;
       } else if (!only_files && word.starts_with('-')) {
         return fail(2, "no such option; see knead-studio --help");
       } else {

@@ -79,8 +79,8 @@ void draw_preferences(Studio& studio) {
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("Deform on")) {
-    for (const Mover mover : {Mover::cpu, Mover::gpu}) {
-      const char* const name = mover == Mover::gpu ? "The graphics card" : "The CPU";
+    for (const BackendChoice mover : {BackendChoice::cpu, BackendChoice::gpu}) {
+      const char* const name = mover == BackendChoice::gpu ? "The graphics card" : "The CPU";
       if (ImGui::MenuItem(name, nullptr, preferences.backend == mover)) {
         preferences.backend = mover;
         save_choices(studio);

@@ -159,7 +159,7 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   };
   put("navigation", preferences.navigation == NavigationPreset::maya ? "maya" : "blender", "blender");
   put("up", preferences.up == UpAxis::z ? "z" : "y", "y");
-  put("backend", preferences.backend == Mover::gpu ? "gpu" : "cpu", "cpu");
+  put("backend", preferences.backend == BackendChoice::gpu ? "gpu" : "cpu", "cpu");
   put("interface_scale", preferences.interface_scale, 1.0);
   write_json(folder, kConfigFile, config);
 }

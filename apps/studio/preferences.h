@@ -17,13 +17,13 @@ std::filesystem::path config_folder();
 std::filesystem::path state_folder();
 
 // What moves the shape while a hand does; what is kept is always the CPU's.
-enum class Mover { cpu, gpu };
+enum class BackendChoice { cpu, gpu };
 
 struct Preferences {
   KeyMap keys = default_keys();
   NavigationPreset navigation = NavigationPreset::blender;
   UpAxis up = UpAxis::y;
-  Mover backend = Mover::cpu;
+  BackendChoice backend = BackendChoice::cpu;
   double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
 };
 
