@@ -58,10 +58,13 @@ class Statements {
     statement.kind = kind_of(bytes_.substr(begin, position_ - begin));
     // What a line that was joined to the one before begins with is no keyword, unless the reader took it for one.
     const bool may_go_on = last_ != Kind::other && last_ != Kind::vertex && last_ != Kind::face;
-    if (joined_ && may_go_on && statement.kind == Kind::other) statement.kind = last_;
+    if (joined_ && may_go_on && statement.kind == Kind::other) {
+      statement.kind = last_;  // whose words were taken before
+    } else {
+      take_words(statement);
+      if (statement.kind == Kind::texture) statement.is_deep = has_depth();
+    }
     last_ = statement.kind;
-    take_words(statement);
-    if (statement.kind == Kind::texture) statement.is_deep = has_depth();
     const std::size_t end = obj_line_end(bytes_, position_);
     joined_ = end > statement.begin && bytes_[end - 1] == '\\';
     position_ = std::min(end + 1, bytes_.size());
