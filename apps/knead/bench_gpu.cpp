@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bench_measure.h"
+#include "counted.h"
 #include "knead/gpu/device.h"
 #include "knead/math/parallel.h"
 #include "output.h"
@@ -27,8 +28,9 @@ struct GpuRow {
   double download_seconds = 0;
   double steps_mean = 0;
   double vertex_steps_per_s = 0;
-  double cpu_seconds = 0;  // all threads, points in blocks
-  double ratio = 0;        // of the CPU's to the device's
+  double cpu_seconds = 0;    // all threads, points in blocks
+  double ratio = 0;          // of the CPU's to the device's
+  double peak_fraction = 0;  // of the device's multiply-adds
   double max_error = 0;
 };
 
@@ -39,11 +41,20 @@ AdvectOptions advect_options(const BenchScene& scene) {
   return options;
 }
 
-GpuRow measure(const BenchScene& scene, gpu::Device& device) {
+// Additions, multiplications, divisions and roots to an evaluation of v, with what steps and estimates take: those of
+// the CPU's kernels, whose formulas the shaders have.
+double operations_to_an_evaluation(const BenchScene& scene, std::span<const Vec3d> sample) {
+  const auto operations = static_cast<double>(bench::operations_of(scene.flow, sample, advect_options(scene)));
+  std::vector<Vec3d> moved(sample.begin(), sample.end());
+  return operations / static_cast<double>(advect(scene.flow, moved, advect_options(scene)).evaluations);
+}
+
+GpuRow measure(const BenchScene& scene, gpu::Device& device, double peak_gflops) {
   GpuRow row;
   row.scene = &scene;
   const AdvectOptions options = advect_options(scene);
   std::vector<Vec3d> sample = sample_of(scene.points, kErrorVertices);
+  const double operations = operations_to_an_evaluation(scene, sample);
   const std::vector<Vec3d> expected = exact_positions(scene.flow, sample, scene.size);
   const Clock first;
   device.advect(scene.flow, sample, options);
@@ -64,6 +75,7 @@ GpuRow measure(const BenchScene& scene, gpu::Device& device) {
   const auto steps = static_cast<double>(result.accepted_steps);
   row.steps_mean = steps / static_cast<double>(scene.points.size());
   row.vertex_steps_per_s = steps / row.seconds;
+  row.peak_fraction = 1e-9 * operations * static_cast<double>(result.evaluations) / row.seconds / peak_gflops;
 
   const PointBlocks blocks(scene.points);
   PointBlocks moved_blocks = blocks;
@@ -88,19 +100,20 @@ nlohmann::ordered_json json_of(const GpuRow& row) {
           {"first_seconds", row.first_seconds},
           {"cpu_seconds", row.cpu_seconds},
           {"ratio", row.ratio},
+          {"peak_fraction", row.peak_fraction},
           {"max_error", row.max_error}};
 }
 
 std::string heading() {
-  return fmt::format("{:30} {:>9} {:>7} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>9}\n", "scene", "vertices",
-                     "steps", "ms", "ms/segment", "M v-s/s", "ms up", "ms down", "ms first", "ratio", "error");
+  return fmt::format("{:30} {:>9} {:>7} {:>9} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>7} {:>9}\n", "scene", "vertices",
+                     "steps", "ms", "ms/segment", "M v-s/s", "ms up", "ms down", "ms first", "ratio", "peak", "error");
 }
 
 std::string text_of(const GpuRow& row) {
-  return fmt::format("{:30} {:9} {:7.1f} {:9.2f} {:10.3f} {:9.1f} {:9.2f} {:9.2f} {:9.0f} {:7.2f} {:9.1e}\n",
+  return fmt::format("{:30} {:9} {:7.1f} {:9.2f} {:10.3f} {:9.1f} {:9.2f} {:9.2f} {:9.0f} {:7.2f} {:6.1f}% {:9.1e}\n",
                      row.scene->name, row.scene->points.size(), row.steps_mean, 1e3 * row.seconds, per_segment(row),
                      1e-6 * row.vertex_steps_per_s, 1e3 * row.upload_seconds, 1e3 * row.download_seconds,
-                     1e3 * row.first_seconds, row.ratio, row.max_error);
+                     1e3 * row.first_seconds, row.ratio, 100 * row.peak_fraction, row.max_error);
 }
 
 }  // namespace
@@ -108,15 +121,18 @@ std::string text_of(const GpuRow& row) {
 nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
   gpu::Device device;
   if (all && !device.is_software()) scenes.push_back(paper_knot(kManyVertices));
+  const double peak_gflops = device.multiply_add_gflops();
   nlohmann::ordered_json json{{"device", device.description()},
                               {"is_software", device.is_software()},
+                              {"peak_gflops", peak_gflops},
                               {"cpu_threads", hardware_threads()},
                               {"rows", nlohmann::ordered_json::array()}};
   if (!quiet)
-    print(fmt::format("{}; the ratio is that of the CPU's time on {} threads\n{}", device.description(),
-                      hardware_threads(), heading()));
+    print(
+        fmt::format("{}; multiply-adds: {:.0f} Gflop/s in float; the ratio is that of the CPU's time on {} threads\n{}",
+                    device.description(), peak_gflops, hardware_threads(), heading()));
   for (const BenchScene& scene : scenes) {
-    const GpuRow row = measure(scene, device);
+    const GpuRow row = measure(scene, device, peak_gflops);
     json["rows"].push_back(json_of(row));
     if (!quiet) print(text_of(row));
   }

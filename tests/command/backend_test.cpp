@@ -122,15 +122,17 @@ TEST_F(BackendTest, BenchHasEveryKey) {
   const json bench = json::parse(done.out);
   EXPECT_TRUE(bench.at("device").is_string());
   EXPECT_TRUE(bench.at("is_software").is_boolean());
+  EXPECT_GT(bench.at("peak_gflops").get<double>(), 0);
   ASSERT_EQ(bench.at("rows").size(), 1u);
   const json& row = bench.at("rows")[0];
   EXPECT_EQ(row.at("scene"), "a.ply");
   for (const char* key : {"vertices", "steps_mean", "seconds", "ms_per_segment", "vertex_steps_per_s", "upload_seconds",
-                          "download_seconds", "first_seconds", "cpu_seconds", "ratio", "max_error"}) {
+                          "download_seconds", "first_seconds", "cpu_seconds", "ratio", "peak_fraction", "max_error"}) {
     EXPECT_GT(row.at(key).get<double>(), 0) << key;
   }
   EXPECT_GE(row.at("steps_mean").get<double>(), 20);  // segments
   EXPECT_LT(row.at("max_error").get<double>(), 1e-5);
+  EXPECT_LT(row.at("peak_fraction").get<double>(), 1);
   const json knot = json::parse(knead_ok({"bench", "--backend", "gpu", "--json", "-n", "2000"})).at("rows");
   ASSERT_EQ(knot.size(), 1u);
   EXPECT_EQ(knot[0].at("scene"), "knot 2000");

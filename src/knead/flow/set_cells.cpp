@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "knead/flow/culling.h"
+#include "knead/flow/sum_error.h"
 
 namespace knead::detail {
 
@@ -17,18 +18,10 @@ constexpr double kCellsToOuter = 6;
 constexpr double kMostCells = 1 << 18;
 // Fewer points than this are not worth a list.
 constexpr std::size_t kFewPoints = 48;
-// How much of the tolerance the lists may use up.
-constexpr double kShareOfTolerance = 0.5;
-// But never a greater error of the sum than this.
-constexpr double kGreatestError = 0.1;
 // As for next_contact of all other regions (contact.cpp).
 constexpr double kTraceResolution = 1e-4;
 // The bounds of a cell are found in S, whose rounding is far below this.
 constexpr double kRounding = 1e-4;
-
-// w' = -24 s^2 (1-s)^3 (1 + 2s + 3s^2) and w'', by (outer - inner) and its square, are at most so much from s on.
-double greatest_slope(double s) { return std::min(2.1, 144 * (1 - s) * (1 - s) * (1 - s)); }
-double greatest_curvature(double s) { return std::min(7.0, 432 * (1 - s) * (1 - s)); }
 
 // How r_k of a curve at least grows with the true distance from it, compared with a point's.
 double power_of_growth(double ratio, bool curves) { return curves ? ratio * std::sqrt(std::sqrt(ratio)) : ratio; }
@@ -83,7 +76,7 @@ SetCells<S>::SetCells(const Segment& segment, double tolerance)
     : anchor_(segment.fields.front().center),
       displacement_(segment.displacement),
       duration_(segment.cylinder ? 1 : std::abs(segment.end - segment.begin)) {
-  const double error = kShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
+  const double error = kSumsShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
   for (const Field& field : segment.fields) parts_.push_back(make_part(field, error));
   lay_grid();
 }
@@ -112,19 +105,6 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
   part.reach = support_reach(set, part.outer) * (1 + kRounding);
   part.error = error / (norm(motion.velocity) * duration_);
   return part;
-}
-
-// The relative error of S that is allowed at most `arm` from the centre where least <= r <= most: it changes r by 1/m
-// of it, and grad r by all of it, in w u + w' grad r x A.
-template <class S>
-double SetCells<S>::error_allowed(const Part& part, double least, double most, double arm) const {
-  const double inner = part.field.thresholds.inner;
-  const double width = part.outer - inner;
-  const double s = std::clamp((least - inner) / width, 0.0, 1.0);
-  const double slope = greatest_slope(s) / width;
-  const double of_r = most / part.field.region.exponent;
-  const double gain = slope * of_r + 0.5 * arm * (greatest_curvature(s) / (width * width) * of_r + slope);
-  return std::clamp(part.error / gain, 2.0 * std::numeric_limits<S>::epsilon(), kGreatestError);
 }
 
 template <class S>
@@ -214,8 +194,10 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
   PackedSet<S>& set = cell.fields.back().region;
   if (part.tree.size() > 0 && std::isfinite(most)) {
     std::vector<WeightedPoint> list;
+    const SumPlaces places{part.field.thresholds.inner, part.outer, whole.exponent, least, most,
+                           norm(center) + radius_};
     part.tree.list({center, radius_, r * (1 + kRounding), Vec3d(at_center.gradient), nearest, most * (1 + kRounding),
-                    !curves, whole.exponent, error_allowed(part, least, most, norm(center) + radius_)},
+                    !curves, whole.exponent, sum_error_allowed(places, part.error, std::numeric_limits<S>::epsilon())},
                    list);
     if (4 * list.size() < 3 * part.tree.size()) {
       auto points = std::make_shared<PointPacks<S>>();

@@ -88,7 +88,6 @@ class SetCells {
   bool holds(Place place, const Vec3d& d) const;
   Place cell_at(const Vec3d& d) const;
   std::unique_ptr<SetCell<S>> make_cell(const Vec3d& center) const;
-  double error_allowed(const Part& part, double least, double most, double arm) const;
   void add_part(const Part& part, SetCell<S>& cell) const;
   double safe_advance(Place place, const Vec3d& d, const Vec3d& velocity) const;
 

@@ -110,7 +110,11 @@ class Device {
   // Where the points are, for what else is done with them in the device's context.
   static std::vector<DeviceBuffer> buffers(const DevicePoints& points);
 
-  // All three. Where the status is not `done` the points are as they were.
+  // Multiply-adds of single precision a second times two, in units of 1e9, that the device reaches with nothing else to
+  // do. Takes some tenths of a second.
+  double multiply_add_gflops();
+
+  // Upload, advect and download. Where the status is not `done` the points are as they were.
   AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
   struct State;  // internal to the gpu room

@@ -7,6 +7,7 @@
 
 #include "knead/flow/culling.h"
 #include "knead/flow/point_tree.h"
+#include "knead/flow/sum_error.h"
 
 namespace knead::gpu {
 
@@ -16,30 +17,25 @@ using detail::PointTree;
 
 // Fewer points than this are as soon added up as a tree is walked.
 constexpr std::size_t kTreePoints = 1000;
-// How much of the tolerance the trees may use up, and the greatest error of a sum (set_cells.cpp).
-constexpr double kShareOfTolerance = 0.5;
-constexpr double kGreatestError = 0.1;
 // Of float, several times: a node's ball holds its points whatever is rounded.
 constexpr double kRounding = 1e-6;
 // How many places tell whether a tree pays.
 constexpr std::size_t kSamples = 16;
 
-// The error of a sum, relative, that is allowed wherever r < outer: it changes r by 1/m of it and grad r by all of it
-// in w u + w' grad r x A. As SetCells::error_allowed, with the greatest w' and w'' there are.
+// The relative error of a sum that is allowed wherever r < outer.
 double error_allowed(const Field& field, const Segment& segment, const AdvectOptions& options) {
   const auto& set = std::get<PointSet<double>>(field.region);
+  const double inner = field.thresholds.inner;
   const double outer = field.thresholds.outer;
-  const double width = outer - field.thresholds.inner;
   const detail::Surround ball = detail::surround_of(set);
   const double arm = norm(ball.center) + ball.radius + detail::support_reach(set, outer);
   const double duration = segment.cylinder ? 1 : std::abs(segment.end - segment.begin);
   const double way = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
-  const double error = kShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;
-  const double of_r = outer / set.exponent;
-  const double gain = 2.1 / width * of_r + 0.5 * arm * (7 / (width * width) * of_r + 2.1 / width);
+  const double error =
+      detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;
   const double epsilon = options.precision == Precision::float32 ? std::numeric_limits<float>::epsilon()
                                                                  : std::numeric_limits<double>::epsilon();
-  return std::clamp(error / gain, 2 * epsilon, kGreatestError);
+  return detail::sum_error_allowed({inner, outer, set.exponent, inner, outer, arm}, error, epsilon);
 }
 
 // The node that follows each one's own.

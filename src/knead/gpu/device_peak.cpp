@@ -1,0 +1,77 @@
+// The arithmetic that a device can do at most.
+#include <algorithm>
+#include <chrono>
+
+#include "knead/gpu/device.h"
+#include "knead/gpu/device_state.h"
+
+namespace knead::gpu {
+
+namespace {
+
+constexpr std::size_t kThreadsToAWorkGroup = 64;  // as in the shader
+constexpr std::size_t kWorkGroups = 4096;
+constexpr std::size_t kMultiplyAddsToARound = 64;
+constexpr int kMostRounds = 60'000;   // Mesa stops loops on the CPU after 65535
+constexpr double kLongEnough = 0.02;  // seconds
+constexpr int kRepetitions = 5;
+
+// Sixteen chains of multiply-adds that do not wait for one another, and end in a sum that the compiler cannot know.
+constexpr const char* kShader = R"(#version 430 core
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) restrict writeonly buffer Result { float result[]; };
+uniform int rounds;
+uniform float factor;
+uniform float summand;
+
+void main() {
+  vec4 a = vec4(gl_LocalInvocationID.x) * vec4(1.0, 2.0, 3.0, 4.0);
+  vec4 b = a + 5.0;
+  vec4 c = a + 6.0;
+  vec4 d = a + 7.0;
+  vec4 f = vec4(factor);
+  vec4 s = vec4(summand);
+  for (int i = 0; i < rounds; ++i) {
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+    a = a * f + s; b = b * f + s; c = c * f + s; d = d * f + s;
+  }
+  vec4 sum = a + b + c + d;
+  result[gl_GlobalInvocationID.x] = sum.x + sum.y + sum.z + sum.w;
+}
+)";
+
+double seconds_of(const Program& program, int rounds) {
+  glUniform1i(glGetUniformLocation(program.get(), "rounds"), rounds);
+  glFinish();
+  const auto begin = std::chrono::steady_clock::now();
+  glDispatchCompute(static_cast<GLuint>(kWorkGroups), 1, 1);
+  glFinish();
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  require_no_error();
+  return seconds;
+}
+
+}  // namespace
+
+double Device::multiply_add_gflops() {
+  const CurrentContext current(state_->context);
+  const Program program = make_compute_program(kShader);
+  const Buffer result = make_buffer(nullptr, kWorkGroups * kThreadsToAWorkGroup * sizeof(float));
+  glUseProgram(program.get());
+  glUniform1f(glGetUniformLocation(program.get(), "factor"), 0.999F);
+  glUniform1f(glGetUniformLocation(program.get(), "summand"), 0.001F);
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, result.get());
+  int rounds = 1;
+  double seconds = seconds_of(program, rounds);
+  while (seconds < kLongEnough && rounds < kMostRounds) {
+    rounds = std::min(2 * rounds, kMostRounds);
+    seconds = seconds_of(program, rounds);
+  }
+  for (int i = 1; i < kRepetitions; ++i) seconds = std::min(seconds, seconds_of(program, rounds));
+  const double done = static_cast<double>(kWorkGroups * kThreadsToAWorkGroup * kMultiplyAddsToARound) * rounds;
+  return 2e-9 * done / seconds;
+}
+
+}  // namespace knead::gpu
