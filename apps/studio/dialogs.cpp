@@ -25,15 +25,6 @@ bool begin_question(const char* title) {
   return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
 }
 
-bool escape_pressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false); }
-
-// Enter means the first button; not in the frame in which the question appears.
-bool enter_pressed() {
-  return !ImGui::IsWindowAppearing() && !ImGui::IsAnyItemActive() &&
-         (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
-          ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
-}
-
 // What the file dialogs begin at.
 fs::path nearby(const Studio& studio, FileUse use) {
   const Shown& shown = studio.shown();

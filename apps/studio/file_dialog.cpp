@@ -122,7 +122,7 @@ bool draw_choice(FileDialog& dialog, bool chosen) {
   const bool pressed = ImGui::Button(label);
   ImGui::EndDisabled();
   ImGui::SameLine();
-  if (ImGui::Button("Cancel") || ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape))) {
+  if (ImGui::Button("Cancel") || escape_pressed()) {
     dialog.is_open = false;
     return false;
   }
@@ -159,10 +159,12 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
   ImGui::SetNextWindowSize({std::min(620 * gui.unit(), 0.95F * size.x), std::min(480 * gui.unit(), 0.95F * size.y)});
   if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) return std::nullopt;
+  // Also where a file was chosen by the mouse; in a field the key is the field's.
+  bool chosen = enter_pressed();
   draw_places(dialog);
   const float below = ImGui::GetFrameHeightWithSpacing() *
                       (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames ? 3.2F : 2.2F);
-  bool chosen = draw_list(dialog, -below);
+  if (draw_list(dialog, -below)) chosen = true;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;

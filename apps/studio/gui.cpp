@@ -103,7 +103,8 @@ Gui::Gui(Window& window, double interface_scale)
     : window_(window), unit_(static_cast<float>(window.scale() * interface_scale)) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // panels have their places
+  ImGui::GetIO().IniFilename = nullptr;        // panels have their places
+  ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
   set_style(unit_);
   load_font(kTextHeight * unit_);
   ImGui_ImplGlfw_InitForOpenGL(window_.handle(), false);

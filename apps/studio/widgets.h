@@ -61,6 +61,15 @@ bool choose_one(const char* label, T& value, const Values& values, const Name& n
   return changed;
 }
 
+// Keys in a dialog. Enter means its first button: not in the frame in which it appears, nor in a field.
+inline bool escape_pressed() { return ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false); }
+
+inline bool enter_pressed() {
+  return !ImGui::IsWindowAppearing() && !ImGui::IsAnyItemActive() &&
+         (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), false) ||
+          ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_KeyPadEnter), false));
+}
+
 inline void text_in_colour(const ImVec4& colour, const std::string& text) {
   ImGui::PushStyleColor(ImGuiCol_Text, colour);
   ImGui::TextWrapped("%s", text.c_str());
