@@ -355,6 +355,8 @@ void Studio::use_stamp(ShapeKind kind) {
 }
 
 void Studio::use_stamp(const std::filesystem::path& file) {
+  if (gesture_) end(false);
+  settings_.tool = ToolKind::stamp;
   set_stamp([this, file] { return desk_.add_stamp(file.stem().string(), read_shape(file).mesh); });
 }
 

@@ -91,7 +91,7 @@ class Studio {
   void count_crossings();
 
   void use_stamp(ShapeKind kind);
-  void use_stamp(const std::filesystem::path& file);
+  void use_stamp(const std::filesystem::path& file);  // which the stamp in the hand is then
   void clear_placed();
 
   // What panels show and change.

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "knead/mesh/shapes.h"
 #include "studio_fixture.h"
 
 namespace knead::studio {
@@ -181,6 +182,21 @@ TEST_F(StudioTest, ErrorsAreToldAndChangeNothing) {
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 7) << told;
   EXPECT_TRUE(positions(studio) == before);
   EXPECT_EQ(studio.shown().history.size(), 1u);
+}
+
+TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
+  Studio studio(options());
+  run(studio, ball());
+  const std::string file = (folder_ / "letter.ply").string();
+  write_mesh(file, make_shape(ShapeKind::letter_y));
+  run(studio, R"({"tool": "paint"}
+{"stamp": ")" + file +
+                  R"("}
+{"wait": true})");
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_EQ(studio.settings().tool, ToolKind::stamp);
+  ASSERT_TRUE(studio.placed().stamp);
+  EXPECT_EQ(studio.placed().stamp->name, "letter");
 }
 
 TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
