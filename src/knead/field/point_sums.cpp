@@ -17,8 +17,8 @@ namespace {
 template <class S, std::size_t bytes = 32>
 struct Lanes {
   using Pack [[gnu::vector_size(bytes)]] = S;
-  static constexpr std::size_t count = bytes / sizeof(S);
-  static_assert(kPointPack % count == 0);
+  static constexpr std::size_t kCount = bytes / sizeof(S);
+  static_assert(kPointPack % kCount == 0);
 };
 
 template <class S, std::size_t bytes = 32>
@@ -37,7 +37,7 @@ template <class S>
 // Halves are added until one is left.
 template <class S>
 [[gnu::always_inline]] inline S added(const Pack<S>& pack) {
-  std::array<S, Lanes<S>::count> lane;
+  std::array<S, Lanes<S>::kCount> lane{};
   std::memcpy(lane.data(), &pack, sizeof pack);
   for (std::size_t width = lane.size() / 2; width > 0; width /= 2) {
     for (std::size_t i = 0; i < width; ++i) lane[i] += lane[i + width];
@@ -56,7 +56,7 @@ template <class S, int fixed_half>
   PowerSums<Pack<S>> sums;
   for (std::size_t pack = 0; pack < points.pack_count(); ++pack) {
     const S* const numbers = &points.numbers[4 * kPointPack * pack];
-    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S>::count) {
+    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S>::kCount) {
       Vec3<Pack<S>> p;
       Pack<S> weight;
       load<S>(p.x, numbers + lane);
@@ -99,7 +99,7 @@ template <class S, std::size_t bytes>
   P least = P{} + std::numeric_limits<S>::max();
   for (std::size_t pack = 0; pack < points.pack_count(); ++pack) {
     const S* const numbers = &points.numbers[4 * kPointPack * pack];
-    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S, bytes>::count) {
+    for (std::size_t lane = 0; lane < kPointPack; lane += Lanes<S, bytes>::kCount) {
       P x;
       P y;
       P z;
@@ -114,14 +114,14 @@ template <class S, std::size_t bytes>
     }
   }
   S result = least[0];
-  for (std::size_t i = 1; i < Lanes<S, bytes>::count; ++i) result = least[i] < result ? least[i] : result;
+  for (std::size_t i = 1; i < Lanes<S, bytes>::kCount; ++i) result = least[i] < result ? least[i] : result;
   return result;
 }
 
 template <class S, int fixed_half>
 [[gnu::always_inline]] inline void sums_at(const PointPacks<S>& points, const Places<S>& places, int half,
                                            PlacesSums<S>& result) {
-  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S>::count) {
+  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S>::kCount) {
     Vec3<Pack<S>> at;
     Pack<S> scale2;
     load<S>(at.x, &places.x[lane]);
@@ -163,7 +163,7 @@ template <class S>
 template <class S, std::size_t bytes>
 [[gnu::always_inline]] inline void any_leasts(const PointPacks<S>& points, Places<S>& places) {
   using P = Pack<S, bytes>;
-  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S, bytes>::count) {
+  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S, bytes>::kCount) {
     P at_x;
     P at_y;
     P at_z;

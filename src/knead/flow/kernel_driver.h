@@ -423,18 +423,18 @@ class GroupMover {
     for (std::size_t i = 0; i < lanes(); i += P::kSize) P::load(from + i).store(to + i);
   }
 
+  alignas(64) S hidden_[kBundle] = {};
   const SegmentTask<S>& segment_;
   const GroupTask<S>& group_;
   Bundle<S>& bundle_;
   BundlePoints<P> points_;
   GroupCounts counts_;
-  bool slots_are_lanes_ = true;
   S tool_speed2_ = 0;  // relative to the reach of a step
   S expected_error2_ = 0;
-  bool leads_to_third_ = true;  // whether the second order need not be judged before
-  int hopeful_ = 0;             // path lines for which the third order is worth trying
+  int hopeful_ = 0;  // path lines for which the third order is worth trying
   std::uint32_t done_[kBundle / P::kSize] = {};
-  alignas(64) S hidden_[kBundle] = {};
+  bool slots_are_lanes_ = true;
+  bool leads_to_third_ = true;  // whether the second order need not be judged before
 };
 
 }  // namespace knead::detail

@@ -65,6 +65,8 @@ class CertificateBuilder {
   // The mesh and the options are those of the replay, and outlive the builder. Throws as replay().
   CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
   ~CertificateBuilder();
+  CertificateBuilder(const CertificateBuilder&) = delete;
+  CertificateBuilder& operator=(const CertificateBuilder&) = delete;
 
   // Costs about six times the stroke, in double precision, and a search for the nearest point of the surface for each
   // vertex and face that moved.

@@ -52,10 +52,13 @@ Flow without_cylinders(Flow flow) {
 class Replayer {
  public:
   Replayer(const Mesh& mesh, const Session& session, const ReplayOptions& options)
-      : mesh_(mesh), session_(session), options_(options), plan_(make_plan(session, options)) {
+      : mesh_(mesh),
+        session_(session),
+        options_(options),
+        plan_(make_plan(session, options)),
+        diagonal_(checked_diagonal(mesh, options)),
+        move_(move_options(options, diagonal_)) {
     simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
-    diagonal_ = checked_diagonal(mesh, options);
-    move_ = move_options(options, diagonal_);
     require(options.normals.empty() || options.normals.size() == mesh.positions.size(),
             "give a normal for each vertex");
   }
@@ -146,7 +149,7 @@ class Replayer {
     SurfaceReading reading =
         read_surface(session_, stroke, triangles(), normals, shadow_ ? shadow_move() : move_, ahead);
     stroke.flow = std::move(reading.flow);
-    stroke.barrel = std::move(reading.barrel);
+    stroke.barrel = reading.barrel;
     std::move(reading.parts.begin(), reading.parts.end(), std::back_inserter(result_.resolved));
     if (reading.penetration) result_.penetration = std::max(*reading.penetration, result_.penetration.value_or(0));
     for (const std::string& remark : reading.remarks) warn(stroke, remark);
@@ -252,7 +255,7 @@ class Replayer {
   const Session& session_;
   const ReplayOptions& options_;
   session_detail::Plan plan_;
-  double diagonal_ = 1;
+  double diagonal_;
   MoveOptions move_;
   NormalCompanions companions_;
   std::vector<Triangle> triangles_;

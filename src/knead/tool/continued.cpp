@@ -54,7 +54,7 @@ auto of_both(const Stroke& a, const Stroke& b, const Body& body) {
 
 std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
   using Rest = std::optional<Stroke>;
-  const Rest path = of_both<ImplicitStroke>(before, now, [](const auto& a, const auto& b) -> Rest {
+  Rest path = of_both<ImplicitStroke>(before, now, [](const auto& a, const auto& b) -> Rest {
     if (a.path.empty() || !has_grown(a, b, &ImplicitStroke::path)) return std::nullopt;
     return from(b, &ImplicitStroke::path, a.path.size() - 1);
   });
@@ -91,7 +91,7 @@ bool continues(const Stroke& last, const Stroke& next) {
 std::optional<Stroke> joined(const Stroke& last, const Stroke& next) {
   using Joined = std::optional<Stroke>;
   if (!continues(last, next)) return std::nullopt;
-  const Joined path = of_both<ImplicitStroke>(
+  Joined path = of_both<ImplicitStroke>(
       last, next, [](const auto& a, const auto& b) -> Joined { return with(a, &ImplicitStroke::path, b.path, 1); });
   if (path) return path;
   return of_both<PaintStroke>(
