@@ -69,7 +69,7 @@ Mesh capsule(const Vec3d& center, const Vec3d& half_axis, double radius, int sid
     const double angle = std::numbers::pi * i / bands;
     const double offset = 2 * i < bands ? -half : half;
     if (2 * i == bands && half > 0) profile.push_back({-half, radius});
-    profile.push_back({offset - radius * std::cos(angle), i % bands == 0 ? 0 : radius * std::sin(angle)});
+    profile.push_back({offset - radius * std::cos(angle), i == 0 || i == bands ? 0 : radius * std::sin(angle)});
   }
   return revolve(profile, {center, half > 0 ? half_axis / half : Vec3d{0, 0, 1}}, sides);
 }

@@ -11,7 +11,7 @@ namespace knead::session_detail {
 
 namespace {
 
-ShapeState state_of(std::shared_ptr<const RemeshedShape> trail, Snapshot positions) {
+ShapeState state_of(const std::shared_ptr<const RemeshedShape>& trail, Snapshot positions) {
   return {std::shared_ptr<const Mesh>(trail, &trail->mesh), std::move(positions), trail};
 }
 
@@ -116,7 +116,7 @@ Flow LiveShape::read(const SessionStroke& stroke, bool may_move, const MoveOptio
     steps_ += shape.counts.accepted_steps - before;
     shape_.counts.status = shape.counts.status;
     planned.flow = std::move(reading.flow);
-    planned.barrel = std::move(reading.barrel);
+    planned.barrel = reading.barrel;
     for (std::string& remark : reading.remarks) warnings_.push_back(std::move(remark));
     if (!reading.parts.empty()) part_ = std::move(reading.parts.back().stroke);
   }
