@@ -32,20 +32,17 @@ void Worker::post(Job job) {
 }
 
 std::uint64_t Worker::post_latest(Job job) {
-  std::uint64_t number = 0;
-  {
-    const std::lock_guard lock(mutex_);
-    number = ++posted_latest_;
-    if (has_thread_) {
-      if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
-      queue_.push_back({std::move(job), number});
-    }
-  }
-  if (has_thread_) {
-    changed_.notify_all();
-  } else {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t number = ++posted_latest_;
+  if (!has_thread_) {
+    lock.unlock();
     perform({std::move(job), number});
+    return number;
   }
+  if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
+  queue_.push_back({std::move(job), number});
+  lock.unlock();
+  changed_.notify_all();
   return number;
 }
 
