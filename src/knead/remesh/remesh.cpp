@@ -1,6 +1,7 @@
 #include "knead/remesh/remesh.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "knead/math/error.h"
 #include "knead/remesh/carried_normals.h"
@@ -58,8 +59,16 @@ class Remesher {
     for (int step = 0; step < steps; ++step) improve_once(step, {});
     Crossings found = find_and_untangle({});
     if (found.pairs > 0 && found.pairs > crossings_before(refined)) {
-      surface() = refined;
+      const std::size_t improved_pairs = found.pairs;
+      Surface improved = std::exchange(surface(), refined);
+      const RemeshCounts improved_counts = counts_;
       found.pairs = refine_crossings();
+      if (found.pairs > kManyPairs && surface().face_count() == refined.face_count()) {
+        surface() = std::move(improved);  // nothing was split: all at once it would end so again
+        counts_ = improved_counts;
+        counts_.crossings = improved_pairs;
+        return;
+      }
       start();
       if (found.pairs > kManyPairs) {
         for (int step = 0; step < steps; ++step) improve_once(step, {});
