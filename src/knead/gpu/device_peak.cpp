@@ -64,6 +64,7 @@ double Device::multiply_add_gflops() {
   glUniform1f(glGetUniformLocation(program.get(), "summand"), 0.001F);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, result.get());
   int rounds = 1;
+  seconds_of(program, rounds);  // drivers may compile it only now
   double seconds = seconds_of(program, rounds);
   while (seconds < kLongEnough && rounds < kMostRounds) {
     rounds = std::min(2 * rounds, kMostRounds);
