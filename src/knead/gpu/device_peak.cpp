@@ -1,6 +1,7 @@
 // The arithmetic that a device can do at most.
 #include <algorithm>
 #include <chrono>
+#include <limits>
 
 #include "knead/gpu/device.h"
 #include "knead/gpu/device_state.h"
@@ -10,11 +11,12 @@ namespace knead::gpu {
 namespace {
 
 constexpr std::size_t kThreadsToAWorkGroup = 64;  // as in the shader
-constexpr std::size_t kWorkGroups = 4096;
+constexpr std::size_t kWorkGroups = 1024;
 constexpr std::size_t kMultiplyAddsToARound = 64;
 constexpr int kMostRounds = 60'000;   // Mesa stops loops on the CPU after 65535
 constexpr double kLongEnough = 0.02;  // seconds
-constexpr int kRepetitions = 5;
+constexpr double kMostOfACall = 0.8;  // to be had by the rounds: what a call takes in itself varies
+constexpr int kRepetitions = 4;
 
 // Sixteen chains of multiply-adds that do not wait for one another, and end in a sum that the compiler cannot know.
 constexpr const char* kShader = R"(#version 430 core
@@ -42,15 +44,19 @@ void main() {
 }
 )";
 
+// The least of some calls.
 double seconds_of(const Program& program, int rounds) {
   glUniform1i(glGetUniformLocation(program.get(), "rounds"), rounds);
-  glFinish();
-  const auto begin = std::chrono::steady_clock::now();
-  glDispatchCompute(static_cast<GLuint>(kWorkGroups), 1, 1);
-  glFinish();
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kRepetitions; ++i) {
+    glFinish();
+    const auto begin = std::chrono::steady_clock::now();
+    glDispatchCompute(static_cast<GLuint>(kWorkGroups), 1, 1);
+    glFinish();
+    least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  }
   require_no_error();
-  return seconds;
+  return least;
 }
 
 }  // namespace
@@ -63,16 +69,19 @@ double Device::multiply_add_gflops() {
   glUniform1f(glGetUniformLocation(program.get(), "factor"), 0.999F);
   glUniform1f(glGetUniformLocation(program.get(), "summand"), 0.001F);
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, result.get());
+  // By what twice as many rounds take longer, since a call may take long in itself, and compiles what is new.
   int rounds = 1;
-  seconds_of(program, rounds);  // drivers may compile it only now
   double seconds = seconds_of(program, rounds);
-  while (seconds < kLongEnough && rounds < kMostRounds) {
-    rounds = std::min(2 * rounds, kMostRounds);
-    seconds = seconds_of(program, rounds);
+  double more = 0;
+  while (true) {
+    const double doubled = seconds_of(program, 2 * rounds);
+    more = doubled - seconds;
+    if ((more >= kLongEnough && more >= kMostOfACall * seconds) || 4 * rounds > kMostRounds) break;
+    rounds *= 2;
+    seconds = doubled;
   }
-  for (int i = 1; i < kRepetitions; ++i) seconds = std::min(seconds, seconds_of(program, rounds));
   const double done = static_cast<double>(kWorkGroups * kThreadsToAWorkGroup * kMultiplyAddsToARound) * rounds;
-  return 2e-9 * done / seconds;
+  return 2e-9 * done / std::max(more, 1e-9);
 }
 
 }  // namespace knead::gpu
