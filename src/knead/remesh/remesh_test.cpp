@@ -323,6 +323,26 @@ TEST(Remesh, CrossingsOfCoarseSamplingAreRefinedAway) {
   EXPECT_GT(smallest_moved_angle(result), 5);
 }
 
+// What is hopeless is left soon; what is told is true of what is left.
+TEST(Remesh, WhereHundredsCrossTheCountsAreThoseOfTheResult) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 162);
+  const auto crumple = [](std::span<Vec3d> points) {  // no flow does this: it folds space
+    for (Vec3d& p : points) {
+      p += Vec3d{std::sin(7 * p.y + 3 * p.z), std::sin(7 * p.z + 3 * p.x), std::sin(7 * p.x + 3 * p.y)} * 0.7;
+    }
+  };
+  std::vector<Vec3d> after = ball.positions;
+  crumple(after);
+  RemeshOptions options;
+  RemeshSettings coarse;
+  coarse.max_chord = 0.01;
+  options.targets = resolve(coarse, ball);
+  const Remeshed result = remesh(ball, after, {crumple}, options);
+  EXPECT_GT(result.counts.crossings, 300U);
+  EXPECT_EQ(result.counts.crossings, crossings_as_float(result.mesh));
+  EXPECT_EQ(measure(result.mesh).euler, 2);
+}
+
 TEST(Remesh, EdgesOfThreeFacesAreLeftAsTheyAre) {
   Mesh mesh = make_shape(ShapeKind::sphere, 500);
   // A fin on one edge.
