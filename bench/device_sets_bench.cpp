@@ -1,4 +1,4 @@
-// Large point sets on a graphics card, beside the CPU: ten thousand points on a unit sphere pushed by a hundredth of
+// Large point sets on a GPU, beside the CPU: ten thousand points on a unit sphere pushed by a hundredth of
 // the outer threshold, through the vertices of a sphere just within. Processor time, which on Mesa's software driver is
 // that of the shaders; the second call, when they are compiled.
 #include <fmt/format.h>
@@ -10,7 +10,7 @@
 #include <numbers>
 #include <vector>
 
-#include "knead/gpu/device.h"
+#include "knead/gpu/gpu.h"
 #include "knead/mesh/shapes.h"
 
 namespace {
@@ -37,7 +37,7 @@ double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& 
   return most;
 }
 
-void compare(gpu::Device& device, int exponent, double spacings) {
+void compare(gpu::Gpu& gpu, int exponent, double spacings) {
   PointSet<double> set;
   set.points = make_shape(ShapeKind::sphere, kPoints).positions;
   set.exponent = exponent;
@@ -58,16 +58,16 @@ void compare(gpu::Device& device, int exponent, double spacings) {
   advect(flow, exact, exactly);
   std::vector<Vec3d> by_cpu = vertices;
   const double cpu = processor_seconds([&] { advect(flow, by_cpu, options); });
-  std::vector<Vec3d> by_device = vertices;
+  std::vector<Vec3d> by_gpu = vertices;
   double seconds = 0;
   try {
     for (int call = 0; call < 2; ++call) {
-      by_device = vertices;
-      seconds = processor_seconds([&] { device.advect(flow, by_device, options); });
+      by_gpu = vertices;
+      seconds = processor_seconds([&] { gpu.advect(flow, by_gpu, options); });
     }
-    fmt::print("m = {:2}, outer {:2} spacings: device {:6.2f} s, CPU {:6.3f} s; off by {:.1e} and {:.1e}\n", exponent,
-               spacings, seconds, cpu, greatest_distance(by_device, exact), greatest_distance(by_cpu, exact));
-  } catch (const gpu::DeviceError& error) {
+    fmt::print("m = {:2}, outer {:2} spacings: GPU {:6.2f} s, CPU {:6.3f} s; off by {:.1e} and {:.1e}\n", exponent,
+               spacings, seconds, cpu, greatest_distance(by_gpu, exact), greatest_distance(by_cpu, exact));
+  } catch (const GpuError& error) {
     fmt::print("m = {:2}, outer {:2} spacings: {}\n", exponent, spacings, error.what());
   }
 }
@@ -76,12 +76,12 @@ void compare(gpu::Device& device, int exponent, double spacings) {
 
 int main() {
   try {
-    gpu::Device device;
-    fmt::print("{}\n", device.description());
+    gpu::Gpu gpu;
+    fmt::print("{}\n", gpu.description());
     for (const int exponent : {8, 16}) {
-      for (const double spacings : {1.0, 3.0, 8.0}) compare(device, exponent, spacings);
+      for (const double spacings : {1.0, 3.0, 8.0}) compare(gpu, exponent, spacings);
     }
-  } catch (const gpu::DeviceError& error) {
+  } catch (const GpuError& error) {
     fmt::print("{}\n", error.what());
   }
 }

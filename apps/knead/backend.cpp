@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
-#include "knead/gpu/device.h"
+#include "knead/gpu/gpu.h"
 #include "output.h"
 
 namespace knead::command {
@@ -15,14 +15,13 @@ void check_backend(const std::string& name) {
 ChosenBackend choose_backend(const std::string& name, bool quiet) {
   if (name != "gpu") return {};
   const auto use = std::make_shared<BackendUse>();
-  Backend device = gpu::backend_or_cpu([use, quiet](const std::string& why) {
+  Backend gpu = gpu::backend_or_cpu([use, quiet](const std::string& why) {
     use->has_failed = true;
     if (!quiet) print_message(fmt::format("note: {}; here the CPU does it", why));
   });
-  Backend move = [use, device = std::move(device)](const Flow& flow, std::span<Vec3d> points,
-                                                   const AdvectOptions& options) {
+  Backend move = [use, gpu = std::move(gpu)](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
     use->was_called = true;
-    return device(flow, points, options);
+    return gpu(flow, points, options);
   };
   return {std::move(move), use};
 }

@@ -281,7 +281,7 @@ Subcommand add_bench(CLI::App& parent) {
       ->type_name("FILE");
   app->add_flag("--integrators", options->integrators,
                 "Instead, the error and time of every integrator and tolerance for a stroke of each tool");
-  app->add_option("--backend", options->backend, "gpu: the paper's scenes on a graphics card instead")
+  app->add_option("--backend", options->backend, "gpu: the paper's scenes on a GPU instead")
       ->capture_default_str()
       ->type_name("NAME");
   app->add_option("-n,--vertices", options->vertices, "With --backend gpu, on a made knot of about so many instead")

@@ -9,7 +9,7 @@
 
 #include "bench_measure.h"
 #include "counted.h"
-#include "knead/gpu/device.h"
+#include "knead/gpu/gpu.h"
 #include "knead/math/parallel.h"
 #include "output.h"
 #include "work.h"
@@ -29,8 +29,8 @@ struct GpuRow {
   double steps_mean = 0;
   double vertex_steps_per_s = 0;
   double cpu_seconds = 0;    // all threads, points in blocks
-  double ratio = 0;          // of the CPU's to the device's
-  double peak_fraction = 0;  // of the device's multiply-adds
+  double ratio = 0;          // of the CPU's to the GPU's
+  double peak_fraction = 0;  // of the GPU's multiply-adds
   double max_error = 0;
 };
 
@@ -49,7 +49,7 @@ double operations_to_an_evaluation(const BenchScene& scene, std::span<const Vec3
   return operations / static_cast<double>(advect(scene.flow, moved, advect_options(scene)).evaluations);
 }
 
-GpuRow measure(const BenchScene& scene, gpu::Device& device, double peak_gflops) {
+GpuRow measure(const BenchScene& scene, gpu::Gpu& gpu, double peak_gflops) {
   GpuRow row;
   row.scene = &scene;
   const AdvectOptions options = advect_options(scene);
@@ -57,21 +57,21 @@ GpuRow measure(const BenchScene& scene, gpu::Device& device, double peak_gflops)
   const double operations = operations_to_an_evaluation(scene, sample);
   const std::vector<Vec3d> expected = exact_positions(scene.flow, sample, scene.size);
   const Clock first;
-  device.advect(scene.flow, sample, options);
+  gpu.advect(scene.flow, sample, options);
   row.first_seconds = first.seconds();
   row.max_error = greatest_distance(sample, expected) / scene.size;
 
-  std::optional<gpu::DevicePoints> points;
+  std::optional<gpu::GpuPoints> points;
   AdvectResult result;
-  row.upload_seconds = median_seconds([&] { points.reset(); }, [&] { points.emplace(device.upload(scene.points)); });
+  row.upload_seconds = median_seconds([&] { points.reset(); }, [&] { points.emplace(gpu.upload(scene.points)); });
   row.seconds = median_seconds(
       [&] {
         points.reset();
-        points.emplace(device.upload(scene.points));
+        points.emplace(gpu.upload(scene.points));
       },
-      [&] { result = device.advect(scene.flow, *points, options); });
+      [&] { result = gpu.advect(scene.flow, *points, options); });
   std::vector<Vec3d> moved(scene.points.size());
-  row.download_seconds = median_seconds([&] { device.download(*points, moved); });
+  row.download_seconds = median_seconds([&] { gpu.download(*points, moved); });
   const auto steps = static_cast<double>(result.accepted_steps);
   row.steps_mean = steps / static_cast<double>(scene.points.size());
   row.vertex_steps_per_s = steps / row.seconds;
@@ -119,20 +119,20 @@ std::string text_of(const GpuRow& row) {
 }  // namespace
 
 nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
-  gpu::Device device;
-  if (all && !device.is_software()) scenes.push_back(paper_knot(kManyVertices));
-  const double peak_gflops = device.multiply_add_gflops();
-  nlohmann::ordered_json json{{"device", device.description()},
-                              {"is_software", device.is_software()},
+  gpu::Gpu gpu;
+  if (all && !gpu.is_software()) scenes.push_back(paper_knot(kManyVertices));
+  const double peak_gflops = gpu.multiply_add_gflops();
+  nlohmann::ordered_json json{{"device", gpu.description()},
+                              {"is_software", gpu.is_software()},
                               {"peak_gflops", peak_gflops},
                               {"cpu_threads", hardware_threads()},
                               {"rows", nlohmann::ordered_json::array()}};
   if (!quiet)
     print(
         fmt::format("{}; multiply-adds: {:.0f} Gflop/s in float; the ratio is that of the CPU's time on {} threads\n{}",
-                    device.description(), peak_gflops, hardware_threads(), heading()));
+                    gpu.description(), peak_gflops, hardware_threads(), heading()));
   for (const BenchScene& scene : scenes) {
-    const GpuRow row = measure(scene, device, peak_gflops);
+    const GpuRow row = measure(scene, gpu, peak_gflops);
     json["rows"].push_back(json_of(row));
     if (!quiet) print(text_of(row));
   }

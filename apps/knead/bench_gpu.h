@@ -1,4 +1,4 @@
-// The paper's scenes on a graphics card, beside the CPU in the same run.
+// The paper's scenes on a GPU, beside the CPU in the same run.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,8 +8,8 @@
 
 namespace knead::command {
 
-// Measures the scenes one after the other, and on a real card the paper's benchmark on ten million vertices if `all`;
-// prints each row as soon as it is there unless quiet. Throws gpu::DeviceError where there is no device.
+// Measures the scenes one after the other, and on a real GPU the paper's benchmark on ten million vertices if `all`;
+// prints each row as soon as it is there unless quiet. Throws GpuError where there is no GPU.
 nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet);
 
 }  // namespace knead::command

@@ -80,8 +80,7 @@ void add_options(CLI::App& app, DeformOptions& options) {
   app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
       ->capture_default_str()
       ->type_name("NAME");
-  app.add_option("--backend", options.backend,
-                 "cpu, or gpu: a graphics card with OpenGL 4.3, or the CPU where there is none")
+  app.add_option("--backend", options.backend, "cpu, or gpu: a GPU with OpenGL 4.3, or the CPU where there is none")
       ->capture_default_str()
       ->type_name("NAME");
   app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");

@@ -46,14 +46,14 @@ AdvectOptions advect_options(double diagonal) {
   return options;
 }
 
-gpu::DeviceOptions here(gpu::DeviceOptions options) {
+gpu::GpuOptions here(gpu::GpuOptions options) {
   options.in_current_context = true;
   return options;
 }
 
 }  // namespace
 
-CardShape::CardShape(const gpu::DeviceOptions& options) : device_(here(options)) {}
+CardShape::CardShape(const gpu::GpuOptions& options) : device_(here(options)) {}
 
 bool CardShape::follow(const ShapeState& state, const Ahead* ahead, double diagonal, render::LiveView& view) {
   if (state.mesh == nullptr) return false;
@@ -73,11 +73,11 @@ bool CardShape::follow(const ShapeState& state, const Ahead* ahead, double diago
   }
   if (!has_changed) return false;
   std::vector<render::PointBuffer> buffers;
-  for (const gpu::DeviceBuffer& part : gpu::Device::buffers(*points_)) {
+  for (const gpu::GpuBuffer& part : gpu::Gpu::buffers(*points_)) {
     const auto begin = static_cast<std::uint32_t>(part.begin);
     buffers.push_back({part.name, {begin, begin + static_cast<std::uint32_t>(part.count)}});
   }
-  view.move_on_card(buffers, box());
+  view.move_on_gpu(buffers, box());
   return true;
 }
 
@@ -120,7 +120,7 @@ bool CardShape::rest_at(const ShapeState& state) {
 }
 
 void CardShape::write(const Snapshot& positions, const IndexRange& range) {
-  static_assert(Snapshot::kChunk % gpu::Device::kGroup == 0, "changes are of whole groups");
+  static_assert(Snapshot::kChunk % gpu::Gpu::kGroup == 0, "changes are of whole groups");
   std::vector<Vec3d> part;
   part.reserve(range.end - range.begin);
   for (std::size_t i = range.begin; i < range.end; ++i) part.push_back(positions[i]);
@@ -187,14 +187,14 @@ Box CardShape::resting_box() const {
   return result;
 }
 
-const gpu::DeviceSurface& CardShape::surface() {
+const gpu::GpuSurface& CardShape::surface() {
   if (!surface_) surface_.emplace(device_, triangulate(*at_.mesh));
   return *surface_;
 }
 
 std::optional<SurfaceHit> CardShape::hit(const Ray& ray) {
   if (at_.mesh == nullptr || at_.mesh->face_count() == 0) return std::nullopt;
-  const std::optional<gpu::DeviceHit> found = surface().first_hit(*points_, ray.origin, ray.direction);
+  const std::optional<gpu::GpuHit> found = surface().first_hit(*points_, ray.origin, ray.direction);
   if (!found) return std::nullopt;
   const auto& [a, b, c] = found->corners;
   const Vec3d normal = cross(b - a, c - a);

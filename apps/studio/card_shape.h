@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/gpu/device.h"
-#include "knead/gpu/device_surface.h"
+#include "knead/gpu/gpu.h"
+#include "knead/gpu/gpu_surface.h"
 #include "knead/render/live_view.h"
 #include "studio.h"
 
@@ -20,12 +20,12 @@ namespace knead::studio {
 // a picture; once a gesture, at its end, how the card fared. Strokes that read the surface are seen as the worker gets
 // on.
 //
-// All throws gpu::DeviceError or std::runtime_error, one line, where the card fails; then it is to be left, and
+// All throws GpuError or std::runtime_error, one line, where the card fails; then it is to be left, and
 // DrawnShape shows the same.
 class CardShape {
  public:
   // In the OpenGL context that is current, which has to be at every call, and when this is destroyed.
-  explicit CardShape(const gpu::DeviceOptions& options = {});
+  explicit CardShape(const gpu::GpuOptions& options = {});
 
   const std::string& description() const { return device_.description(); }
   bool is_software() const { return device_.is_software(); }  // no card, but Mesa's stand-in for one
@@ -60,15 +60,15 @@ class CardShape {
   void check_work();
   void reach_with(const Flow& flow);
   void write(const Snapshot& positions, const IndexRange& range);
-  const gpu::DeviceSurface& surface();
+  const gpu::GpuSurface& surface();
   Box resting_box() const;
   Box box() const;
 
-  gpu::Device device_;
+  gpu::Gpu device_;
   ShapeState at_;  // whose positions rest_ has
-  std::optional<gpu::DevicePoints> rest_;
-  std::optional<gpu::DevicePoints> points_;    // what is seen: these, moved by done_
-  std::optional<gpu::DeviceSurface> surface_;  // from when it is first asked for
+  std::optional<gpu::GpuPoints> rest_;
+  std::optional<gpu::GpuPoints> points_;    // what is seen: these, moved by done_
+  std::optional<gpu::GpuSurface> surface_;  // from when it is first asked for
   std::vector<SessionStroke> done_;
   std::vector<Box> boxes_;  // of the resting vertices, for each chunk of the snapshot
   Box reached_;             // by the tools of done_

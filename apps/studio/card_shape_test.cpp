@@ -28,7 +28,7 @@ class CardShapeTest : public StudioTest {
     view_.emplace(1);
     try {
       card_.emplace();
-    } catch (const gpu::DeviceError& error) {
+    } catch (const GpuError& error) {
       const std::string reason = error.what();
       if (reason.find("has no OpenGL 4.3") != std::string::npos) GTEST_SKIP() << reason;
       FAIL() << reason;
@@ -216,7 +216,7 @@ TEST_F(CardShapeTest, ADragBeginsWhereTheHitTestSaysWhileThePickerIsBehind) {
 // As where the driver takes no buffers for all vertices.
 TEST_F(CardShapeTest, InSeveralBuffers) {
   card_.reset();
-  card_.emplace(gpu::DeviceOptions{.most_points = 1024});
+  card_.emplace(gpu::GpuOptions{.most_points = 1024});
   Studio studio(options());
   run(studio, ball());
   follow(studio);

@@ -21,14 +21,14 @@ class BackendTest : public CommandTest {
   }
 };
 
-TEST_F(BackendTest, TheDeviceAgreesWithTheCpu) {
+TEST_F(BackendTest, TheGpuAgreesWithTheCpu) {
   knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q", "--report", "cpu.json"});
   const Outcome done = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "--report", "-"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const json report = json::parse(done.out);
   if (report.at("backend") == "cpu") {
-    // Only where there is no device: a device that fails must not pass for none.
-    ASSERT_NE(done.err.find("no graphics device"), std::string::npos) << done.err;
+    // Only where there is no GPU: a GPU that fails must not pass for none.
+    ASSERT_NE(done.err.find("no GPU"), std::string::npos) << done.err;
     GTEST_SKIP() << done.err;
   }
   EXPECT_EQ(report.at("backend"), "gpu");
@@ -49,7 +49,7 @@ TEST_F(BackendTest, TheDeviceAgreesWithTheCpu) {
   EXPECT_LT(furthest, 2e-5 * 3.46);  // of the diagonal
 }
 
-TEST_F(BackendTest, WithoutADeviceTheCpuDoesIt) {
+TEST_F(BackendTest, WithoutAGpuTheCpuDoesIt) {
   RunOptions blind;
   blind.environment = {"__EGL_VENDOR_LIBRARY_FILENAMES=/absent.json"};
   knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
@@ -58,7 +58,7 @@ TEST_F(BackendTest, WithoutADeviceTheCpuDoesIt) {
   EXPECT_EQ(done.exit_code, 0);
   if (json::parse(done.out).at("backend") == "gpu") GTEST_SKIP() << "this EGL is not to be blinded";
   EXPECT_EQ(done.err,
-            "knead: note: no graphics device with OpenGL 4.3 compute shaders was found through EGL; install its driver "
+            "knead: note: no GPU with OpenGL 4.3 compute shaders was found through EGL; install its driver "
             "(or Mesa, for the CPU), or use the cpu backend; here the CPU does it\n");
   EXPECT_EQ(read("gpu.ply"), read("cpu.ply"));
   const Outcome quiet = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "-q"}, blind);
@@ -68,16 +68,16 @@ TEST_F(BackendTest, WithoutADeviceTheCpuDoesIt) {
 
 RunOptions failing(const std::string& how) {
   RunOptions options;
-  options.environment = {"LD_PRELOAD=" KNEAD_FAILING_DEVICE, how};
+  options.environment = {"LD_PRELOAD=" KNEAD_FAILING_GPU, how};
   return options;
 }
 
-// Wherever the device is lost: the file is there, the device's or the CPU's, and a note says which.
-TEST_F(BackendTest, ADeviceThatIsLostUnderWayLosesNothing) {
+// Wherever the GPU is lost: the file is there, the GPU's or the CPU's, and a note says which.
+TEST_F(BackendTest, AGpuThatIsLostUnderWayLosesNothing) {
   if (test::kSanitized) GTEST_SKIP() << "a sanitizer's library must be the first";
   knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
   const Outcome well = knead({"deform", "a.ply", "one.knead", "-o", "gpu.ply", "--backend", "gpu", "--report", "-"});
-  if (well.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << well.err;
+  if (well.err.find("no GPU") != std::string::npos) GTEST_SKIP() << well.err;
   ASSERT_EQ(json::parse(well.out).at("backend"), "gpu") << well.err;
   int lost = 0;
   for (int call = 1; call <= 8; ++call) {
@@ -89,7 +89,7 @@ TEST_F(BackendTest, ADeviceThatIsLostUnderWayLosesNothing) {
     EXPECT_EQ(read("b.ply"), read(by_cpu ? "cpu.ply" : "gpu.ply"));
     EXPECT_EQ(done.err.empty(), !by_cpu) << done.err;
     if (done.err ==
-        "knead: note: the graphics device does not answer; start again, or use the cpu backend; here the CPU "
+        "knead: note: the GPU does not answer; start again, or use the cpu backend; here the CPU "
         "does it\n") {
       ++lost;
     }
@@ -97,7 +97,7 @@ TEST_F(BackendTest, ADeviceThatIsLostUnderWayLosesNothing) {
   EXPECT_GE(lost, 2);
 }
 
-TEST_F(BackendTest, ADeviceWithoutMemoryLosesNothing) {
+TEST_F(BackendTest, AGpuWithoutMemoryLosesNothing) {
   if (test::kSanitized) GTEST_SKIP() << "a sanitizer's library must be the first";
   knead_ok({"make", "sphere", "-n", "1500000", "-o", "a.ply", "-q"});  // buffers that malloc maps, each for itself
   const Outcome done = knead({"deform", "a.ply", "one.knead", "-o", "b.ply", "--backend", "gpu", "--report", "-"},
@@ -107,17 +107,17 @@ TEST_F(BackendTest, ADeviceWithoutMemoryLosesNothing) {
     knead_ok({"make", "sphere", "-n", "200", "-o", "small.ply", "-q"});
     const Outcome bench = knead({"bench", "--backend", "gpu", "--json", "--mesh", "small.ply"});
     ASSERT_EQ(json::parse(bench.out).at("is_software"), false) << "memory that is the process's was to be had";
-    GTEST_SKIP() << "the device's memory is its own";
+    GTEST_SKIP() << "the GPU's memory is its own";
   }
-  if (done.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << done.err;
-  EXPECT_EQ(done.err.find("knead: note: the graphics device has too little memory left for "), 0u) << done.err;
+  if (done.err.find("no GPU") != std::string::npos) GTEST_SKIP() << done.err;
+  EXPECT_EQ(done.err.find("knead: note: the GPU has too little memory left for "), 0u) << done.err;
   knead_ok({"deform", "a.ply", "one.knead", "-o", "cpu.ply", "-q"});
   EXPECT_EQ(read("b.ply"), read("cpu.ply"));
 }
 
 TEST_F(BackendTest, BenchHasEveryKey) {
   const Outcome done = knead({"bench", "--backend", "gpu", "--json", "--mesh", "a.ply"});
-  if (done.err.find("no graphics device") != std::string::npos) GTEST_SKIP() << done.err;
+  if (done.err.find("no GPU") != std::string::npos) GTEST_SKIP() << done.err;
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const json bench = json::parse(done.out);
   EXPECT_TRUE(bench.at("device").is_string());

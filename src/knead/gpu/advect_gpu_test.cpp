@@ -1,9 +1,9 @@
-// The device's advect against the CPU's.
+// The GPU's advect against the CPU's.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
-#include "knead/gpu/device_fixture.h"
+#include "knead/gpu/gpu_fixture.h"
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 #include "support/random_segments.h"
@@ -13,14 +13,14 @@ namespace {
 
 using gpu::bits;
 using gpu::default_options;
-using gpu::Device;
-using gpu::DeviceOptions;
+using gpu::Gpu;
+using gpu::GpuOptions;
 using test::moved;
 using test::NamedSegment;
 using test::precisely;
 using test::Random;
 
-class GpuTest : public gpu::DeviceTest {};
+class GpuTest : public gpu::GpuTest {};
 
 // How much the flow magnifies an error made at the start: the norm of its Jacobian at each point, at least 1.
 std::vector<double> stretches(const Flow& flow, const std::vector<Vec3d>& points) {
@@ -65,7 +65,7 @@ TEST_F(GpuTest, AgreesWithTheReferenceForEveryKindOfSegment) {
       segment.end = end;
       const Flow flow{{segment}};
       const auto exact = moved(flow, points, precisely(1e-10));
-      const auto found = on_device(flow, points, default_options(diagonal));
+      const auto found = on_gpu(flow, points, default_options(diagonal));
       EXPECT_LT(test::greatest_distance(found, exact) / diagonal, 2e-5);
       EXPECT_GT(test::greatest_distance(exact, points) / diagonal, 0.005);  // something happened
     }
@@ -83,7 +83,7 @@ TEST_F(GpuTest, InDoubleItAgreesFarBelowFloat) {
     SCOPED_TRACE(named.name);
     const Flow flow{{named.segment}};
     const auto exact = moved(flow, points, precisely(1e-11));
-    EXPECT_LT(test::greatest_distance(on_device(flow, points, precisely(1e-7)), exact), 1e-7);
+    EXPECT_LT(test::greatest_distance(on_gpu(flow, points, precisely(1e-7)), exact), 1e-7);
   }
 }
 
@@ -98,7 +98,7 @@ TEST_F(GpuTest, EveryIntegratorKeepsTheTolerance) {
       AdvectOptions options;
       options.integrator = integrator;
       options.tolerance = tolerance;
-      EXPECT_LT(test::greatest_distance(on_device(flow, points, options), exact), 1.5 * tolerance + 3e-6);
+      EXPECT_LT(test::greatest_distance(on_gpu(flow, points, options), exact), 1.5 * tolerance + 3e-6);
     }
   }
 }
@@ -110,7 +110,7 @@ TEST_F(GpuTest, PointsThatNoToolTouchesKeepTheirBits) {
     SCOPED_TRACE(named.name);
     auto points = test::random_points(random, 300, 3.0);
     points.push_back({-0.0, 30.0, -0.0});  // a negative zero is a bit pattern too
-    const auto after = on_device(Flow{{named.segment}}, points, default_options(1));
+    const auto after = on_gpu(Flow{{named.segment}}, points, default_options(1));
     int outside = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (moved(Flow{{named.segment}}, {points[i]}, precisely(1e-9))[0] != points[i]) continue;
@@ -134,7 +134,7 @@ TEST_F(GpuTest, MarkedPointsAndRigidCoresMoveExactly) {
   points.insert(points.end(), marked.zero.points.begin(), marked.zero.points.end());
   expected.insert(expected.end(), marked.zero.points.begin(), marked.zero.points.end());
   const Flow flow{{test::translating(marked, {0, 0, 0}, by, {0, 1})}};
-  EXPECT_EQ(bits(on_device(flow, points, default_options(1))), bits(expected));
+  EXPECT_EQ(bits(on_gpu(flow, points, default_options(1))), bits(expected));
 
   const Flow core{{test::translating(Ball<double>{}, {5, 0, 1}, by, {0.5, 0.7})}};
   points.clear();
@@ -144,7 +144,7 @@ TEST_F(GpuTest, MarkedPointsAndRigidCoresMoveExactly) {
     points.push_back(Vec3d{5, 0, 1} + random.unit() * radius);
     expected.push_back(points.back() + by);
   }
-  EXPECT_EQ(bits(on_device(core, points, default_options(1))), bits(expected));
+  EXPECT_EQ(bits(on_gpu(core, points, default_options(1))), bits(expected));
 }
 
 // A tool that sweeps past the points, so that most contacts graze.
@@ -166,7 +166,7 @@ TEST_F(GpuTest, GrazingToolsAreNotMissed) {
         test::translating(PointSet<double>{{{0, 0.1, 0}, {0.1, 0, 0}}, {}, 8}, start, by, thresholds)}) {
     const Flow flow{{segment}};
     const auto exact = moved(flow, points, precisely(1e-10));
-    const auto found = on_device(flow, points, default_options(1));
+    const auto found = on_gpu(flow, points, default_options(1));
     const auto stretch = stretches(flow, points);
     const auto on_cpu = moved(flow, points, default_options(1));
     double worst = 0;
@@ -191,10 +191,10 @@ TEST_F(GpuTest, ManySegmentsThereAndBack) {
     if (named.name == "rotate" || named.name == "capsule") flow.segments.push_back(named.segment);
   }
   const auto points = test::random_points(random, 500);
-  const auto there = on_device(flow, points, default_options(1));
+  const auto there = on_gpu(flow, points, default_options(1));
   EXPECT_GT(test::greatest_distance(there, points), 0.02);
   EXPECT_LT(test::greatest_distance(there, moved(flow, points, precisely(1e-10))), 2e-5);
-  EXPECT_LT(test::greatest_distance(on_device(inverse(flow), there, default_options(1)), points), 4e-5);
+  EXPECT_LT(test::greatest_distance(on_gpu(inverse(flow), there, default_options(1)), points), 4e-5);
 }
 
 // A contact patch of thousands of points; its way is short, as Mesa on the CPU would cut longer loops.
@@ -210,7 +210,7 @@ TEST_F(GpuTest, LargePointSets) {
   const Flow flow{{test::translating(set, {0, 0, 0}, {0, 0, 0.02}, {0, 0.3})}};
   const auto points = test::random_points(random, 100);
   const auto exact = moved(flow, points, precisely(1e-10));
-  EXPECT_LT(test::greatest_distance(on_device(flow, points, default_options(1)), exact), 1e-5);
+  EXPECT_LT(test::greatest_distance(on_gpu(flow, points, default_options(1)), exact), 1e-5);
 }
 
 // So many that they are gone through by a tree: in a patch, on a sphere, in a cube, near and among them. By the sums'
@@ -237,7 +237,7 @@ TEST_F(GpuTest, PointSetsWithTrees) {
         points.push_back(Vec3d{0.1, 0, 0} + p + random.in_box(outer));
       }
       const auto exact = moved(flow, points, precisely(1e-9));
-      EXPECT_LT(test::greatest_distance(on_device(flow, points, default_options(1)), exact), 1e-5);
+      EXPECT_LT(test::greatest_distance(on_gpu(flow, points, default_options(1)), exact), 1e-5);
       EXPECT_GT(test::greatest_distance(exact, points), 0.02 * outer);
     }
   }
@@ -257,7 +257,7 @@ TEST_F(GpuTest, PointSetsWithTreesInDouble) {
   const AdvectOptions options = precisely(1e-9);
   EXPECT_GT(gpu::pack_tree(flow.segments[0].fields[0], flow.segments[0], options).nodes, 0);
   const auto exact = moved(flow, points, precisely(1e-12));
-  EXPECT_LT(test::greatest_distance(on_device(flow, points, options), exact), 1e-9);
+  EXPECT_LT(test::greatest_distance(on_gpu(flow, points, options), exact), 1e-9);
   EXPECT_GT(test::greatest_distance(exact, points), 2e-5);
 }
 
@@ -284,7 +284,7 @@ TEST_F(GpuTest, DoesNotMindPositionsFarFromTheOrigin) {
   std::vector<Vec3d> points;
   for (const Vec3d& p : test::random_points(random, 300)) points.push_back(far + p);
   const auto exact = moved(Flow{{segment}}, points, precisely(1e-10));
-  EXPECT_LT(test::greatest_distance(on_device(Flow{{segment}}, points, default_options(1)), exact), 1e-5);
+  EXPECT_LT(test::greatest_distance(on_gpu(Flow{{segment}}, points, default_options(1)), exact), 1e-5);
 }
 
 TEST_F(GpuTest, BuffersOfAnySizeGiveTheSameBits) {
@@ -295,10 +295,10 @@ TEST_F(GpuTest, BuffersOfAnySizeGiveTheSameBits) {
   AdvectOptions options = default_options(1);
   std::vector<std::uint32_t> steps(points.size(), 3);
   options.steps = steps;
-  const auto whole = on_device(flow, points, options);
-  DeviceOptions small;
+  const auto whole = on_gpu(flow, points, options);
+  GpuOptions small;
   small.most_points = 192;
-  Device in_ranges(small);
+  Gpu in_ranges(small);
   auto parts = points;
   std::vector<std::uint32_t> steps_of_parts(points.size(), 3);
   options.steps = steps_of_parts;
@@ -312,18 +312,18 @@ TEST_F(GpuTest, BuffersOfAnySizeGiveTheSameBits) {
   EXPECT_GT(result.evaluations, sum);
 }
 
-// Points stay on the device between flows.
-TEST_F(GpuTest, PointsStayOnTheDevice) {
+// Points stay on the GPU between flows.
+TEST_F(GpuTest, PointsStayOnTheGpu) {
   Random random(811);
   const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
   const Flow twice{{flow.segments[0], flow.segments[0]}};
   const auto points = test::random_points(random, 500);
-  auto uploaded = device().upload(points);
-  device().advect(flow, uploaded, default_options(1));
-  device().advect(flow, uploaded, default_options(1));
+  auto uploaded = gpu().upload(points);
+  gpu().advect(flow, uploaded, default_options(1));
+  gpu().advect(flow, uploaded, default_options(1));
   std::vector<Vec3d> found(points.size());
-  device().download(uploaded, found);
-  EXPECT_EQ(bits(found), bits(on_device(twice, points, default_options(1))));
+  gpu().download(uploaded, found);
+  EXPECT_EQ(bits(found), bits(on_gpu(twice, points, default_options(1))));
 }
 
 TEST_F(GpuTest, StopsWhenCancelledAndReportsProgress) {
@@ -334,11 +334,11 @@ TEST_F(GpuTest, StopsWhenCancelledAndReportsProgress) {
   Progress progress;
   AdvectOptions options = default_options(1);
   options.progress = &progress;
-  on_device(flow, points, options);
+  on_gpu(flow, points, options);
   EXPECT_EQ(progress.done, 1000U);
   progress.cancel = true;
   auto untouched = points;
-  EXPECT_EQ(device().advect(flow, untouched, options).status, AdvectStatus::cancelled);
+  EXPECT_EQ(gpu().advect(flow, untouched, options).status, AdvectStatus::cancelled);
   EXPECT_EQ(bits(untouched), bits(points));
 }
 
@@ -347,12 +347,12 @@ TEST_F(GpuTest, RefusesWhatItCannotDo) {
   AdvectOptions options;
   options.tolerance = 0;
   const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
-  EXPECT_THROW(device().advect(Flow{{good}}, points, options), InvalidInput);
+  EXPECT_THROW(gpu().advect(Flow{{good}}, points, options), InvalidInput);
   options = {};
   Segment own = good;
   own.fields[0].region = custom_region([](const Vec3d& d, double) { return RegionValue<double>{norm(d), d}; });
   try {
-    device().advect(Flow{{good, own}}, points, options);
+    gpu().advect(Flow{{good, own}}, points, options);
     ADD_FAILURE() << "not refused";
   } catch (const InvalidInput& error) {
     EXPECT_NE(std::string(error.what()).find("segment 2 of the flow: a field is a function"), std::string::npos);
@@ -369,7 +369,7 @@ TEST_F(GpuTest, SaysWhereAPathLineDoesNotEnd) {
   auto points = at;
   ASSERT_EQ(advect(bend_without_end(), points, default_options(1)).status, AdvectStatus::step_limit);
   points = at;
-  EXPECT_EQ(device().advect(bend_without_end(), points, default_options(1)).status, AdvectStatus::step_limit);
+  EXPECT_EQ(gpu().advect(bend_without_end(), points, default_options(1)).status, AdvectStatus::step_limit);
   EXPECT_EQ(bits(points), bits(at));
 }
 
@@ -381,24 +381,24 @@ TEST_F(GpuTest, LoopsThatTheDriverCutsShortAreNoticedAndTheCpuDoesThem) {
   const Backend backend = gpu::backend_or_cpu([&](const std::string& why) { failure = why; });
   EXPECT_EQ(backend(bend_without_end(), found, default_options(1)).status, AdvectStatus::done);
   EXPECT_LT(test::greatest_distance(found, moved(bend_without_end(), at, default_options(1))), 1e-2);
-  EXPECT_EQ(failure.find("the graphics driver stops loops") == 0, device().is_software());
+  EXPECT_EQ(failure.find("the graphics driver stops loops") == 0, gpu().is_software());
 }
 
-// What a graphics card runs, against what Mesa runs on the CPU.
+// What a GPU runs, against what Mesa runs on the CPU.
 TEST_F(GpuTest, StepsWrittenOutAreTheSameAsInALoop) {
   Random random(814);
-  DeviceOptions options;
-  options.unrolled = device().is_software();
-  Device other(options);
+  GpuOptions options;
+  options.unrolled = gpu().is_software();
+  Gpu other(options);
   const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
   const auto points = test::random_points(random, 200);
   auto found = points;
   EXPECT_EQ(other.advect(flow, found, default_options(1)).status, AdvectStatus::done);
-  EXPECT_LT(test::greatest_distance(found, on_device(flow, points, default_options(1))), 1e-6);
+  EXPECT_LT(test::greatest_distance(found, on_gpu(flow, points, default_options(1))), 1e-6);
   EXPECT_GT(test::greatest_distance(found, points), 0.1);
 }
 
-TEST_F(GpuTest, ABackendIsThatDeviceAndDoesWhatItCannotOnTheCpu) {
+TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {
   Random random(813);
   const auto points = test::random_points(random, 100);
   std::string failure;
@@ -406,7 +406,7 @@ TEST_F(GpuTest, ABackendIsThatDeviceAndDoesWhatItCannotOnTheCpu) {
   const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5})}};
   auto found = points;
   EXPECT_EQ(backend(flow, found, default_options(1)).status, AdvectStatus::done);
-  EXPECT_EQ(bits(found), bits(on_device(flow, points, default_options(1))));
+  EXPECT_EQ(bits(found), bits(on_gpu(flow, points, default_options(1))));
   Segment own = flow.segments[0];
   own.fields[0].region = custom_region([](const Vec3d& d, double) {
     return RegionValue<double>{norm(d), d / norm(d)};

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "knead/gpu/device_error.h"
+#include "knead/gpu/gpu_error.h"
 
 namespace knead::gpu {
 
@@ -17,7 +17,7 @@ namespace {
 
 bool client_supports(const char* extension) { return epoxy_has_egl_extension(EGL_NO_DISPLAY, extension); }
 
-// Devices first: beside a graphics card Mesa's surfaceless platform may offer the CPU.
+// Devices first: beside a GPU Mesa's surfaceless platform may offer the CPU.
 std::vector<EGLDisplay> candidate_displays() {
   std::vector<EGLDisplay> displays;
   if (!client_supports("EGL_EXT_platform_base")) return displays;
@@ -81,7 +81,7 @@ Context::Context(bool adopts_current) {
 
 void Context::describe_current() {
   if (glGetString(GL_VERSION) == nullptr || epoxy_gl_version() < 43) {
-    throw DeviceError("the graphics driver has no OpenGL 4.3, which compute shaders need; use the cpu backend");
+    throw GpuError("the graphics driver has no OpenGL 4.3, which compute shaders need; use the cpu backend");
   }
   const std::string renderer = text(GL_RENDERER);
   is_software_ = names_software(renderer);
@@ -101,7 +101,7 @@ void Context::open() {
       const CurrentContext current(*this);
       renderer = text(GL_RENDERER);
       version = text(GL_VERSION);
-    } catch (const DeviceError&) {
+    } catch (const GpuError&) {
       renderer.clear();
     }
     if (renderer.empty() || (other != nullptr && names_software(renderer))) {  // no better than what is there
@@ -116,8 +116,8 @@ void Context::open() {
     if (!is_software_) return;
   }
   if (context_ == nullptr) {
-    throw DeviceError(
-        "no graphics device with OpenGL 4.3 compute shaders was found through EGL; install its driver (or Mesa, for "
+    throw GpuError(
+        "no GPU with OpenGL 4.3 compute shaders was found through EGL; install its driver (or Mesa, for "
         "the CPU), or use the cpu backend");
   }
 }
@@ -136,7 +136,7 @@ CurrentContext::CurrentContext(const Context& context)
   before_read_ = eglGetCurrentSurface(EGL_READ);
   eglBindAPI(EGL_OPENGL_API);
   if (eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context.context_) == EGL_FALSE) {
-    throw DeviceError("the graphics device does not answer; start again, or use the cpu backend");
+    throw GpuError("the GPU does not answer; start again, or use the cpu backend");
   }
 }
 

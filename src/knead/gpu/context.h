@@ -5,12 +5,12 @@
 
 namespace knead::gpu {
 
-// A core context of OpenGL 4.3 without a window, through EGL: on a graphics card if there is one, else on the CPU
+// A core context of OpenGL 4.3 without a window, through EGL: on a GPU if there is one, else on the CPU
 // (Mesa's llvmpipe). Current in no thread but while a CurrentContext is there.
 class Context {
  public:
   // adopts_current: not one of its own but that which is current in this thread, and is whenever this is used. Throws
-  // DeviceError where there is none.
+  // GpuError where there is none.
   explicit Context(bool adopts_current);
   ~Context();
   Context(const Context&) = delete;
@@ -35,7 +35,7 @@ class Context {
 // changes.
 class CurrentContext {
  public:
-  explicit CurrentContext(const Context& context);  // throws DeviceError where the driver refuses
+  explicit CurrentContext(const Context& context);  // throws GpuError where the driver refuses
   ~CurrentContext();
   CurrentContext(const CurrentContext&) = delete;
   CurrentContext& operator=(const CurrentContext&) = delete;

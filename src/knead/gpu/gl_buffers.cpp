@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "knead/gpu/device_error.h"
+#include "knead/gpu/gpu_error.h"
 
 namespace knead::gpu {
 
@@ -17,11 +17,11 @@ void delete_shader(GLuint name) { glDeleteShader(name); }
 
 [[noreturn]] void fail(const char* step, std::string log) {
   log = log.substr(0, log.find_first_of(std::string("\n\0", 2)));
-  throw DeviceError(fmt::format("the graphics driver could not {} a shader ({}); use the cpu backend", step, log));
+  throw GpuError(fmt::format("the graphics driver could not {} a shader ({}); use the cpu backend", step, log));
 }
 
 [[noreturn]] void fail_with(GLenum error) {
-  throw DeviceError(fmt::format("the graphics driver reports error {:#x}; use the cpu backend", error));
+  throw GpuError(fmt::format("the graphics driver reports error {:#x}; use the cpu backend", error));
 }
 
 }  // namespace
@@ -39,10 +39,10 @@ Buffer make_buffer(const void* data, std::size_t bytes) {
   }
   const GLenum error = glGetError();
   if (error == GL_OUT_OF_MEMORY) {
-    throw DeviceError(fmt::format(
-        "the graphics device has too little memory left for {:.3g} MB more; close what else uses it, or use the cpu "
-        "backend",
-        1e-6 * static_cast<double>(bytes)));
+    throw GpuError(
+        fmt::format("the GPU has too little memory left for {:.3g} MB more; close what else uses it, or use the cpu "
+                    "backend",
+                    1e-6 * static_cast<double>(bytes)));
   }
   if (error != GL_NO_ERROR) fail_with(error);
   return buffer;
@@ -94,12 +94,12 @@ Program make_compute_program(const std::string& source) {
 void require_no_error() {
   const bool tells = epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness");
   if (tells && glGetGraphicsResetStatus() != GL_NO_ERROR) {
-    throw DeviceError("the graphics device was lost (its driver was reset); start again, or use the cpu backend");
+    throw GpuError("the GPU was lost (its driver was reset); start again, or use the cpu backend");
   }
   const GLenum error = glGetError();
   if (error == GL_NO_ERROR) return;
   if (error == GL_OUT_OF_MEMORY) {
-    throw DeviceError("the graphics device ran out of memory; close what else uses it, or use the cpu backend");
+    throw GpuError("the GPU ran out of memory; close what else uses it, or use the cpu backend");
   }
   fail_with(error);
 }

@@ -39,7 +39,7 @@ void delete_program(GLuint name);
 using Buffer = GlName<delete_buffer>;
 using Program = GlName<delete_program>;
 
-// A buffer with these bytes, or room for them where data is null. Throws DeviceError where the memory does not suffice.
+// A buffer with these bytes, or room for them where data is null. Throws GpuError where the memory does not suffice.
 Buffer make_buffer(const void* data, std::size_t bytes);
 
 void read_buffer(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to);
@@ -49,10 +49,10 @@ void copy_buffer(const Buffer& from, const Buffer& to, std::size_t bytes);
 // Sets all words of the buffer to 0.
 void clear_words(const Buffer& buffer);
 
-// Throws DeviceError with the driver's first words where the source does not compile.
+// Throws GpuError with the driver's first words where the source does not compile.
 Program make_compute_program(const std::string& source);
 
-// Throws DeviceError if anything went wrong since it was last asked, or the device was lost.
+// Throws GpuError if anything went wrong since it was last asked, or the GPU was lost.
 void require_no_error();
 
 }  // namespace knead::gpu

@@ -2,7 +2,7 @@
 
 namespace knead::gpu {
 
-// contact.cpp for the graphics card: when a moving tool reaches a resting point. In R, with d relative to the tool: a
+// contact.cpp for the GPU: when a moving tool reaches a resting point. In R, with d relative to the tool: a
 // tool that is found out to graze by less than the rounding moves nothing that could be seen.
 const char* const kGlslContact = R"(
 // The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.

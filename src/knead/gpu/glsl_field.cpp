@@ -2,7 +2,7 @@
 
 namespace knead::gpu {
 
-// What stands in flow and field as templates over the scalar, again for the graphics card: blend.h, motion.h, region.h,
+// What stands in flow and field as templates over the scalar, again for the GPU: blend.h, motion.h, region.h,
 // sincos.h, field.h. R is float or double, R3 its vector. The numbers of field f begin at field_numbers(f) in n[]; how
 // they lie there says packed_flow.cpp.
 const char* const kGlslField = R"(

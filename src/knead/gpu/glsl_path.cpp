@@ -2,7 +2,7 @@
 
 namespace knead::gpu {
 
-// closed_form.cpp for the graphics card.
+// closed_form.cpp for the GPU.
 const char* const kGlslClosedForm = R"(
 // d turned about the unit axis by the angle, minus d.
 R3 turn_displacement(R3 d, R3 axis, R angle) {
@@ -102,7 +102,7 @@ bool is_known(R3 d, R begin, R end, out dvec3 by) {
 }
 )";
 
-// path_line.h for the graphics card, and the shader's main function.
+// path_line.h for the GPU, and the shader's main function.
 const char* const kGlslPath = R"(
 // The longest step that jumps over nothing.
 R longest_step(R3 at, R3 slope, R t) {

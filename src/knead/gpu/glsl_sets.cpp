@@ -78,7 +78,7 @@ R4 sum_over_points(int first, int last, R3 d, R inverse, int half_exponent) {
 #endif
 )";
 
-// point_set.h and handles_region.h for the graphics card. A set's entries in table[], from `set` on: where its points
+// point_set.h and handles_region.h for the GPU. A set's entries in table[], from `set` on: where its points
 // begin in n[], how many there are, its exponent, where the list of its curves begins in table[], how many there are,
 // then of its tree (glsl_trees.cpp); for each curve there, where its points begin in n[] and how many they are.
 const char* const kGlslSets = R"(

@@ -342,7 +342,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {
       throw InvalidInput(
-          "a field is a function of the program's own, which a graphics card cannot call; move the points with advect");
+          "a field is a function of the program's own, which a GPU cannot call; move the points with advect");
     }
     kind.motions |= 1U << field.motion.index();
     kind.regions |= 1U << field.region.index();

@@ -1,4 +1,4 @@
-// A graphics card's failures, provoked. For tests only. The library that finds OpenGL's functions (epoxy) calls them
+// A GPU's failures, provoked. For tests only. The library that finds OpenGL's functions (epoxy) calls them
 // through pointers, which are set to others here.
 #pragma once
 
@@ -52,7 +52,7 @@ inline void starve_buffers(GLsizeiptr bytes) {
   };
 }
 
-// From the n-th time that it is asked, from now on, the driver says that the card was reset. No driver that runs on the
+// From the n-th time that it is asked, from now on, the driver says that the GPU was reset. No driver that runs on the
 // CPU ever is, so this one is only said.
 inline void report_reset_at_call(int n) {
   static int left = 0;

@@ -1,5 +1,5 @@
 knead_test(
   knead_gpu_test SOURCES ${PROJECT_SOURCE_DIR}/src/knead/gpu/advect_gpu_test.cpp
-                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/device_failures_test.cpp
-                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/device_surface_test.cpp
-                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/device_test.cpp LIBRARIES knead::gpu)
+                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/gpu_failures_test.cpp
+                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/gpu_surface_test.cpp
+                         ${PROJECT_SOURCE_DIR}/src/knead/gpu/gpu_test.cpp LIBRARIES knead::gpu)

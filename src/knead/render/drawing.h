@@ -1,4 +1,4 @@
-// Small steps that the passes share: uniforms, state, drawing what is on the card.
+// Small steps that the passes share: uniforms, state, drawing what is on the GPU.
 #pragma once
 
 #include "knead/render/passes.h"

@@ -1,4 +1,4 @@
-// Places and normals of drawn vertices made on the graphics card, of points that are there.
+// Places and normals of drawn vertices made on the GPU, of points that are there.
 #pragma once
 
 #include <cstdint>

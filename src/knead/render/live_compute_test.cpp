@@ -1,4 +1,4 @@
-// Shapes whose vertices are on the graphics card look as those that were sent.
+// Shapes whose vertices are on the GPU look as those that were sent.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +20,7 @@ class LiveComputeTest : public LiveViewTest {
   }
 
   // In buffers of so many vertices each.
-  void move_on_card(const std::vector<Vec3d>& positions, std::size_t most = 1U << 20) {
+  void move_on_gpu(const std::vector<Vec3d>& positions, std::size_t most = 1U << 20) {
     std::vector<Buffer> buffers;
     std::vector<PointBuffer> parts;
     for (std::size_t begin = 0; begin < positions.size(); begin += most) {
@@ -29,10 +29,10 @@ class LiveComputeTest : public LiveViewTest {
       const auto first = static_cast<std::uint32_t>(begin);
       parts.push_back({buffers.back().get(), {first, first + static_cast<std::uint32_t>(own.size())}});
     }
-    view_->move_on_card(parts, bounding_box(positions));
+    view_->move_on_gpu(parts, bounding_box(positions));
   }
 
-  // The shape moved from `before` to `positions` on the card, held against the same moved by the CPU.
+  // The shape moved from `before` to `positions` on the GPU, held against the same moved by the CPU.
   void expect_the_same(const Mesh& before, const std::vector<Vec3d>& positions, const LiveScene& scene,
                        std::size_t most = 1U << 20) {
     const VertexRange all = all_of(before);
@@ -41,10 +41,10 @@ class LiveComputeTest : public LiveViewTest {
     const Image sent = picture(scene);
     EXPECT_GT(different_pixels(start, sent), 100);
     view_->set_shape(before);
-    move_on_card(positions, most);
+    move_on_gpu(positions, most);
     EXPECT_EQ(view_->counts().bytes, 0u);
-    const Image on_card = picture(scene);
-    EXPECT_LE(different_pixels(sent, on_card), 20);  // where rounding tips an edge over a pixel's centre
+    const Image on_gpu = picture(scene);
+    EXPECT_LE(different_pixels(sent, on_gpu), 20);  // where rounding tips an edge over a pixel's centre
     EXPECT_LT(norm(view_->box().max - bounding_box(positions).max), 1e-5);
   }
 };
@@ -96,7 +96,7 @@ TEST_F(LiveComputeTest, BackToSending) {
   view_->set_shape(before);
   std::vector<Vec3d> elsewhere = before.positions;
   for (Vec3d& p : elsewhere) p.x *= 0.5;
-  move_on_card(elsewhere);
+  move_on_gpu(elsewhere);
   view_->move(after.positions, ranges);
   EXPECT_EQ(picture(scene), expected);
 }
@@ -104,9 +104,9 @@ TEST_F(LiveComputeTest, BackToSending) {
 TEST_F(LiveComputeTest, RefusesBuffersOfAnotherShape) {
   const Mesh ball = sphere({}, 1, 642);
   view_->set_shape(ball);
-  EXPECT_THROW(view_->move_on_card({}, {}), InvalidInput);
+  EXPECT_THROW(view_->move_on_gpu({}, {}), InvalidInput);
   const PointBuffer apart[] = {{0, {0, 100}}, {0, {200, 642}}};
-  EXPECT_THROW(view_->move_on_card(apart, {}), InvalidInput);
+  EXPECT_THROW(view_->move_on_gpu(apart, {}), InvalidInput);
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<
   glBindBuffer(GL_ARRAY_BUFFER, buffers.vertices.get());
   for (const VertexRange& range : drawn) {
     const std::size_t bytes = (range.end - range.begin) * sizeof(LiveVertex);
-    // All of it: into fresh memory, so that the card may still draw from the old.
+    // All of it: into fresh memory, so that the GPU may still draw from the old.
     if (bytes == vertices.size() * sizeof(LiveVertex)) {
       glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(bytes), vertices.data(), GL_STREAM_DRAW);
     } else {

@@ -1,4 +1,4 @@
-// What the live view keeps on the graphics card.
+// What the live view keeps on the GPU.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ struct LivePrograms {
   Program present;
   VertexArray nothing;  // for vertices made by the vertex program
   Texture matcap;
-  bool in_software = false;  // the driver has no graphics card
+  bool in_software = false;  // the driver has no GPU
 
   LivePrograms();
 };

@@ -1,4 +1,4 @@
-// A mesh as the graphics card is given it while it deforms: what changes when vertices move, and no more.
+// A mesh as the GPU is given it while it deforms: what changes when vertices move, and no more.
 #pragma once
 
 #include <cstdint>

@@ -34,7 +34,7 @@ void blend_premultiplied() {
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
 }
 
-// Without a graphics card half of a picture's time goes into the backs of faces, which of a solid seen from outside
+// Without a GPU half of a picture's time goes into the backs of faces, which of a solid seen from outside
 // are all hidden.
 bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
   const Box& box = shape.box;

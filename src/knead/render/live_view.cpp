@@ -95,8 +95,8 @@ struct Rods {
 
 struct LiveView::State {
   LivePrograms programs;
-  std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the card
-  std::optional<Box> box_on_card;      // renderer units; while the shape's places are those on the card
+  std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the GPU
+  std::optional<Box> box_on_gpu;       // renderer units; while the shape's places are those on the GPU
   int samples = 1;
   bool tells_loss = false;
   Placement placement;
@@ -109,7 +109,7 @@ struct LiveView::State {
   LiveTargets other_targets;
   UploadCounts counts;
 
-  // What the scene has besides the shape, on the card; surfaces without faces are left out.
+  // What the scene has besides the shape, on the GPU; surfaces without faces are left out.
   std::vector<LiveGlass> show(const LiveScene& scene, const Vec3d& forward) {
     rods.show(scene, placement);
     std::vector<LiveGlass> shown;
@@ -148,7 +148,7 @@ struct LiveView::State {
     targets = make_live_targets(width, height, wanted);
   }
 
-  Box shape_box() const { return box_on_card ? *box_on_card : mesh.box(); }
+  Box shape_box() const { return box_on_gpu ? *box_on_gpu : mesh.box(); }
 
   Box shown_box() const {
     Box box = shape_box();
@@ -211,18 +211,18 @@ void LiveView::set_shape(const Mesh& mesh) {
   s.rods = {};
   s.counts = {};
   s.compute.reset();
-  s.box_on_card.reset();
+  s.box_on_gpu.reset();
 }
 
 void LiveView::move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads) {
   State& s = *state_;
   const VertexRange all{0, static_cast<std::uint32_t>(positions.size())};
-  const bool is_elsewhere = s.box_on_card.has_value();
+  const bool is_elsewhere = s.box_on_gpu.has_value();
   s.counts = update(s.buffers, s.mesh, s.mesh.move(positions, is_elsewhere ? std::span(&all, 1) : changed, threads));
-  s.box_on_card.reset();
+  s.box_on_gpu.reset();
 }
 
-void LiveView::move_on_card(std::span<const PointBuffer> points, const Box& box) {
+void LiveView::move_on_gpu(std::span<const PointBuffer> points, const Box& box) {
   State& s = *state_;
   std::uint32_t next = 0;
   for (const PointBuffer& part : points) {
@@ -236,7 +236,7 @@ void LiveView::move_on_card(std::span<const PointBuffer> points, const Box& box)
   if (!s.compute) s.compute.emplace(s.mesh);
   s.compute->move(points, s.placement, s.buffers);
   s.counts = {};
-  s.box_on_card = box.empty() ? Box{} : Box{s.placement.apply(box.min), s.placement.apply(box.max)};
+  s.box_on_gpu = box.empty() ? Box{} : Box{s.placement.apply(box.min), s.placement.apply(box.max)};
 }
 
 void LiveView::set_influence(std::span<const float> per_vertex) {

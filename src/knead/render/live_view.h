@@ -50,7 +50,7 @@ struct LiveScene {
   Color background_bottom{0.66f, 0.68f, 0.71f, 1};
 };
 
-// What the last call of LiveView::move sent to the graphics card.
+// What the last call of LiveView::move sent to the GPU.
 struct UploadCounts {
   std::size_t bytes = 0;
   std::size_t ranges = 0;
@@ -83,11 +83,11 @@ class LiveView {
   void move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads = 0);
 
   // Takes over the places of all vertices from buffers of the view's context, which together have each of them; places
-  // and normals are then made on the graphics card, and nothing is read back. box: of the shape as it then is, or
+  // and normals are then made on the GPU, and nothing is read back. box: of the shape as it then is, or
   // larger. Throws InvalidInput where the buffers have not all vertices, and std::runtime_error, one line, where the
   // driver has no OpenGL 4.3 or no room for a shape of this size; then nothing has changed. The next call of the other
   // kind takes all vertices over, whatever it is told of changes.
-  void move_on_card(std::span<const PointBuffer> points, const Box& box);
+  void move_on_gpu(std::span<const PointBuffer> points, const Box& box);
 
   // One value per vertex: 0 outside of the region of influence, 1 within its inner part; shown, where the scene asks
   // for it, in green and red. Empty: none. Throws InvalidInput for another number of values.
@@ -103,10 +103,10 @@ class LiveView {
 
   UploadCounts counts() const;
 
-  // Whether the driver draws without a graphics card: then one sample per pixel is several times faster than four.
+  // Whether the driver draws without a GPU: then one sample per pixel is several times faster than four.
   bool draws_in_software() const;
 
-  // Whether the driver has lost the context, e.g. because the graphics card was reset: then nothing is drawn any more,
+  // Whether the driver has lost the context, e.g. because the GPU was reset: then nothing is drawn any more,
   // and what it is drawn in has to be made anew. Only contexts that were asked to notice tell.
   bool is_lost() const;
 

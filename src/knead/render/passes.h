@@ -29,7 +29,7 @@ struct Programs {
   Programs();
 };
 
-// A surface on the graphics card.
+// A surface on the GPU.
 struct GpuSurface {
   VertexArray layout;
   Buffer vertices;

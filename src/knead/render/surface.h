@@ -1,4 +1,4 @@
-// What the graphics card is given of a mesh: triangles with one normal per smooth group of faces round a vertex.
+// What the GPU is given of a mesh: triangles with one normal per smooth group of faces round a vertex.
 #pragma once
 
 #include <array>

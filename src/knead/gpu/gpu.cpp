@@ -1,4 +1,4 @@
-#include "knead/gpu/device.h"
+#include "knead/gpu/gpu.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "knead/gpu/device_state.h"
+#include "knead/gpu/gpu_state.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 
@@ -20,7 +20,7 @@ namespace knead::gpu {
 namespace {
 
 constexpr std::size_t kGroup = layout::kGroup;
-static_assert(kGroup == Device::kGroup);
+static_assert(kGroup == Gpu::kGroup);
 constexpr std::size_t kCountWords = static_cast<std::size_t>(layout::kCountStripes) * layout::kCounters;
 
 // The middles and radii of the balls about groups of points.
@@ -88,7 +88,7 @@ AdvectResult result_of(std::span<const std::uint32_t> words) {
     result.evaluations += number(4);
     if (words[at + 6] != 0) result.status = AdvectStatus::step_limit;
     if (words[at + 7] != 0) {
-      throw DeviceError(
+      throw GpuError(
           "the graphics driver stops loops as long as these path lines need (Mesa's does on the CPU); use the cpu "
           "backend");
     }
@@ -113,13 +113,13 @@ void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
 
 }  // namespace
 
-DevicePoints::DevicePoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
-DevicePoints::~DevicePoints() = default;
-DevicePoints::DevicePoints(DevicePoints&&) noexcept = default;
-DevicePoints& DevicePoints::operator=(DevicePoints&&) noexcept = default;
-std::size_t DevicePoints::size() const { return state_->size; }
+GpuPoints::GpuPoints(std::unique_ptr<State> state) : state_(std::move(state)) {}
+GpuPoints::~GpuPoints() = default;
+GpuPoints::GpuPoints(GpuPoints&&) noexcept = default;
+GpuPoints& GpuPoints::operator=(GpuPoints&&) noexcept = default;
+std::size_t GpuPoints::size() const { return state_->size; }
 
-Device::State::State(const DeviceOptions& options) : context(options.in_current_context) {
+Gpu::State::State(const GpuOptions& options) : context(options.in_current_context) {
   unrolled = options.unrolled.value_or(!context.is_software());
   const CurrentContext current(context);
   GLint64 bytes = 0;
@@ -132,16 +132,16 @@ Device::State::State(const DeviceOptions& options) : context(options.in_current_
   most_points = std::max(most_points / kGroup * kGroup, kGroup);
 }
 
-Device::State::~State() {
+Gpu::State::~State() {
   try {
     const CurrentContext current(context);
     programs.clear();
-  } catch (const DeviceError&) {
+  } catch (const GpuError&) {
     for (auto& [kind, program] : programs) program.forget();
   }
 }
 
-const Program& Device::State::program_of(const ShaderKind& kind) {
+const Program& Gpu::State::program_of(const ShaderKind& kind) {
   const auto found =
       std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
   if (found != programs.end()) return found->second;
@@ -153,22 +153,22 @@ namespace {
 
 // Of shaders' calls for one kind of segments.
 struct Calls {
-  Device::State& device;
+  Gpu::State& gpu;
   const AdvectOptions& options;
   bool waits = true;  // for each call to end, as long ones must be for the driver's sake and to be cancelled
 
   bool are_cancelled() const { return waits && options.progress != nullptr && options.progress->cancel; }
 
   // Sends all points through some segments of one kind. Returns false when it was cancelled.
-  bool send(std::span<const Segment> segments, DevicePoints::State& points) const {
+  bool send(std::span<const Segment> segments, GpuPoints::State& points) const {
     ShaderKind kind = kind_of(segments.front(), options);
-    kind.unrolled = device.unrolled;
+    kind.unrolled = gpu.unrolled;
     const PackedSegments packed = pack(segments, options);
-    if (packed.numbers.size() * sizeof(double) > device.most_bytes) {
-      throw DeviceError("the graphics driver takes no point set as large as this flow's; use the cpu backend");
+    if (packed.numbers.size() * sizeof(double) > gpu.most_bytes) {
+      throw GpuError("the graphics driver takes no point set as large as this flow's; use the cpu backend");
     }
-    const SegmentBuffers buffers(packed, kind.in_double, device.transfers);
-    const Program& program = device.program_of(kind);
+    const SegmentBuffers buffers(packed, kind.in_double, gpu.transfers);
+    const Program& program = gpu.program_of(kind);
     glUseProgram(program.get());
     glUniform1i(glGetUniformLocation(program.get(), "segment_count"), packed.count);
     bind(4, buffers.numbers);
@@ -192,28 +192,28 @@ struct Calls {
   }
 };
 
-void clear_counts(DevicePoints::State& points) {
+void clear_counts(GpuPoints::State& points) {
   for (const Range& range : points.ranges) clear_words(range.steps);
   clear_words(points.counts);
 }
 
-AdvectResult read_counts(Device::State& device, const DevicePoints::State& points) {
+AdvectResult read_counts(Gpu::State& gpu, const GpuPoints::State& points) {
   std::vector<std::uint32_t> words(kCountWords);
-  device.read(points.counts, 0, words.size() * sizeof(std::uint32_t), words.data());
+  gpu.read(points.counts, 0, words.size() * sizeof(std::uint32_t), words.data());
   return result_of(words);
 }
 
 }  // namespace
 
-Device::Device(const DeviceOptions& options) : state_(std::make_unique<State>(options)) {}
-Device::~Device() = default;
+Gpu::Gpu(const GpuOptions& options) : state_(std::make_unique<State>(options)) {}
+Gpu::~Gpu() = default;
 
-const std::string& Device::description() const { return state_->context.description(); }
-bool Device::is_software() const { return state_->context.is_software(); }
-Transfers Device::transfers() const { return state_->transfers; }
+const std::string& Gpu::description() const { return state_->context.description(); }
+bool Gpu::is_software() const { return state_->context.is_software(); }
+Transfers Gpu::transfers() const { return state_->transfers; }
 
-DevicePoints Device::upload(std::span<const Vec3d> points) {
-  auto uploaded = std::make_unique<DevicePoints::State>(state_->context);
+GpuPoints Gpu::upload(std::span<const Vec3d> points) {
+  auto uploaded = std::make_unique<GpuPoints::State>(state_->context);
   uploaded->size = points.size();
   const CurrentContext current(state_->context);
   for (std::size_t begin = 0; begin < points.size(); begin += state_->most_points) {
@@ -225,13 +225,13 @@ DevicePoints Device::upload(std::span<const Vec3d> points) {
   clear_counts(*uploaded);
   glFinish();
   require_no_error();
-  return DevicePoints(std::move(uploaded));
+  return GpuPoints(std::move(uploaded));
 }
 
-void Device::write(DevicePoints& points, std::size_t first, std::span<const Vec3d> positions) {
+void Gpu::write(GpuPoints& points, std::size_t first, std::span<const Vec3d> positions) {
   const std::size_t end = first + positions.size();
   if (end > points.size() || first % kGroup != 0 || (end % kGroup != 0 && end != points.size())) {
-    throw InvalidInput("give whole groups of 64 of the device's points");
+    throw InvalidInput("give whole groups of 64 of the GPU's points");
   }
   const CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
@@ -250,8 +250,8 @@ void Device::write(DevicePoints& points, std::size_t first, std::span<const Vec3
   require_no_error();
 }
 
-void Device::assign(DevicePoints& to, const DevicePoints& from) const {
-  if (to.size() != from.size()) throw InvalidInput("the device's points differ in number");
+void Gpu::assign(GpuPoints& to, const GpuPoints& from) const {
+  if (to.size() != from.size()) throw InvalidInput("the GPU's points differ in number");
   const CurrentContext current(state_->context);
   for (std::size_t i = 0; i < from.state_->ranges.size(); ++i) {
     const Range& source = from.state_->ranges[i];
@@ -264,13 +264,13 @@ void Device::assign(DevicePoints& to, const DevicePoints& from) const {
   require_no_error();
 }
 
-std::vector<DeviceBuffer> Device::buffers(const DevicePoints& points) {
-  std::vector<DeviceBuffer> result;
+std::vector<GpuBuffer> Gpu::buffers(const GpuPoints& points) {
+  std::vector<GpuBuffer> result;
   for (const Range& range : points.state_->ranges) result.push_back({range.points.get(), range.begin, range.count});
   return result;
 }
 
-AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const AdvectOptions& options) {
+AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
   const CurrentContext current(state_->context);
   const Calls calls{*state_, options};
@@ -295,7 +295,7 @@ AdvectResult Device::advect(const Flow& flow, DevicePoints& points, const Advect
   return result;
 }
 
-void Device::enqueue(const Flow& flow, DevicePoints& points, const AdvectOptions& options) {
+void Gpu::enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
   const CurrentContext current(state_->context);
   const Calls calls{*state_, options, false};
@@ -306,7 +306,7 @@ void Device::enqueue(const Flow& flow, DevicePoints& points, const AdvectOptions
   }
 }
 
-AdvectResult Device::collect(DevicePoints& points) {
+AdvectResult Gpu::collect(GpuPoints& points) {
   const CurrentContext current(state_->context);
   const AdvectResult result = read_counts(*state_, *points.state_);
   clear_counts(*points.state_);
@@ -314,8 +314,8 @@ AdvectResult Device::collect(DevicePoints& points) {
   return result;
 }
 
-void Device::download(const DevicePoints& points, std::span<Vec3d> result) {
-  if (result.size() != points.size()) throw InvalidInput("give a place for each of the device's points");
+void Gpu::download(const GpuPoints& points, std::span<Vec3d> result) {
+  if (result.size() != points.size()) throw InvalidInput("give a place for each of the GPU's points");
   const CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
     state_->read(range.points, 0, range.count * sizeof(Vec3d), result.data() + range.begin);
@@ -323,16 +323,16 @@ void Device::download(const DevicePoints& points, std::span<Vec3d> result) {
   require_no_error();
 }
 
-AdvectResult Device::advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+AdvectResult Gpu::advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
   check(flow, options, points.size());
-  DevicePoints on_device = upload(points);
+  GpuPoints on_gpu = upload(points);
   std::vector<std::uint32_t> steps(options.steps.size());
   AdvectOptions own = options;
   own.steps = steps;
-  const AdvectResult result = advect(flow, on_device, own);
+  const AdvectResult result = advect(flow, on_gpu, own);
   if (result.status != AdvectStatus::done) return result;
   std::vector<Vec3d> moved(points.size());
-  download(on_device, moved);
+  download(on_gpu, moved);
   std::copy(moved.begin(), moved.end(), points.begin());
   for (std::size_t i = 0; i < steps.size(); ++i) options.steps[i] += steps[i];
   return result;
@@ -340,14 +340,14 @@ AdvectResult Device::advect(const Flow& flow, std::span<Vec3d> points, const Adv
 
 namespace {
 
-// A device that is opened when it is needed, and left when it fails.
-struct DeviceOrCpu {
+// A GPU that is opened when it is needed, and left when it fails.
+struct GpuOrCpu {
   std::mutex mutex;
-  std::unique_ptr<Device> device;
+  std::unique_ptr<Gpu> gpu;
   bool has_failed = false;
 };
 
-bool is_for_device(const Flow& flow, const AdvectOptions& options) {
+bool runs_on_gpu(const Flow& flow, const AdvectOptions& options) {
   try {
     for (const Segment& segment : flow.segments) kind_of(segment, options);
   } catch (const InvalidInput&) {
@@ -358,26 +358,26 @@ bool is_for_device(const Flow& flow, const AdvectOptions& options) {
 
 }  // namespace
 
-Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const DeviceOptions& options) {
-  const auto state = std::make_shared<DeviceOrCpu>();
+Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const GpuOptions& options) {
+  const auto state = std::make_shared<GpuOrCpu>();
   return [state, options, tell = std::move(on_failure)](const Flow& flow, std::span<Vec3d> points,
                                                         const AdvectOptions& advect_options) {
     const std::scoped_lock lock(state->mutex);
-    if (state->has_failed || !is_for_device(flow, advect_options)) return knead::advect(flow, points, advect_options);
+    if (state->has_failed || !runs_on_gpu(flow, advect_options)) return knead::advect(flow, points, advect_options);
     const std::uint64_t done = advect_options.progress != nullptr ? advect_options.progress->done.load() : 0;
     std::string why;
     try {
-      if (state->device == nullptr) state->device = std::make_unique<Device>(options);
-      return state->device->advect(flow, points, advect_options);
-    } catch (const DeviceError& error) {
+      if (state->gpu == nullptr) state->gpu = std::make_unique<Gpu>(options);
+      return state->gpu->advect(flow, points, advect_options);
+    } catch (const GpuError& error) {
       why = error.what();
-    } catch (const std::bad_alloc&) {  // less is needed without the device
+    } catch (const std::bad_alloc&) {  // less is needed without the GPU
       why =
-          "there is too little memory for what goes to the graphics device; close other programs, or use the cpu "
+          "there is too little memory for what goes to the GPU; close other programs, or use the cpu "
           "backend";
     }
     state->has_failed = true;
-    state->device.reset();
+    state->gpu.reset();
     if (advect_options.progress != nullptr) advect_options.progress->done = done;
     if (tell) tell(why);
     return knead::advect(flow, points, advect_options);

@@ -1,4 +1,4 @@
-// What a device and its points are made of. Internal to the gpu room.
+// What a GPU and its points are made of. Internal to the gpu room.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "knead/gpu/context.h"
-#include "knead/gpu/device.h"
-#include "knead/gpu/device_error.h"
 #include "knead/gpu/gl_buffers.h"
+#include "knead/gpu/gpu.h"
+#include "knead/gpu/gpu_error.h"
 #include "knead/gpu/packed_flow.h"
 
 namespace knead::gpu {
@@ -29,7 +29,7 @@ struct Range {
   }
 };
 
-struct DevicePoints::State {
+struct GpuPoints::State {
   const Context& context;
   std::vector<Range> ranges{};
   std::size_t size = 0;
@@ -43,14 +43,14 @@ struct DevicePoints::State {
       const CurrentContext current(context);
       ranges.clear();
       counts = {};
-    } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+    } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
       for (Range& range : ranges) range.forget();
       counts.forget();
     }
   }
 };
 
-struct Device::State {
+struct Gpu::State {
   Context context;
   std::size_t most_points = 0;  // to a range
   std::size_t most_bytes = 0;   // to a buffer
@@ -58,7 +58,7 @@ struct Device::State {
   Transfers transfers;
   std::vector<std::pair<ShaderKind, Program>> programs;
 
-  explicit State(const DeviceOptions& options);
+  explicit State(const GpuOptions& options);
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State();

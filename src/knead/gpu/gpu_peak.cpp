@@ -1,10 +1,10 @@
-// The arithmetic that a device can do at most.
+// The arithmetic that a GPU can do at most.
 #include <algorithm>
 #include <chrono>
 #include <limits>
 
-#include "knead/gpu/device.h"
-#include "knead/gpu/device_state.h"
+#include "knead/gpu/gpu.h"
+#include "knead/gpu/gpu_state.h"
 
 namespace knead::gpu {
 
@@ -61,7 +61,7 @@ double seconds_of(const Program& program, int rounds) {
 
 }  // namespace
 
-double Device::multiply_add_gflops() {
+double Gpu::multiply_add_gflops() {
   const CurrentContext current(state_->context);
   const Program program = make_compute_program(kShader);
   const Buffer result = make_buffer(nullptr, kWorkGroups * kThreadsToAWorkGroup * sizeof(float));

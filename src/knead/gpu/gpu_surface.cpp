@@ -1,4 +1,4 @@
-#include "knead/gpu/device_surface.h"
+#include "knead/gpu/gpu_surface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "knead/gpu/device_state.h"
 #include "knead/gpu/glsl_surface.h"
+#include "knead/gpu/gpu_state.h"
 #include "knead/math/error.h"
 #include "knead/math/triangle_ray.h"
 
@@ -57,10 +57,9 @@ void set(const Program& program, const char* name, const Vec3d& value) {
   glUniform3d(glGetUniformLocation(program.get(), name), value.x, value.y, value.z);
 }
 
-void bind_points(const Program& program, const DevicePoints::State& points) {
+void bind_points(const Program& program, const GpuPoints::State& points) {
   if (points.ranges.size() > kSurfaceRanges) {
-    throw DeviceError(
-        "the graphics driver's buffers are too small for a surface of so many points; use the cpu backend");
+    throw GpuError("the graphics driver's buffers are too small for a surface of so many points; use the cpu backend");
   }
   set(program, "points_to_a_range", points.ranges.front().count);
   for (std::size_t i = 0; i < kSurfaceRanges; ++i) {
@@ -69,7 +68,7 @@ void bind_points(const Program& program, const DevicePoints::State& points) {
 }
 
 // The first that the ray meets, and where it first leaves.
-std::optional<DeviceHit> nearest_of(std::span<const Candidate> candidates, const TriangleRay& ray) {
+std::optional<GpuHit> nearest_of(std::span<const Candidate> candidates, const TriangleRay& ray) {
   const Candidate* nearest = nullptr;
   double t = std::numeric_limits<double>::infinity();
   double leaves_at = std::numeric_limits<double>::infinity();
@@ -82,15 +81,15 @@ std::optional<DeviceHit> nearest_of(std::span<const Candidate> candidates, const
     t = meeting->t;
   }
   if (nearest == nullptr) return std::nullopt;
-  DeviceHit hit{nearest->triangle, t, nearest->corners};
+  GpuHit hit{nearest->triangle, t, nearest->corners};
   if (std::isfinite(leaves_at)) hit.leaves_at = leaves_at;
   return hit;
 }
 
 }  // namespace
 
-struct DeviceSurface::State {
-  Device::State& device;
+struct GpuSurface::State {
+  Gpu::State& gpu;
   std::size_t points = 0;  // that the triangles need
   std::vector<Part> parts{};
   Program volume{};
@@ -101,15 +100,15 @@ struct DeviceSurface::State {
   Buffer found{};
   std::size_t capacity = 256;  // of `found`
 
-  explicit State(Device::State& of) : device(of) {}
+  explicit State(Gpu::State& of) : gpu(of) {}
   State(const State&) = delete;
   State& operator=(const State&) = delete;
   ~State();
 
   void open(std::span<const Triangle> triangles);
 
-  void require(const DevicePoints::State& of) const {
-    if (of.size < points) throw InvalidInput("a triangle's corner is none of the device's points");
+  void require(const GpuPoints::State& of) const {
+    if (of.size < points) throw InvalidInput("a triangle's corner is none of the GPU's points");
   }
 
   // Sends all triangles through the program that is in use.
@@ -125,20 +124,20 @@ struct DeviceSurface::State {
     require_no_error();
   }
 
-  void find_candidates(const DevicePoints::State& of, const Vec3d& origin, const Vec3d& direction) const;
+  void find_candidates(const GpuPoints::State& of, const Vec3d& origin, const Vec3d& direction) const;
   std::vector<Candidate> read_candidates();
 };
 
-void DeviceSurface::State::open(std::span<const Triangle> triangles) {
+void GpuSurface::State::open(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles) points = std::max<std::size_t>(points, std::max({t[0], t[1], t[2]}) + 1ULL);
-  const CurrentContext current(device.context);
+  const CurrentContext current(gpu.context);
   constexpr std::size_t most_groups = 65535;  // that every driver takes in a call
-  const std::size_t groups = device.most_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
+  const std::size_t groups = gpu.most_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
   const std::size_t most = std::clamp<std::size_t>(groups, 1, most_groups) * kTrianglesToAWorkGroup;
   for (std::size_t begin = 0; begin < triangles.size(); begin += most) {
     const auto own = triangles.subspan(begin, std::min(most, triangles.size() - begin));
     parts.push_back({begin, own.size(), make_buffer(own.data(), own.size_bytes())});
-    device.count_sent(own.size_bytes());
+    gpu.count_sent(own.size_bytes());
   }
   volume = make_compute_program(volume_source());
   sum = make_compute_program(sum_source());
@@ -149,31 +148,30 @@ void DeviceSurface::State::open(std::span<const Triangle> triangles) {
   require_no_error();
 }
 
-DeviceSurface::State::~State() {
+GpuSurface::State::~State() {
   try {
-    const CurrentContext current(device.context);
+    const CurrentContext current(gpu.context);
     parts.clear();
     for (Program* program : {&volume, &sum, &candidates}) *program = {};
     for (Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
-  } catch (const DeviceError&) {  // of a lost device nothing is left to be freed
+  } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
     for (Part& part : parts) part.triangles.forget();
     for (Program* program : {&volume, &sum, &candidates}) program->forget();
     for (Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
   }
 }
 
-DeviceSurface::DeviceSurface(Device& device, std::span<const Triangle> triangles)
-    : state_(std::make_unique<State>(*device.state_)) {
+GpuSurface::GpuSurface(Gpu& gpu, std::span<const Triangle> triangles) : state_(std::make_unique<State>(*gpu.state_)) {
   state_->open(triangles);
 }
-DeviceSurface::~DeviceSurface() = default;
-DeviceSurface::DeviceSurface(DeviceSurface&&) noexcept = default;
-DeviceSurface& DeviceSurface::operator=(DeviceSurface&&) noexcept = default;
+GpuSurface::~GpuSurface() = default;
+GpuSurface::GpuSurface(GpuSurface&&) noexcept = default;
+GpuSurface& GpuSurface::operator=(GpuSurface&&) noexcept = default;
 
-double DeviceSurface::volume(const DevicePoints& points, const Vec3d& origin) const {
+double GpuSurface::volume(const GpuPoints& points, const Vec3d& origin) const {
   state_->require(*points.state_);
   if (state_->parts.empty()) return 0;
-  const CurrentContext current(state_->device.context);
+  const CurrentContext current(state_->gpu.context);
   const Program& program = state_->volume;
   glUseProgram(program.get());
   bind_points(program, *points.state_);
@@ -191,13 +189,12 @@ double DeviceSurface::volume(const DevicePoints& points, const Vec3d& origin) co
   glDispatchCompute(1, 1, 1);
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   double volume6 = 0;
-  state_->device.read(state_->result, 0, sizeof(double), &volume6);
+  state_->gpu.read(state_->result, 0, sizeof(double), &volume6);
   require_no_error();
   return volume6 / 6;
 }
 
-void DeviceSurface::State::find_candidates(const DevicePoints::State& of, const Vec3d& origin,
-                                           const Vec3d& direction) const {
+void GpuSurface::State::find_candidates(const GpuPoints::State& of, const Vec3d& origin, const Vec3d& direction) const {
   const std::size_t axis = TriangleRay(origin, direction).axis();
   const double along = direction[axis];
   glUseProgram(candidates.get());
@@ -212,14 +209,14 @@ void DeviceSurface::State::find_candidates(const DevicePoints::State& of, const 
 }
 
 // Nothing where there was no room for all; there is then.
-std::vector<Candidate> DeviceSurface::State::read_candidates() {
+std::vector<Candidate> GpuSurface::State::read_candidates() {
   struct Block {
     std::uint32_t count = 0;
     std::uint32_t unused = 0;
     std::array<Candidate, kReadAtOnce> first{};
   } block;
   static_assert(sizeof(Block) == bytes_of(kReadAtOnce));
-  device.read(found, 0, sizeof(Block), &block);
+  gpu.read(found, 0, sizeof(Block), &block);
   require_no_error();
   if (block.count > capacity) {
     found = make_buffer(nullptr, bytes_of(block.count));
@@ -228,16 +225,16 @@ std::vector<Candidate> DeviceSurface::State::read_candidates() {
   }
   std::vector<Candidate> all(block.first.begin(), block.first.end());
   all.resize(block.count);
-  if (block.count > kReadAtOnce) device.read(found, kHeaderBytes, all.size() * sizeof(Candidate), all.data());
+  if (block.count > kReadAtOnce) gpu.read(found, kHeaderBytes, all.size() * sizeof(Candidate), all.data());
   require_no_error();
   return all;
 }
 
-std::optional<DeviceHit> DeviceSurface::first_hit(const DevicePoints& points, const Vec3d& origin,
-                                                  const Vec3d& direction) const {
+std::optional<GpuHit> GpuSurface::first_hit(const GpuPoints& points, const Vec3d& origin,
+                                            const Vec3d& direction) const {
   state_->require(*points.state_);
   if (state_->parts.empty()) return std::nullopt;
-  const CurrentContext current(state_->device.context);
+  const CurrentContext current(state_->gpu.context);
   std::vector<Candidate> candidates;
   for (std::size_t room = 0; room != state_->capacity;) {  // once more where there was not enough
     room = state_->capacity;

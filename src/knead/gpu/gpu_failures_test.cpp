@@ -1,13 +1,13 @@
-// A graphics card that fails under way: no point is lost, and the CPU goes on.
+// A GPU that fails under way: no point is lost, and the CPU goes on.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <optional>
 
 #include "knead/gpu/context.h"
-#include "knead/gpu/device_fixture.h"
-#include "knead/gpu/device_surface.h"
 #include "knead/gpu/gl_buffers.h"
+#include "knead/gpu/gpu_fixture.h"
+#include "knead/gpu/gpu_surface.h"
 #include "knead/gpu/provoked_failures.h"
 #include "support/random_segments.h"
 #include "support/sanitized.h"
@@ -18,13 +18,13 @@ namespace {
 using test::moved;
 using test::Random;
 
-// With devices of their own, which it loses.
-class DeviceFailuresTest : public ::testing::Test {
+// With GPUs of their own, which it loses.
+class GpuFailuresTest : public ::testing::Test {
  protected:
   void SetUp() override {
     try {
-      device_.emplace();
-    } catch (const DeviceError& error) {
+      gpu_.emplace();
+    } catch (const GpuError& error) {
       if (says_none(error.what())) GTEST_SKIP() << error.what();
       FAIL() << error.what();
     }
@@ -32,14 +32,14 @@ class DeviceFailuresTest : public ::testing::Test {
   }
   void TearDown() override { provoke_nothing(); }
 
-  Device& device() { return *device_; }
-  void close() { device_.reset(); }
+  Gpu& gpu() { return *gpu_; }
+  void close() { gpu_.reset(); }
 
-  // Where a card has memory of its own, or a sanitizer much more than it uses, a limit says nothing.
-  bool can_starve() const { return device_->is_software() && !test::kSanitized; }
+  // Where a GPU has memory of its own, or a sanitizer much more than it uses, a limit says nothing.
+  bool can_starve() const { return gpu_->is_software() && !test::kSanitized; }
 
  private:
-  std::optional<Device> device_;
+  std::optional<Gpu> gpu_;
 };
 
 Flow two_moves() {
@@ -47,7 +47,7 @@ Flow two_moves() {
            test::resting(Rotation<double>{{0, 0, 1}, 0.7, 1}, Ball<double>{}, {0.1, 0, 0}, {0.2, 0.5})}};
 }
 
-EGLDisplay display_of_devices() {
+EGLDisplay gpu_display() {
   const Context context(false);
   const CurrentContext current(context);
   return eglGetCurrentDisplay();
@@ -57,20 +57,20 @@ template <class Call>
 std::string failure_of(Call call) {
   try {
     call();
-  } catch (const DeviceError& error) {
+  } catch (const GpuError& error) {
     return error.what();
   }
   return "none";
 }
 
-const char* const kNoAnswer = "the graphics device does not answer; start again, or use the cpu backend";
-const char* const kReset = "the graphics device was lost (its driver was reset); start again, or use the cpu backend";
+const char* const kNoAnswer = "the GPU does not answer; start again, or use the cpu backend";
+const char* const kReset = "the GPU was lost (its driver was reset); start again, or use the cpu backend";
 
 // A backend, what it said, and how it is called.
 struct WatchedBackend {
   std::vector<std::string> said{};
   Backend backend = backend_or_cpu([this](const std::string& why) {
-    lift_memory_limit();  // which is the card's
+    lift_memory_limit();  // which is the GPU's
     said.push_back(why);
   });
 
@@ -82,38 +82,38 @@ struct WatchedBackend {
   }
 };
 
-TEST_F(DeviceFailuresTest, ALostDisplayIsSaidByEveryCall) {
+TEST_F(GpuFailuresTest, ALostDisplayIsSaidByEveryCall) {
   Random random(841);
   const auto places = test::random_points(random, 300);
-  DevicePoints points = device().upload(places);
-  DevicePoints copy = device().upload(places);
+  GpuPoints points = gpu().upload(places);
+  GpuPoints copy = gpu().upload(places);
   const std::vector<std::array<std::uint32_t, 3>> triangles{{0, 1, 2}};
-  const DeviceSurface surface(device(), triangles);
-  device().enqueue(two_moves(), points, default_options(1));
-  ASSERT_EQ(eglTerminate(display_of_devices()), EGL_TRUE);
+  const GpuSurface surface(gpu(), triangles);
+  gpu().enqueue(two_moves(), points, default_options(1));
+  ASSERT_EQ(eglTerminate(gpu_display()), EGL_TRUE);
   auto own = places;
-  EXPECT_EQ(failure_of([&] { device().advect(two_moves(), own, default_options(1)); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().advect(two_moves(), own, default_options(1)); }), kNoAnswer);
   EXPECT_EQ(bits(own), bits(places));
-  EXPECT_EQ(failure_of([&] { device().advect(two_moves(), points, default_options(1)); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { device().enqueue(two_moves(), points, default_options(1)); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { device().collect(points); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { device().upload(places); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { device().download(points, own); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().advect(two_moves(), points, default_options(1)); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().enqueue(two_moves(), points, default_options(1)); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().collect(points); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().upload(places); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().download(points, own); }), kNoAnswer);
   EXPECT_EQ(bits(own), bits(places));
-  EXPECT_EQ(failure_of([&] { device().write(points, 0, places); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { device().assign(copy, points); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().write(points, 0, places); }), kNoAnswer);
+  EXPECT_EQ(failure_of([&] { gpu().assign(copy, points); }), kNoAnswer);
   EXPECT_EQ(failure_of([&] { surface.volume(points, {}); }), kNoAnswer);
   EXPECT_EQ(failure_of([&] { surface.first_hit(points, {}, {0, 0, 1}); }), kNoAnswer);
-  EXPECT_EQ(failure_of([&] { const DeviceSurface another(device(), triangles); }), kNoAnswer);
-  Device next;  // there is still a card
+  EXPECT_EQ(failure_of([&] { const GpuSurface another(gpu(), triangles); }), kNoAnswer);
+  Gpu next;  // there is still a GPU
   EXPECT_EQ(next.advect(two_moves(), own, default_options(1)).status, AdvectStatus::done);
   EXPECT_NE(bits(own), bits(places));
 }
 
 // Names of buffers mean other ones in another context.
-TEST_F(DeviceFailuresTest, ALostDeviceLeavesOtherContextsAlone) {
-  std::optional<DevicePoints> points = device().upload(std::vector<Vec3d>(300));
-  const EGLDisplay lost = display_of_devices();
+TEST_F(GpuFailuresTest, ALostGpuLeavesOtherContextsAlone) {
+  std::optional<GpuPoints> points = gpu().upload(std::vector<Vec3d>(300));
+  const EGLDisplay lost = gpu_display();
   const EGLDisplay other = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   if (other == lost || eglInitialize(other, nullptr, nullptr) == EGL_FALSE) GTEST_SKIP() << "there is but one display";
   const EGLContext context = eglCreateContext(other, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, nullptr);
@@ -130,16 +130,16 @@ TEST_F(DeviceFailuresTest, ALostDeviceLeavesOtherContextsAlone) {
   eglDestroyContext(other, context);
 }
 
-TEST_F(DeviceFailuresTest, TheCpuTakesOverFromALostDisplay) {
+TEST_F(GpuFailuresTest, TheCpuTakesOverFromALostDisplay) {
   Random random(842);
   const auto points = test::random_points(random, 300);
   const auto on_cpu = moved(two_moves(), points, default_options(1));
-  auto on_card = points;
-  device().advect(two_moves(), on_card, default_options(1));
+  auto on_gpu = points;
+  gpu().advect(two_moves(), on_gpu, default_options(1));
   for (int lost_at = 1; lost_at <= 4; ++lost_at) {  // points go up, are moved, come down, are freed
     SCOPED_TRACE(lost_at);
     WatchedBackend watched;
-    EXPECT_EQ(bits(watched.moved_by(two_moves(), points)), bits(on_card));
+    EXPECT_EQ(bits(watched.moved_by(two_moves(), points)), bits(on_gpu));
     Progress progress;
     lose_display_at_call(lost_at);
     const auto found = watched.moved_by(two_moves(), points, &progress);
@@ -148,7 +148,7 @@ TEST_F(DeviceFailuresTest, TheCpuTakesOverFromALostDisplay) {
       EXPECT_EQ(bits(found), bits(on_cpu));
       EXPECT_EQ(watched.said, std::vector<std::string>{kNoAnswer});
     } else {
-      EXPECT_EQ(bits(found), bits(on_card));
+      EXPECT_EQ(bits(found), bits(on_gpu));
       EXPECT_TRUE(watched.said.empty());
     }
     EXPECT_EQ(bits(watched.moved_by(two_moves(), points)), bits(on_cpu));
@@ -156,7 +156,7 @@ TEST_F(DeviceFailuresTest, TheCpuTakesOverFromALostDisplay) {
   }
 }
 
-TEST_F(DeviceFailuresTest, TheCpuTakesOverFromADriverThatWasReset) {
+TEST_F(GpuFailuresTest, TheCpuTakesOverFromADriverThatWasReset) {
   Random random(843);
   const auto points = test::random_points(random, 300);
   const auto on_cpu = moved(two_moves(), points, default_options(1));
@@ -164,7 +164,7 @@ TEST_F(DeviceFailuresTest, TheCpuTakesOverFromADriverThatWasReset) {
   int resets = 0;
   for (int call = 1; call <= 20; ++call) {
     SCOPED_TRACE(call);
-    Device own;
+    Gpu own;
     report_reset_at_call(call);
     const std::string failure = failure_of([&] { own.advect(two_moves(), untouched, default_options(1)); });
     if (failure == "none") break;
@@ -188,8 +188,8 @@ std::vector<Vec3d> many_points() {
   return points;
 }
 
-TEST_F(DeviceFailuresTest, TheCpuTakesOverWhereTheCardHasTooLittleMemory) {
-  if (!can_starve()) GTEST_SKIP() << "the card's memory is its own";
+TEST_F(GpuFailuresTest, TheCpuTakesOverWhereTheCardHasTooLittleMemory) {
+  if (!can_starve()) GTEST_SKIP() << "the GPU's memory is its own";
   const auto points = many_points();
   WatchedBackend watched;
   const std::vector<Vec3d> few(points.begin(), points.begin() + 1000);
@@ -197,10 +197,10 @@ TEST_F(DeviceFailuresTest, TheCpuTakesOverWhereTheCardHasTooLittleMemory) {
   EXPECT_TRUE(watched.said.empty());
   starve_buffers(1 << 25);
   const std::string expected =
-      "the graphics device has too little memory left for 48 MB more; close what else uses it, or use the cpu backend";
-  EXPECT_EQ(failure_of([&] { device().upload(points); }), expected);
+      "the GPU has too little memory left for 48 MB more; close what else uses it, or use the cpu backend";
+  EXPECT_EQ(failure_of([&] { gpu().upload(points); }), expected);
   auto small = few;
-  EXPECT_EQ(device().advect(two_moves(), small, default_options(1)).status, AdvectStatus::done);  // it is not lost
+  EXPECT_EQ(gpu().advect(two_moves(), small, default_options(1)).status, AdvectStatus::done);  // it is not lost
   Progress progress;
   const auto found = watched.moved_by(two_moves(), points, &progress);
   EXPECT_EQ(watched.said, std::vector<std::string>{expected});
@@ -209,7 +209,7 @@ TEST_F(DeviceFailuresTest, TheCpuTakesOverWhereTheCardHasTooLittleMemory) {
 }
 
 // The copy that comes down finds no place.
-TEST_F(DeviceFailuresTest, TheCpuTakesOverWhereTheProcessHasTooLittleMemory) {
+TEST_F(GpuFailuresTest, TheCpuTakesOverWhereTheProcessHasTooLittleMemory) {
   if (!can_starve()) GTEST_SKIP() << "memory cannot be limited here";
   const auto points = many_points();
   WatchedBackend watched;

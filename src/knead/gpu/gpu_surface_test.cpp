@@ -1,12 +1,12 @@
-// Volumes and rays on the device against the mesh's.
-#include "knead/gpu/device_surface.h"
+// Volumes and rays on the GPU against the mesh's.
+#include "knead/gpu/gpu_surface.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "knead/gpu/context.h"
-#include "knead/gpu/device_fixture.h"
+#include "knead/gpu/gpu_fixture.h"
 #include "knead/math/error.h"
 #include "knead/mesh/dirty_shapes.h"
 #include "knead/mesh/measures.h"
@@ -18,7 +18,7 @@ namespace {
 
 using test::Random;
 
-class DeviceSurfaceTest : public DeviceTest {};
+class GpuSurfaceTest : public GpuTest {};
 
 std::vector<DirtyShape> shapes() {
   return {{"sphere", make_shape(ShapeKind::sphere, 10000), {}},
@@ -47,37 +47,37 @@ double volume_scale(const Mesh& mesh) {
 }
 
 // The rounding of some 40,000 terms in another order: far below 1e-12 of the box.
-TEST_F(DeviceSurfaceTest, VolumeIsThatOfTheMesh) {
+TEST_F(GpuSurfaceTest, VolumeIsThatOfTheMesh) {
   for (const DirtyShape& shape : shapes()) {
     SCOPED_TRACE(shape.name);
     const Mesh& mesh = shape.mesh;
     const Box box = bounding_box(mesh.positions);
-    const DeviceSurface surface(device(), triangulate(mesh));
-    DevicePoints points = device().upload(mesh.positions);
+    const GpuSurface surface(gpu(), triangulate(mesh));
+    GpuPoints points = gpu().upload(mesh.positions);
     const double expected = measure(mesh).volume;
     EXPECT_NEAR(surface.volume(points, box.center()), expected, 1e-12 * std::abs(expected));
     EXPECT_NEAR(surface.volume(points, box.max), expected, 1e-12 * volume_scale(mesh));
-    device().advect(stirring(box), points, default_options(box.diagonal()));
-    const std::vector<Vec3d> moved = downloaded(device(), points);
+    gpu().advect(stirring(box), points, default_options(box.diagonal()));
+    const std::vector<Vec3d> moved = downloaded(gpu(), points);
     const double after = measure_volume_and_area(mesh, moved).volume;
     EXPECT_NEAR(surface.volume(points, bounding_box(moved).center()), after, 1e-12 * std::abs(after));
   }
 }
 
-TEST_F(DeviceSurfaceTest, VolumeHasTheSameBitsInBuffersOfAnySize) {
+TEST_F(GpuSurfaceTest, VolumeHasTheSameBitsInBuffersOfAnySize) {
   const Mesh mesh = make_shape(ShapeKind::knot, 20000);
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const DevicePoints points = device().upload(mesh.positions);
-  const DeviceSurface surface(device(), triangles);
+  const GpuPoints points = gpu().upload(mesh.positions);
+  const GpuSurface surface(gpu(), triangles);
   const double volume = surface.volume(points, {0.1, 0.2, 0.3});
   for (int i = 0; i < 20; ++i) EXPECT_EQ(surface.volume(points, {0.1, 0.2, 0.3}), volume);
   for (const std::size_t ranges : {2U, 3U, 4U}) {
-    DeviceOptions options;
+    GpuOptions options;
     options.most_points = (mesh.positions.size() / ranges / 64 + 1) * 64;
-    Device other(options);
-    const DevicePoints in_ranges = other.upload(mesh.positions);
-    EXPECT_EQ(Device::buffers(in_ranges).size(), ranges);
-    EXPECT_EQ(DeviceSurface(other, triangles).volume(in_ranges, {0.1, 0.2, 0.3}), volume);
+    Gpu other(options);
+    const GpuPoints in_ranges = other.upload(mesh.positions);
+    EXPECT_EQ(Gpu::buffers(in_ranges).size(), ranges);
+    EXPECT_EQ(GpuSurface(other, triangles).volume(in_ranges, {0.1, 0.2, 0.3}), volume);
   }
 }
 
@@ -89,9 +89,9 @@ std::optional<double> first_leaving(const std::vector<RayHit>& hits) {
   return std::nullopt;
 }
 
-bool expect_same_hit(const DeviceSurface& surface, const DevicePoints& points, const SurfaceTree& tree,
-                     const Vec3d& origin, const Vec3d& direction) {
-  const std::optional<DeviceHit> found = surface.first_hit(points, origin, direction);
+bool expect_same_hit(const GpuSurface& surface, const GpuPoints& points, const SurfaceTree& tree, const Vec3d& origin,
+                     const Vec3d& direction) {
+  const std::optional<GpuHit> found = surface.first_hit(points, origin, direction);
   const std::optional<RayHit> expected = tree.first_hit(origin, direction);
   EXPECT_EQ(found.has_value(), expected.has_value());
   if (!found || !expected) return false;
@@ -103,7 +103,7 @@ bool expect_same_hit(const DeviceSurface& surface, const DevicePoints& points, c
 
 // Rays from anywhere, inside too, to anywhere; half of them through vertices or from one to another, where all
 // triangles about them are met or missed by no more than rounding.
-int expect_same_hits(Random& random, const DeviceSurface& surface, const DevicePoints& points, const SurfaceTree& tree,
+int expect_same_hits(Random& random, const GpuSurface& surface, const GpuPoints& points, const SurfaceTree& tree,
                      const std::vector<Vec3d>& positions) {
   const Box box = bounding_box(positions);
   const auto vertex = [&] {
@@ -122,42 +122,42 @@ int expect_same_hits(Random& random, const DeviceSurface& surface, const DeviceP
   return hits;
 }
 
-TEST_F(DeviceSurfaceTest, RaysMeetTheTrianglesThatTheTreeFinds) {
+TEST_F(GpuSurfaceTest, RaysMeetTheTrianglesThatTheTreeFinds) {
   Random random(821);
   for (const DirtyShape& shape : shapes()) {
     SCOPED_TRACE(shape.name);
     const Mesh& mesh = shape.mesh;
     const std::vector<Triangle> triangles = triangulate(mesh);
-    const DeviceSurface surface(device(), triangles);
-    DevicePoints points = device().upload(mesh.positions);
+    const GpuSurface surface(gpu(), triangles);
+    GpuPoints points = gpu().upload(mesh.positions);
     SurfaceTree tree(triangles, mesh.positions);
     EXPECT_GE(expect_same_hits(random, surface, points, tree, mesh.positions), 20);
     const Box box = bounding_box(mesh.positions);
-    device().advect(stirring(box), points, default_options(box.diagonal()));
-    const std::vector<Vec3d> moved = downloaded(device(), points);
+    gpu().advect(stirring(box), points, default_options(box.diagonal()));
+    const std::vector<Vec3d> moved = downloaded(gpu(), points);
     EXPECT_GT(test::greatest_distance(moved, mesh.positions), 0.01 * box.diagonal());
     tree.refit(moved);
     EXPECT_GE(expect_same_hits(random, surface, points, tree, moved), 20);
   }
 }
 
-TEST_F(DeviceSurfaceTest, RaysInBuffersOfAnySize) {
+TEST_F(GpuSurfaceTest, RaysInBuffersOfAnySize) {
   Random random(822);
   const Mesh mesh = make_shape(ShapeKind::hand, 8000);
-  DeviceOptions options;
+  GpuOptions options;
   options.most_points = (mesh.positions.size() / 4 / 64 + 1) * 64;
-  Device other(options);
+  Gpu other(options);
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const DeviceSurface surface(other, triangles);
-  const DevicePoints points = other.upload(mesh.positions);
-  EXPECT_EQ(Device::buffers(points).size(), 4U);
+  const GpuSurface surface(other, triangles);
+  const GpuPoints points = other.upload(mesh.positions);
+  EXPECT_EQ(Gpu::buffers(points).size(), 4U);
   EXPECT_GE(expect_same_hits(random, surface, points, SurfaceTree(triangles, mesh.positions), mesh.positions), 20);
 }
 
-TEST_F(DeviceSurfaceTest, RaysSeeFromInsideAndFindNothingOutside) {
+TEST_F(GpuSurfaceTest, RaysSeeFromInsideAndFindNothingOutside) {
   const Mesh mesh = make_shape(ShapeKind::sphere, 642);
-  const DeviceSurface surface(device(), triangulate(mesh));
-  const DevicePoints points = device().upload(mesh.positions);
+  const GpuSurface surface(gpu(), triangulate(mesh));
+  const GpuPoints points = gpu().upload(mesh.positions);
   const auto from_inside = surface.first_hit(points, {0.1, 0.2, 0.1}, {1, 2, 3});
   ASSERT_TRUE(from_inside);
   EXPECT_EQ(from_inside->leaves_at, from_inside->t);
@@ -173,7 +173,7 @@ TEST_F(DeviceSurfaceTest, RaysSeeFromInsideAndFindNothingOutside) {
 }
 
 // A thousand sheets of paper, of which two lie in one place: more than are read at once, and than there is room for.
-TEST_F(DeviceSurfaceTest, RaysThroughManyTriangles) {
+TEST_F(GpuSurfaceTest, RaysThroughManyTriangles) {
   std::vector<Vec3d> positions;
   std::vector<Triangle> triangles;
   for (std::uint32_t i = 0; i < 1000; ++i) {
@@ -183,10 +183,10 @@ TEST_F(DeviceSurfaceTest, RaysThroughManyTriangles) {
     }
     triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
-  const DevicePoints points = device().upload(positions);
+  const GpuPoints points = gpu().upload(positions);
   for (const std::size_t sheets : {10U, 100U, 1000U}) {
     const std::span<const Triangle> some(triangles.data() + 1000 - sheets, sheets);
-    const DeviceSurface surface(device(), some);
+    const GpuSurface surface(gpu(), some);
     const auto hit = surface.first_hit(points, {0.2, 0.3, 2000}, {0, 0, -1});
     ASSERT_TRUE(hit);
     EXPECT_EQ(hit->triangle, sheets == 1000 ? 700U : sheets - 1);
@@ -195,54 +195,54 @@ TEST_F(DeviceSurfaceTest, RaysThroughManyTriangles) {
   }
 }
 
-TEST_F(DeviceSurfaceTest, ReadsLittleAndSendsNothing) {
+TEST_F(GpuSurfaceTest, ReadsLittleAndSendsNothing) {
   const Mesh mesh = make_shape(ShapeKind::torus, 3000);
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const DevicePoints points = device().upload(mesh.positions);
-  const std::uint64_t sent = device().transfers().bytes_sent;
-  const DeviceSurface surface(device(), triangles);
-  const Transfers before = device().transfers();
+  const GpuPoints points = gpu().upload(mesh.positions);
+  const std::uint64_t sent = gpu().transfers().bytes_sent;
+  const GpuSurface surface(gpu(), triangles);
+  const Transfers before = gpu().transfers();
   EXPECT_EQ(before.bytes_sent - sent, triangles.size() * 12);
   surface.volume(points, {});
-  const Transfers between = device().transfers();
+  const Transfers between = gpu().transfers();
   EXPECT_EQ(between.read - before.read, 1U);
   EXPECT_EQ(between.bytes_read - before.bytes_read, 8U);
   ASSERT_TRUE(surface.first_hit(points, {5, 0.1, 0.2}, {-1, 0, 0}));
-  const Transfers after = device().transfers();
+  const Transfers after = gpu().transfers();
   EXPECT_EQ(after.read - between.read, 1U);
   EXPECT_LE(after.bytes_read - between.bytes_read, 2048U);
   EXPECT_EQ(after.sent, before.sent);
 }
 
-TEST_F(DeviceSurfaceTest, RefusesWhatItCannotDo) {
+TEST_F(GpuSurfaceTest, RefusesWhatItCannotDo) {
   const std::vector<Triangle> triangles{{0, 1, 300}};
-  const DeviceSurface surface(device(), triangles);
-  const DevicePoints few = device().upload(std::vector<Vec3d>(300));
+  const GpuSurface surface(gpu(), triangles);
+  const GpuPoints few = gpu().upload(std::vector<Vec3d>(300));
   EXPECT_THROW(surface.volume(few, {}), InvalidInput);
   EXPECT_THROW(surface.first_hit(few, {}, {0, 0, 1}), InvalidInput);
-  DeviceOptions options;
+  GpuOptions options;
   options.most_points = 64;
-  Device other(options);
-  const DevicePoints in_ranges = other.upload(std::vector<Vec3d>(301));
-  EXPECT_THROW(DeviceSurface(other, triangles).volume(in_ranges, {}), DeviceError);
-  const DeviceSurface nothing(device(), {});
+  Gpu other(options);
+  const GpuPoints in_ranges = other.upload(std::vector<Vec3d>(301));
+  EXPECT_THROW(GpuSurface(other, triangles).volume(in_ranges, {}), GpuError);
+  const GpuSurface nothing(gpu(), {});
   EXPECT_EQ(nothing.volume(few, {}), 0);
   EXPECT_FALSE(nothing.first_hit(few, {}, {0, 0, 1}));
 }
 
-TEST_F(DeviceSurfaceTest, InTheContextThatIsCurrent) {
+TEST_F(GpuSurfaceTest, InTheContextThatIsCurrent) {
   Random random(823);
   const Mesh mesh = make_shape(ShapeKind::torus, 3000);
   const std::vector<Triangle> triangles = triangulate(mesh);
-  const DeviceSurface own(device(), triangles);
-  const double volume = own.volume(device().upload(mesh.positions), {});
+  const GpuSurface own(gpu(), triangles);
+  const double volume = own.volume(gpu().upload(mesh.positions), {});
   const Context context(false);
   const CurrentContext current(context);
-  DeviceOptions options;
+  GpuOptions options;
   options.in_current_context = true;
-  Device adopting(options);
-  const DeviceSurface surface(adopting, triangles);
-  const DevicePoints points = adopting.upload(mesh.positions);
+  Gpu adopting(options);
+  const GpuSurface surface(adopting, triangles);
+  const GpuPoints points = adopting.upload(mesh.positions);
   EXPECT_EQ(surface.volume(points, {}), volume);
   EXPECT_GE(expect_same_hits(random, surface, points, SurfaceTree(triangles, mesh.positions), mesh.positions), 20);
 }

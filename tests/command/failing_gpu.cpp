@@ -1,4 +1,4 @@
-// Loaded into the command before its own libraries (LD_PRELOAD): makes its graphics device fail, as KNEAD_TEST_LOSE_AT
+// Loaded into the command before its own libraries (LD_PRELOAD): makes its GPU fail, as KNEAD_TEST_LOSE_AT
 // and KNEAD_TEST_STARVE say.
 #include <cstdlib>
 #include <string>
