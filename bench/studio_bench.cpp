@@ -85,7 +85,7 @@ Figures by_card(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, st
   CardShape card;
   const double diagonal = bounding_box(mesh.positions).diagonal();
   card.follow(bench.state(), nullptr, diagonal, view);
-  Ahead ahead{bench.state(), {}};
+  PendingStrokes ahead{bench.state(), {}};
   const std::uint64_t before = card.transfers().read;
   const Figures figures = measured([&](std::size_t i) {
     const std::size_t sent = card.transfers().bytes_sent;

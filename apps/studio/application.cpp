@@ -16,15 +16,15 @@
 #include <vector>
 
 #include "card_shape.h"
-#include "dialogs.h"
 #include "drawn_shape.h"
-#include "gui.h"
 #include "knead/io/atomic_file.h"
 #include "knead/render/live_view.h"
-#include "overlay.h"
-#include "panels.h"
+#include "panels/dialogs.h"
+#include "panels/panels.h"
+#include "platform/gui.h"
+#include "platform/window.h"
 #include "studio.h"
-#include "window.h"
+#include "view/overlay.h"
 
 namespace knead::studio {
 
@@ -229,7 +229,7 @@ class Application {
     try {
       const std::uint64_t sent = card_->transfers().bytes_sent;
       const bool was_ahead = card_->is_ahead();
-      const bool has_moved = card_->follow(studio_.shown().state, studio_.ahead(), studio_.shown().diagonal, view_);
+      const bool has_moved = card_->follow(studio_.shown().state, studio_.pending(), studio_.shown().diagonal, view_);
       if (has_moved) times_.uploaded = card_->transfers().bytes_sent - sent;
       if (!was_ahead && card_->is_ahead()) reads_before_ = card_->transfers().read;
       if (!card_->is_ahead()) times_.volume.reset();
@@ -284,7 +284,7 @@ class Application {
   }
 
   void set_title() {
-    const Shown& shown = studio_.shown();
+    const DocumentState& shown = studio_.shown();
     const std::string name = shown.session_path.empty() ? shown.title : shown.session_path.filename().string();
     const std::string title =
         name.empty() ? "Knead Studio" : name + (shown.is_changed ? "* - " : " - ") + "Knead Studio";

@@ -55,10 +55,11 @@ gpu::GpuOptions here(gpu::GpuOptions options) {
 
 CardShape::CardShape(const gpu::GpuOptions& options) : device_(here(options)) {}
 
-bool CardShape::follow(const ShapeState& state, const Ahead* ahead, double diagonal, render::LiveView& view) {
+bool CardShape::follow(const ShapeState& state, const PendingStrokes* pending, double diagonal,
+                       render::LiveView& view) {
   if (state.mesh == nullptr) return false;
-  const bool is_ahead = ahead != nullptr && can_be_ahead(ahead->strokes);
-  const ShapeState& base = is_ahead ? ahead->start : state;
+  const bool is_ahead = pending != nullptr && can_be_ahead(pending->strokes);
+  const ShapeState& base = is_ahead ? pending->start : state;
   bool has_changed = rest_at(base);
   if (!has_view_) {
     view.set_shape(base.to_mesh());
@@ -66,7 +67,7 @@ bool CardShape::follow(const ShapeState& state, const Ahead* ahead, double diago
     has_changed = true;
   }
   if (is_ahead) {
-    has_changed = go_ahead(ahead->strokes, diagonal) || has_changed;
+    has_changed = go_ahead(pending->strokes, diagonal) || has_changed;
   } else {
     check_work();
     has_changed = come_back() || has_changed;

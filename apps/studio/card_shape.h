@@ -30,9 +30,9 @@ class CardShape {
   const std::string& description() const { return device_.description(); }
   bool is_software() const { return device_.is_software(); }  // no card, but Mesa's stand-in for one
 
-  // Gives the view what it is to show. ahead as Studio's; diagonal: of the shape as it was opened. Returns whether
+  // Gives the view what it is to show. pending as Studio's; diagonal: of the shape as it was opened. Returns whether
   // anything has changed since the last call.
-  bool follow(const ShapeState& state, const Ahead* ahead, double diagonal, render::LiveView& view);
+  bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
   // The next call of follow gives the view all, as a new one needs.
   void forget_view() { has_view_ = false; }

@@ -42,8 +42,8 @@ class CardShapeTest : public StudioTest {
   }
 
   bool follow(const Studio& studio) {
-    const Shown& shown = studio.shown();
-    return card_->follow(shown.state, studio.ahead(), shown.diagonal, *view_);
+    const DocumentState& shown = studio.shown();
+    return card_->follow(shown.state, studio.pending(), shown.diagonal, *view_);
   }
 
   // Greatest distance between what is seen and the CPU's shape, of the diagonal.
@@ -74,10 +74,10 @@ TEST_P(EveryToolOnTheCard, IsSeenAsTheCpuDoesItAndEndsWithItsBits) {
     const std::uint64_t before = card_->transfers().read;
     follow(studio);
     // Nothing is read back for a picture; once, when a gesture ends.
-    EXPECT_LE(card_->transfers().read, before + (studio.ahead() == nullptr ? 1 : 0));
+    EXPECT_LE(card_->transfers().read, before + (studio.pending() == nullptr ? 1 : 0));
     most = std::max(most, distance(studio));
     ++read_by_test;
-    if (studio.ahead() == nullptr) {
+    if (studio.pending() == nullptr) {
       EXPECT_TRUE(card_->positions() == positions(studio));
     }
   };
@@ -136,7 +136,7 @@ TEST_F(CardShapeTest, AWorkerThatIsBehindCatchesUp) {
 {"wait": true})");
   run_script(lines, "script", studio, host);
   EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(studio.ahead(), nullptr);
+  EXPECT_EQ(studio.pending(), nullptr);
   EXPECT_EQ(studio.shown().history.size(), 2u);
   EXPECT_TRUE(card_->positions() == positions(studio));
 }

@@ -10,8 +10,8 @@
 #include "knead/io/atomic_file.h"
 #include "knead/render/context.h"
 #include "knead/render/live_view.h"
-#include "overlay.h"
 #include "script.h"
+#include "view/overlay.h"
 
 namespace knead::studio {
 
@@ -32,9 +32,9 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Back
     canvas.emplace();
     if (backend == BackendChoice::gpu) canvas->card.emplace();
   }
-  const Shown& shown = studio.shown();
+  const DocumentState& shown = studio.shown();
   if (canvas->card) {
-    canvas->card->follow(shown.state, studio.ahead(), shown.diagonal, canvas->view);
+    canvas->card->follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
   } else {
     canvas->shape.follow(shown.state, canvas->view);
   }

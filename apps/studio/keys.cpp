@@ -42,7 +42,7 @@ const std::array<ActionInfo, kActionCount> kActions{{
     {tool_stretch, "tool_stretch", "Stretch", "Tools", {"8"}},
     {tool_twist, "tool_twist", "Twist", "Tools", {"9"}},
     {tool_bend, "tool_bend", "Bend", "Tools", {"0"}},
-    {tool_marks, "tool_marks", "Marked regions", "Tools", {"-"}},
+    {tool_handles, "tool_handles", "Handles", "Tools", {"-"}},
     {radius, "radius", "Radius by moving the pointer", "Tools", {"F"}},
     {inner_ratio, "inner_ratio", "Inner ratio by moving the pointer", "Tools", {"Shift+F"}},
     {larger, "larger", "Larger radius", "Tools", {"]"}},
@@ -141,6 +141,7 @@ std::string_view title_of(Action action) { return info(action).title; }
 std::string_view group_of(Action action) { return info(action).group; }
 
 std::optional<Action> action_named(std::string_view name) {
+  if (name == "tool_marks") return tool_handles;  // its name in version 0.1
   for (const ActionInfo& info : kActions) {
     if (info.name == name) return info.action;
   }

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "event.h"
+#include "platform/event.h"
 
 namespace knead::studio {
 
@@ -34,7 +34,7 @@ enum class Action {
   tool_stretch,
   tool_twist,
   tool_bend,
-  tool_marks,
+  tool_handles,
   radius,
   inner_ratio,
   larger,

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "gestures/navigation.h"
 #include "keys.h"
-#include "navigation.h"
 
 namespace knead::studio {
 

@@ -46,6 +46,7 @@ Modifiers modifiers_of(const Json& line) {
 }
 
 ToolKind tool_named(const std::string& name) {
+  if (name == "marks") return ToolKind::handles;  // its name in version 0.1
   for (int i = 0; i < kToolCount; ++i) {
     std::string known = name_of(static_cast<ToolKind>(i));
     known.front() = static_cast<char>(std::tolower(known.front()));
@@ -182,14 +183,14 @@ class Script {
       to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
       to.axis = vector_of(value);
-    } else if (key == "mark") {
-      to.mark = static_cast<MarkMode>(choice(value, {"full", "zero", "erase", "move"}));
+    } else if (key == "handle" || key == "mark") {
+      to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
     } else if (key == "on_surface") {
       to.on_surface = value.get<bool>();
     } else if (key == "paint_in") {
       to.paint_in = value.get<bool>();
-    } else if (key == "whole_limb") {
-      to.whole_limb = value.get<bool>();
+    } else if (key == "barrel" || key == "whole_limb") {
+      to.uses_barrel = value.get<bool>();
     } else if (key == "mirror") {
       to.mirror = value.get<std::array<bool, 3>>();
     } else if (key == "remesh") {

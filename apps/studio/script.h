@@ -12,7 +12,7 @@
 //   {"tool": "ball"}                            its name in lower case
 //   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "drag": "view" | "surface" | "normal" | "axis",
 //            "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true, "max_edge": 0.1,
-//            "mark": "full" | "zero" | "erase" | "move", "capsule_length": 1, "stamp_size": 0.5, "whole_limb": true}}
+//            "handle": "full" | "zero" | "erase" | "move", "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
 //   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3}}
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}
 //   {"stamp": "letter-y" | FILE} {"edit": 0, "strokes": [{"tool": ...}]} {"look_at": 1} {"look_at": null}

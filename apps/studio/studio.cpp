@@ -20,9 +20,9 @@ constexpr double kRatioPerPixel = 0.003;
 
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
-DeskOptions desk_options(const StudioOptions& options, std::function<void(const Shown&)> show,
-                         std::function<void(Notice)> tell) {
-  DeskOptions result;
+DocumentOptions document_options(const StudioOptions& options, std::function<void(const DocumentState&)> show,
+                                 std::function<void(Notice)> tell) {
+  DocumentOptions result;
   result.journals = journals_of(options);
   result.threads = options.threads;
   result.show = std::move(show);
@@ -34,14 +34,14 @@ DeskOptions desk_options(const StudioOptions& options, std::function<void(const 
 
 Studio::Studio(StudioOptions options)
     : options_(std::move(options)),
-      desk_(desk_options(
+      document_(document_options(
           options_,
-          [this](const Shown& shown) {
+          [this](const DocumentState& shown) {
             const std::lock_guard lock(mailbox_.mutex);
             mailbox_.shown = shown;
           },
           [this](Notice notice) { tell(std::move(notice)); })) {
-  worker_.emplace(options_.has_worker, [this](Progress& /*progress*/) { desk_.when_idle(); });
+  worker_.emplace(options_.has_worker, [this](Progress& /*progress*/) { document_.when_idle(); });
   LoadedPreferences loaded = load_preferences(options_.config);
   preferences_ = std::move(loaded.preferences);
   for (std::string& message : loaded.messages) tell({true, std::move(message)});
@@ -73,25 +73,25 @@ void Studio::refresh() {
   {
     const std::lock_guard lock(mailbox_.mutex);
     if (mailbox_.shown.version != shown_.version) shown_ = mailbox_.shown;
-    if (mailbox_.limb && placed_.placement == mailbox_.limb->first) placed_.placement = mailbox_.limb->second;
-    mailbox_.limb.reset();
+    if (mailbox_.barrel && placed_.placement == mailbox_.barrel->first) placed_.placement = mailbox_.barrel->second;
+    mailbox_.barrel.reset();
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
-  if (!gesture_ && shown_.ended == ended_) ahead_.reset();
-  if (placed_.marks.size() != shown_.state.positions.size()) placed_.marks.clear();
+  if (!gesture_ && shown_.ended == ended_) pending_.reset();
+  if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
 }
 
 void Studio::after_opening() {
   gesture_.reset();
-  ahead_.reset();
+  pending_.reset();
   ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
   placed_ = {};
   settings_.radius = kFirstRadius * shown_.diagonal;
   view_.cut = false;
   frame_all();
-  if (stamp) set_stamp([this, stamp] { return desk_.add_stamp(stamp->name, *stamp->mesh); });
+  if (stamp) set_stamp([this, stamp] { return document_.add_stamp(stamp->name, *stamp->mesh); });
   if (shown_.shape_path.empty()) return;
   add_recent(recent_, std::filesystem::absolute(shown_.shape_path));
   try {
@@ -121,9 +121,9 @@ bool Studio::asks_hit_test() const {
   return hit_test_ && asks_once && settings_.drag != DragMode::surface && !picker_is_right();
 }
 
-const Ahead* Studio::ahead() const {
-  const bool is_meant = ahead_ && !ahead_->strokes.empty() && shown_.refusal.empty();
-  return is_meant ? &*ahead_ : nullptr;
+const PendingStrokes* Studio::pending() const {
+  const bool is_meant = pending_ && !pending_->strokes.empty() && shown_.refusal.empty();
+  return is_meant ? &*pending_ : nullptr;
 }
 
 void Studio::frame_all() {
@@ -185,8 +185,8 @@ void Studio::begin() {
   }
   gesture_ = begin_gesture(pointer_, around, placed_);
   sent_strokes_.clear();
-  if (!ahead_) {
-    ahead_ = Ahead{shown_.state, {}};
+  if (!pending_) {
+    pending_ = PendingStrokes{shown_.state, {}};
     ended_strokes_.clear();
   }
   if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
@@ -221,9 +221,9 @@ void Studio::send_live() {
     live.push_back({std::move(stroke)});
     if (settings_.remesh) live.back().remesh = settings_.remesh_settings;
   }
-  ahead_->strokes = ended_strokes_;
-  ahead_->strokes.insert(ahead_->strokes.end(), live.begin(), live.end());
-  sent_ = worker_->post_latest([this, live](Progress& progress) { desk_.set_live(live, progress); });
+  pending_->strokes = ended_strokes_;
+  pending_->strokes.insert(pending_->strokes.end(), live.begin(), live.end());
+  sent_ = worker_->post_latest([this, live](Progress& progress) { document_.set_live(live, progress); });
   refresh();
 }
 
@@ -236,24 +236,24 @@ void Studio::end(bool is_kept) {
   sent_strokes_.clear();
   if (did_something) ++ended_;
   if (did_something && is_kept) {
-    ended_strokes_ = ahead_->strokes;
-    post([this](Progress& progress) { desk_.finish(progress); });
+    ended_strokes_ = pending_->strokes;
+    post([this](Progress& progress) { document_.finish(progress); });
   } else if (did_something) {
-    ahead_->strokes = ended_strokes_;
-    post([this](Progress& progress) { desk_.give_up(progress); });
+    pending_->strokes = ended_strokes_;
+    post([this](Progress& progress) { document_.give_up(progress); });
   }
-  if (was_placing) propose_limb(was_clicked);
+  if (was_placing) find_barrel(was_clicked);
 }
 
-void Studio::propose_limb(bool may_turn) {
-  const bool needs_limb = settings_.tool == ToolKind::twist || settings_.tool == ToolKind::bend;
-  if (!needs_limb || !settings_.whole_limb || !placed_.placement) return;
+void Studio::find_barrel(bool may_turn) {
+  const bool needs_barrel = settings_.tool == ToolKind::twist || settings_.tool == ToolKind::bend;
+  if (!needs_barrel || !settings_.uses_barrel || !placed_.placement) return;
   const Placement placement = *placed_.placement;
   const bool bends = settings_.tool == ToolKind::bend;
   post([this, placement, bends, may_turn](Progress& /*progress*/) {
-    const Placement found = desk_.with_limb(placement, bends, may_turn);
+    const Placement found = document_.with_barrel(placement, bends, may_turn);
     const std::lock_guard lock(mailbox_.mutex);
-    mailbox_.limb = {placement, found};
+    mailbox_.barrel = {placement, found};
   });
 }
 
@@ -279,32 +279,32 @@ void Studio::adjust(double x) {
 
 void Studio::open(const std::filesystem::path& path) {
   if (path.extension() == ".knead") {
-    post([this, path](Progress& progress) { desk_.open_session(path, progress); });
+    post([this, path](Progress& progress) { document_.open_session(path, progress); });
   } else {
-    post([this, path](Progress& progress) { desk_.open_shape(path, progress); });
+    post([this, path](Progress& progress) { document_.open_shape(path, progress); });
   }
 }
 
 void Studio::open_made(ShapeKind kind, std::size_t vertices) {
-  post([this, kind, vertices](Progress& progress) { desk_.open_made(kind, vertices, progress); });
+  post([this, kind, vertices](Progress& progress) { document_.open_made(kind, vertices, progress); });
 }
 
 void Studio::save(const std::filesystem::path& path) {
-  post([this, path](Progress& /*progress*/) { desk_.save(path); });
+  post([this, path](Progress& /*progress*/) { document_.save(path); });
 }
 
 void Studio::export_shape(const std::filesystem::path& path, bool as_double) {
-  post([this, path, as_double](Progress& /*progress*/) { desk_.export_shape(path, as_double); });
+  post([this, path, as_double](Progress& /*progress*/) { document_.export_shape(path, as_double); });
 }
 
 void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
-  post([this, pattern, frames](Progress& progress) { desk_.export_frames(pattern, frames, progress); });
+  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); });
 }
 
 // The path may be one of those that are erased.
 void Studio::recover(std::filesystem::path journal) {
   std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
-  post([this, journal](Progress& progress) { desk_.recover(journal, progress); });
+  post([this, journal](Progress& progress) { document_.recover(journal, progress); });
 }
 
 void Studio::discard(std::filesystem::path journal) {
@@ -314,26 +314,26 @@ void Studio::discard(std::filesystem::path journal) {
 
 void Studio::undo() {
   if (gesture_) return end(false);
-  post([this](Progress& progress) { desk_.undo(progress); });
+  post([this](Progress& progress) { document_.undo(progress); });
 }
 
 void Studio::redo() {
   if (gesture_) return;
-  post([this](Progress& progress) { desk_.redo(progress); });
+  post([this](Progress& progress) { document_.redo(progress); });
 }
 
 void Studio::edit(std::size_t entry, std::vector<SessionStroke> strokes) {
   if (gesture_) end(false);
-  post([this, entry, strokes = std::move(strokes)](Progress& progress) { desk_.edit(entry, strokes, progress); });
+  post([this, entry, strokes = std::move(strokes)](Progress& progress) { document_.edit(entry, strokes, progress); });
 }
 
 void Studio::look_at(std::optional<std::size_t> entries) {
   if (gesture_) end(false);
-  post([this, entries](Progress& progress) { desk_.look_at(entries, progress); });
+  post([this, entries](Progress& progress) { document_.look_at(entries, progress); });
 }
 
 void Studio::count_crossings() {
-  post([this](Progress& /*progress*/) { desk_.count_crossings(); });
+  post([this](Progress& /*progress*/) { document_.count_crossings(); });
 }
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {
@@ -350,14 +350,14 @@ void Studio::set_stamp(const std::function<StampShape()>& make) {
 
 void Studio::use_stamp(ShapeKind kind) {
   set_stamp([this, kind] {
-    return desk_.add_stamp(std::string(shape_names()[static_cast<std::size_t>(kind)]), make_shape(kind));
+    return document_.add_stamp(std::string(shape_names()[static_cast<std::size_t>(kind)]), make_shape(kind));
   });
 }
 
 void Studio::use_stamp(const std::filesystem::path& file) {
   if (gesture_) end(false);
   settings_.tool = ToolKind::stamp;
-  set_stamp([this, file] { return desk_.add_stamp(file.stem().string(), read_shape(file).mesh); });
+  set_stamp([this, file] { return document_.add_stamp(file.stem().string(), read_shape(file).mesh); });
 }
 
 void Studio::clear_placed() {
@@ -372,7 +372,7 @@ std::vector<Stroke> Studio::preview() const {
 }
 
 void Studio::close() {
-  post([this](Progress& /*progress*/) { desk_.close(); });
+  post([this](Progress& /*progress*/) { document_.close(); });
   worker_->wait();
 }
 

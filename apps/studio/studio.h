@@ -12,15 +12,15 @@
 #include <string>
 #include <vector>
 
-#include "desk.h"
-#include "event.h"
-#include "gesture.h"
+#include "document/document.h"
+#include "gestures/gesture.h"
+#include "gestures/navigation.h"
+#include "gestures/tools.h"
 #include "keys.h"
 #include "knead/render/live_view.h"
-#include "navigation.h"
+#include "platform/event.h"
+#include "platform/worker.h"
 #include "preferences.h"
-#include "tools.h"
-#include "worker.h"
 
 namespace knead::studio {
 
@@ -47,7 +47,7 @@ struct ViewSettings {
 };
 
 // What hands have done that the worker has not: the shape as it was before, and the strokes since.
-struct Ahead {
+struct PendingStrokes {
   ShapeState start;
   std::vector<SessionStroke> strokes;
 };
@@ -102,9 +102,9 @@ class Studio {
   Navigation& navigation() { return navigation_; }
   Preferences& preferences() { return preferences_; }
   const Placed& placed() const { return placed_; }
-  const Shown& shown() const { return shown_; }
+  const DocumentState& shown() const { return shown_; }
   // Of the gesture under way and those before it that are not done yet; null: the shape is as shown.
-  const Ahead* ahead() const;
+  const PendingStrokes* pending() const;
   const std::optional<Gesture>& gesture() const { return gesture_; }
   const Pointer& pointer() const { return pointer_; }
   bool pointer_is_over_view() const { return pointer_is_over_view_; }
@@ -146,7 +146,7 @@ class Studio {
   void end(bool is_kept);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
-  void propose_limb(bool may_turn);
+  void find_barrel(bool may_turn);
   void set_stamp(const std::function<StampShape()>& make);
   void frame_all();
   bool perform_view(Action action);
@@ -164,26 +164,26 @@ class Studio {
   std::optional<Gesture> gesture_;
   std::uint64_t sent_ = 0;  // number of the last live job
   std::vector<Stroke> sent_strokes_;
-  std::optional<Ahead> ahead_;
-  std::vector<SessionStroke> ended_strokes_;  // of ahead_, those of gestures that have ended
+  std::optional<PendingStrokes> pending_;
+  std::vector<SessionStroke> ended_strokes_;  // of pending_, those of gestures that have ended
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
   HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;
   std::vector<AbandonedJournal> abandoned_;
-  Shown shown_;
+  DocumentState shown_;
 
   // Between the threads.
   struct Mailbox {
     std::mutex mutex;
-    Shown shown;
+    DocumentState shown;
     std::vector<Notice> notices;
-    std::optional<std::pair<Placement, Placement>> limb;  // as it was, and with its limb
+    std::optional<std::pair<Placement, Placement>> barrel;  // as it was, and with its barrel
     std::optional<StampShape> stamp;
   };
   Mailbox mailbox_;
-  Desk desk_;                     // the worker's
+  Document document_;             // the worker's
   std::optional<Worker> worker_;  // ends before what its jobs use
 };
 

@@ -43,7 +43,7 @@ void Studio::choose(ToolKind tool) {
   if (gesture_) end(false);
   settings_.tool = tool;
   if (tool == ToolKind::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
-  propose_limb(false);
+  find_barrel(false);
 }
 
 void Studio::perform(Action action) {

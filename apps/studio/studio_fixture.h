@@ -128,20 +128,20 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
                                        1},
                                       {"twist", R"({"tool": "twist"}
-{"set": {"whole_limb": false}}
+{"set": {"barrel": false}}
 {"click": [0, 0, 1]}
 {"drag": [[-0.9, -0.9, 0], [-0.5, -0.9, 0]]})",
                                        1},
                                       {"bend", R"({"tool": "bend"}
-{"set": {"whole_limb": false}}
+{"set": {"barrel": false}}
 {"click": [0, 0, 1]}
 {"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]]})",
                                        1},
-                                      {"marks", R"({"tool": "marks"}
+                                      {"handles", R"({"tool": "handles"}
 {"click": [0, 0, 1]}
-{"set": {"mark": "zero"}}
+{"set": {"handle": "zero"}}
 {"drag": [[-0.8, -0.5, 0.3], [0.8, -0.5, 0.3]]}
-{"set": {"mark": "move"}}
+{"set": {"handle": "move"}}
 {"drag": [[0, 0, 1], [0.1, 0.3, 1]], "steps": 3})",
                                        1},
                                       {"mirrored_ball", R"({"tool": "ball"}

@@ -175,8 +175,8 @@ TEST_F(StudioTest, ErrorsAreToldAndChangeNothing) {
 {"export": "/nowhere/out.ply"}
 {"export": "/tmp/out.unknown"}
 {"stamp": "/nowhere/tool.ply"}
-{"set": {"mark": "move"}}
-{"tool": "marks"}
+{"set": {"handle": "move"}}
+{"tool": "handles"}
 {"drag": [[0, 0, 1], [0.1, 0.3, 1]]})");
   const std::string told = errors(studio);
   EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 7) << told;
@@ -199,24 +199,24 @@ TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
   EXPECT_EQ(studio.placed().stamp->name, "letter");
 }
 
-TEST_F(StudioTest, ATwistThatHasNoLimbIsExplained) {
+TEST_F(StudioTest, ATwistWithoutABarrelIsExplained) {
   Studio studio(options());
   run(studio, R"({"size": [800, 600]}
 {"new": "torus"}
 {"view": {"yaw_deg": 90, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
 {"tool": "twist"}
 {"click": [1.3, 0, 0]})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
-  EXPECT_FALSE(studio.placed().placement->limb->problem.empty());
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
+  EXPECT_FALSE(studio.placed().placement->barrel->problem.empty());
   run(studio, R"({"drag": [[100, 100], [160, 100]]})");
   EXPECT_TRUE(studio.shown().history.empty()) << "what was not asked for is twisted";
-  run(studio, R"({"set": {"whole_limb": false}}
+  run(studio, R"({"set": {"barrel": false}}
 {"drag": [[100, 100], [160, 100]]})");
   EXPECT_EQ(studio.shown().history.size(), 1u);
 }
 
-// The next limb is proposed before there was time to prepare picking on the new mesh.
-TEST_F(StudioTest, AfterATwistThatRemeshesTheLimbIsThatOfTheNewMesh) {
+// The next barrel is placed before there was time to prepare picking on the new mesh.
+TEST_F(StudioTest, AfterATwistThatRemeshesTheBarrelIsThatOfTheNewMesh) {
   Studio studio(options(true));
   run(studio, R"({"size": [800, 600]}
 {"new": "hand", "vertices": 5000}
@@ -229,17 +229,17 @@ TEST_F(StudioTest, AfterATwistThatRemeshesTheLimbIsThatOfTheNewMesh) {
   ASSERT_EQ(errors(studio), "");
   ASSERT_EQ(studio.shown().history.size(), 1u);
   ASSERT_NE(positions(studio).size(), 5000u);
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
-  const LimbProposal at_once = *studio.placed().placement->limb;
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
+  const BarrelPlacement at_once = *studio.placed().placement->barrel;
   run(studio, R"({"tool": "twist"})");
-  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
-  const LimbProposal later = *studio.placed().placement->limb;
+  ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
+  const BarrelPlacement later = *studio.placed().placement->barrel;
   EXPECT_EQ(at_once.problem, later.problem);
   EXPECT_EQ(at_once.radius, later.radius);
   EXPECT_EQ(at_once.inner, later.inner);
 }
 
-TEST_F(StudioTest, ALimbIsFoundWhicheverWayItPoints) {
+TEST_F(StudioTest, ABarrelIsFoundWhicheverWayThePartPoints) {
   for (const auto& [x, sign] : {std::pair{2.0, 1.0}, std::pair{-2.0, -1.0}}) {
     Studio studio(options());
     run(studio, R"({"size": [800, 600]}
@@ -248,9 +248,9 @@ TEST_F(StudioTest, ALimbIsFoundWhicheverWayItPoints) {
 {"tool": "bend"}
 {"click": [)" + std::to_string(x) +
                     R"(, 0, 0.5]})");
-    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->limb);
+    ASSERT_TRUE(studio.placed().placement && studio.placed().placement->barrel);
     const Placement& placement = *studio.placed().placement;
-    EXPECT_EQ(placement.limb->problem, "");
+    EXPECT_EQ(placement.barrel->problem, "");
     EXPECT_NEAR(placement.z.x, sign, 0.01) << "the tip is at the bar's nearer end";
   }
 }

@@ -35,32 +35,32 @@ BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> posit
 Stroke with_found_radius(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                          std::vector<std::string>& remarks);
 
-// A limb, a finger or an arm for instance, by a line along it.
-struct LimbQuery {
-  Vec3d point;           // within the limb
-  Vec3d direction;       // along it, towards the tip; any length but 0
-  Vec3d axis{0, 0, 0};   // of a bend, to keep clear also of what it reaches on its way, where that can be; or 0,
-  double angle_deg = 0;  // with the bend's angle
+// A line along a part of a shape, such as a finger or an arm.
+struct BarrelQuery {
+  Vec3d point;           // inside the part
+  Vec3d direction;       // along the part, towards its tip; any length but 0
+  Vec3d axis{0, 0, 0};   // of a bend whose sweep must reach nothing else, if possible; 0 disables this
+  double angle_deg = 0;  // of that bend
 };
 
-// The numbers of a twist or bend of the limb; r = normal.(x - center).
-struct LimbProposal {
+// The numbers of a twist or bend that moves the part alone; r = normal.(x - center).
+struct BarrelPlacement {
   Vec3d center;
   Vec3d normal;  // unit, away from the tip
   double inner = 0;
   double outer = 0;
   double radius = 0;
-  double thickness = 0;  // the limb's greatest distance from the line, in the plane through the point
-  std::string problem;   // a sentence where there is no such place; the numbers then mean nothing
+  double thickness = 0;  // greatest distance of the part from the line, in the plane through the point
+  std::string problem;   // why there is no such place, one sentence; the numbers are then undefined
 };
 
-// The place nearest to the point, from there towards the tip, from which on the limb can be moved alone: it hangs on
-// the rest in one place only, the plane r = outer cuts it about as thick as it is at the point, and everything else
-// keeps a tenth more from the line than the limb. The zone from inner to outer is twice the thickness wide, or 1.2
-// times where the limb is short, with r = 0 where a bend is symmetric (kCenterFraction). check_barrel finds nothing
-// crossing the radius. Time: linear for each quarter of the thickness that the centre is moved, 5 ms for 100,000
-// triangles. Throws InvalidInput for a direction or axis that is 0 or not finite.
-LimbProposal propose_limb(const LimbQuery& query, std::span<const Vec3d> positions,
-                          std::span<const Triangle> triangles);
+// Returns the place nearest to the point, towards the tip, where a barrel holds the part and nothing else: the part is
+// joined to the rest in one place only, the plane r = outer cuts it about as thick as it is at the point, and
+// everything else is at least 1.1 times as far from the line as the part. The zone from inner to outer is twice as wide
+// as the part is thick, or 1.2 times where the part is short; r = 0 is where a bend is symmetric (kCenterFraction).
+// check_barrel accepts the radius. Time: linear for each place tried, 5 ms for 100,000 triangles; the places are a
+// quarter of the thickness apart. Throws InvalidInput for a direction or axis that is 0 or not finite.
+BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
+                             std::span<const Triangle> triangles);
 
 }  // namespace knead

@@ -1,0 +1,330 @@
+#include "document/document.h"
+
+#include <algorithm>
+#include <chrono>
+#include <exception>
+#include <numbers>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "knead/io/remeshed.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/math/mat3.h"
+#include "knead/math/sincos.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/tool/placement.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr std::size_t kMeasuredAtOnce = 60'000;  // vertices of a shape whose volume is measured at every step of a drag
+
+double seconds_since(std::chrono::steady_clock::time_point began) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+}  // namespace
+
+Document::Document(DocumentOptions options) : options_(std::move(options)) {}
+
+bool Document::guarded(const std::function<void()>& work) const {
+  try {
+    work();
+    return true;
+  } catch (const std::bad_alloc&) {
+    options_.tell({true, "There is not enough memory for that; close other programs or take a smaller shape."});
+  } catch (const std::exception& error) {
+    options_.tell({true, error.what()});
+  }
+  return false;
+}
+
+void Document::show() {
+  ++shown_.version;
+  shown_.picker_is_behind = picker_is_stale_;
+  options_.show(shown_);
+}
+
+void Document::show_state() {
+  shown_.state = history_->state();
+  shown_.looked_at.reset();
+  shown_.history = history_->done();
+  shown_.redoable = history_->redoable();
+  if (!shown_.history.empty()) shown_.live_steps = shown_.history.back()->steps;
+  show();
+}
+
+void Document::open(ShapeFile source, const std::string& title, const std::filesystem::path& path) {
+  auto next = std::make_shared<const ShapeFile>(std::move(source));
+  const double diagonal = bounding_box(next->mesh.positions).diagonal();
+  std::optional<Journal> journal;
+  Workbench history = [&] {
+    std::filesystem::path folder = std::filesystem::temp_directory_path();
+    try {
+      journal.emplace(Journal::create(options_.journals, *next, title));
+      folder = journal->folder();
+    } catch (const IoError& error) {
+      options_.tell({true, fmt::format("No journal can be kept, so a crash would lose work: {}", error.what())});
+    }
+    try {
+      return Workbench(next->mesh, folder, face_labels(*next), options_.threads);
+    } catch (...) {
+      if (journal) journal->discard();
+      throw;
+    }
+  }();
+  close();
+  source_ = std::move(next);
+  history_.emplace(std::move(history));
+  journal_ = std::move(journal);
+  const Measures measures = measure(source_->mesh);
+  is_measurable_ = measures.closed() && measures.oriented();
+  const std::uint64_t version = shown_.version;
+  const std::uint64_t opened = shown_.opened;
+  const std::uint64_t ended = shown_.ended;
+  shown_ = {};
+  shown_.version = version;
+  shown_.ended = ended;
+  shown_.opened = opened + 1;
+  shown_.title = title;
+  shown_.shape_path = path;
+  shown_.diagonal = diagonal > 0 ? diagonal : 1;
+  if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
+  shown_.picker = pickers_.make(history_->state());
+  history_->prepare();
+  picker_is_stale_ = false;
+  for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
+  show_state();
+}
+
+void Document::close() {
+  if (journal_) journal_->discard();
+  journal_.reset();
+  history_.reset();
+}
+
+void Document::journal(const LineChange& change) {
+  if (!journal_ || change.empty()) return;
+  const auto began = std::chrono::steady_clock::now();
+  if (change.taken_back == 0) {
+    journal_->append(change.appended);
+  } else if (change.appended.empty()) {
+    journal_->take_back(change.taken_back);
+  } else {
+    journal_->replace(change.taken_back, change.appended);
+  }
+  shown_.journal_seconds = seconds_since(began);
+  shown_.journal_trouble = journal_->trouble().value_or("");
+  shown_.is_changed = true;
+}
+
+// Tells why something was not done; true where it was.
+bool Document::take(const WorkResult& result, const char* what) {
+  journal(result.lines);
+  if (result.is_done()) return true;
+  if (!result.refusal.empty()) {
+    options_.tell({true, fmt::format("{}: {}", what, result.refusal)});
+  } else if (result.status == AdvectStatus::step_limit) {
+    options_.tell({true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what)});
+  } else {
+    options_.tell({false, fmt::format("{}: cancelled.", what)});
+  }
+  return false;
+}
+
+void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
+  if (!history_) return;
+  const bool is_told = guarded([&] {
+    const auto began = std::chrono::steady_clock::now();
+    const WorkResult result = history_->set_live(std::move(strokes), &progress);
+    shown_.live_seconds = seconds_since(began);
+    shown_.refusal = result.refusal;
+    shown_.contacts = result.part;
+    journal(result.lines);
+    if (history_->state().positions.size() <= kMeasuredAtOnce) measure_volume();
+    show_state();
+  });
+  if (!is_told) show();
+}
+
+// Of a stamp that was pressed in pieces only the last warning: where a piece begins, the surface lies against the tool
+// that the one before left there.
+void Document::tell_warnings(const HistoryEntry& entry) const {
+  const auto is_stamp = [](const SessionStroke& stroke) { return std::holds_alternative<StampStroke>(stroke.stroke); };
+  const bool is_pressed = std::all_of(entry.strokes.begin(), entry.strokes.end(), is_stamp);
+  const std::size_t first = is_pressed && !entry.warnings.empty() ? entry.warnings.size() - 1 : 0;
+  for (std::size_t i = first; i < entry.warnings.size(); ++i) options_.tell({false, entry.warnings[i]});
+}
+
+void Document::finish(Progress& progress) {
+  ++shown_.ended;
+  if (!history_) return;
+  if (!shown_.refusal.empty()) options_.tell({true, std::exchange(shown_.refusal, {})});
+  const bool is_told = guarded([&] {
+    if (!history_->live().empty()) end_gesture(progress);
+    show_state();
+  });
+  if (!is_told) show();
+}
+
+void Document::end_gesture(Progress& progress) {
+  const std::size_t before = history_->done().size();
+  if (!take(history_->finish(&progress), "The stroke")) journal(history_->set_live({}).lines);
+  const auto done = history_->done();
+  if (done.size() > before) tell_warnings(*done.back());
+  picker_is_stale_ = true;
+}
+
+void Document::give_up(Progress& progress) {
+  ++shown_.ended;
+  set_live({}, progress);
+}
+
+void Document::undo(Progress& progress) {
+  if (!history_) return;
+  guarded([&] {
+    take(history_->undo(&progress), "Undo");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Document::redo(Progress& progress) {
+  if (!history_) return;
+  guarded([&] {
+    take(history_->redo(&progress), "Redo");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Document::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress) {
+  if (!history_ || entry >= history_->done().size()) return;
+  guarded([&] {
+    take(history_->edit(entry, std::move(strokes), &progress), "The change");
+    picker_is_stale_ = true;
+    show_state();
+  });
+}
+
+void Document::look_at(std::optional<std::size_t> entries, Progress& progress) {
+  if (!history_) return;
+  guarded([&] {
+    if (!entries || *entries >= history_->done().size()) {
+      show_state();
+      return;
+    }
+    const std::optional<ShapeState> state = history_->state_after(*entries, &progress);
+    if (!state) return;
+    shown_.state = *state;
+    shown_.looked_at = entries;
+    show();
+  });
+}
+
+void Document::measure_volume() {
+  if (!is_measurable_) return;
+  shown_.volume = measure_volume_and_area(*history_->state().mesh, history_->state().positions.copy()).volume;
+}
+
+void Document::when_idle() {
+  if (!history_ || !picker_is_stale_) return;
+  guarded([&] {
+    picker_is_stale_ = false;
+    history_->prepare();
+    measure_volume();
+    if (journal_) journal_->sync();
+    shown_.picker = pickers_.make(history_->state());
+    show();
+  });
+}
+
+void Document::count_crossings() {
+  if (!history_) return;
+  guarded([&] {
+    const ShapeState& state = history_->state();
+    const SelfIntersections found =
+        self_intersections(triangulate(*state.mesh), state.positions.copy(), {options_.threads});
+    options_.tell({false, found.count == 1 ? "1 pair of triangles crosses."
+                                           : fmt::format("{} pairs of triangles cross.", found.count)});
+  });
+}
+
+namespace {
+
+constexpr double kBendAngle = 90;  // degrees: the bend that a barrel is placed for
+constexpr int kDirections = 8;     // that are tried about the place of a click
+constexpr double kAsThin = 1.15;   // of the thinnest
+
+struct FoundBarrel {
+  Placement placement;
+  double tip = 0;  // how far it goes
+};
+
+Placement turned(Placement placement, double angle) {
+  const SinCos<double> by = sincos(angle);
+  placement.y = normalized(rotate(placement.y, placement.x, by));
+  placement.z = normalized(rotate(placement.z, placement.x, by));
+  return placement;
+}
+
+double tip_of(const BarrelPlacement& barrel, const Vec3d& from, std::span<const Vec3d> positions) {
+  double most = 0;
+  for (const Vec3d& p : positions) {
+    const double along = dot(from - p, barrel.normal);
+    const Vec3d d = p - barrel.center;
+    const Vec3d across = d - barrel.normal * dot(d, barrel.normal);
+    if (along > most && norm(across) <= barrel.radius) most = along;
+  }
+  return most;
+}
+
+// The thinnest; of about as thin ones that with the nearest tip; the first where these agree, too.
+const Placement& best_of(const std::vector<FoundBarrel>& found) {
+  const auto thinner = [](const FoundBarrel& a, const FoundBarrel& b) {
+    return a.placement.barrel->thickness < b.placement.barrel->thickness;
+  };
+  const double least = std::min_element(found.begin(), found.end(), thinner)->placement.barrel->thickness;
+  const FoundBarrel* best = nullptr;
+  for (const FoundBarrel& one : found) {
+    if (one.placement.barrel->thickness > kAsThin * least) continue;
+    if (best == nullptr || one.tip < (1 - 1e-6) * best->tip) best = &one;
+  }
+  return best->placement;
+}
+
+}  // namespace
+
+Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn) const {
+  Placement result = placement;
+  result.barrel.emplace();
+  result.barrel->problem = "No shape is open.";
+  if (!history_ || !shown_.picker) return result;
+  const ShapeState& state = history_->state();
+  const std::vector<Vec3d> positions = state.positions.copy();
+  // After remeshing, the picker is that of the mesh before until there is time for another.
+  const bool fits = shown_.picker->fits(state);
+  const std::vector<Triangle> triangles = fits ? shown_.picker->triangles() : triangulate(*state.mesh);
+  std::vector<FoundBarrel> found;
+  for (int i = 0; i < (may_turn ? kDirections : 1); ++i) {
+    // 0, then to both sides in turn.
+    const int step = i % 2 == 0 ? -i / 2 : (i + 1) / 2;
+    Placement here = turned(placement, 2 * std::numbers::pi * step / kDirections);
+    if (i == 0) here = placement;
+    BarrelQuery query{here.center, here.z};
+    if (bends) {
+      query.axis = here.x;
+      query.angle_deg = kBendAngle;
+    }
+    here.barrel = place_barrel(query, positions, triangles);
+    if (i == 0) result = here;
+    if (here.barrel->problem.empty()) found.push_back({here, tip_of(*here.barrel, here.center, positions)});
+  }
+  return found.empty() ? result : best_of(found);
+}
+
+}  // namespace knead::studio

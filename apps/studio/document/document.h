@@ -1,0 +1,135 @@
+// The work itself: a shape, its history, its files and its journal. What takes time, so used on the worker's thread
+// only; what the window shows of it is a value (DocumentState) that any thread may keep.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gestures/picker.h"
+#include "gestures/tools.h"
+#include "knead/io/shape_file.h"
+#include "knead/mesh/shapes.h"
+#include "knead/session/journal.h"
+#include "knead/session/workbench.h"
+
+namespace knead::studio {
+
+struct Notice {
+  bool is_error = false;
+  std::string text;  // a sentence or two: what happened, what to do
+};
+
+// What there is to be seen of the work at a moment.
+struct DocumentState {
+  std::uint64_t version = 0;  // grows with every change
+  std::uint64_t opened = 0;   // grows when another shape is opened; 0: none is
+  std::uint64_t ended = 0;    // gestures that were kept or given up, so far
+  ShapeState state;           // to be drawn
+  std::shared_ptr<const Picker> picker;
+  bool picker_is_behind = false;  // the shape has changed since the picker was made
+  std::vector<std::shared_ptr<const HistoryEntry>> history;
+  std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
+  std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
+  std::string title;
+  std::filesystem::path shape_path;     // empty: the shape was made, not read
+  std::filesystem::path session_path;   // empty: never saved
+  bool is_changed = false;              // since it was saved
+  double diagonal = 1;                  // of the box of the shape as it was opened
+  std::optional<double> volume_before;  // of a closed shape as it was opened
+  std::optional<double> volume;         // as it is, when last measured: at the end of a gesture
+  double live_seconds = 0;              // that the last step of a drag took
+  std::uint64_t live_steps = 0;         // accepted steps of the last entry
+  double journal_seconds = 0;           // that the last batch took to be written
+  std::string journal_trouble;          // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;       // of a stamp under the hand: the points that it pushed last
+  std::string refusal;                  // why the stroke under the hand cannot be done; empty: it can
+};
+
+// Where things are kept.
+struct DocumentOptions {
+  std::filesystem::path journals;  // root of the crash journals
+  int threads = 0;
+  std::function<void(const DocumentState&)> show;  // called after every change
+  std::function<void(Notice)> tell;                // what the person is to be told
+};
+
+// A shape that is known by name: the procedural ones, for new shapes and as stamps.
+ShapeFile made_shape(ShapeKind kind, std::size_t vertices);
+
+class Document {
+ public:
+  explicit Document(DocumentOptions options);
+
+  // Opens what there is to be worked on; the work before it is put away (its journal removed). What cannot be read is
+  // told, and then all stays as it was.
+  void open_shape(const std::filesystem::path& path, Progress& progress);
+  void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
+  void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
+  void recover(const std::filesystem::path& journal, Progress& progress);
+
+  // As in Workbench, with what it costs and the journal. Strokes name stamps by their file in stamp_folder().
+  void set_live(std::vector<SessionStroke> strokes, Progress& progress);
+  void finish(Progress& progress);
+  void give_up(Progress& progress);
+  void undo(Progress& progress);
+  void redo(Progress& progress);
+  void edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress);
+  void look_at(std::optional<std::size_t> entries, Progress& progress);
+
+  // Files. Told when done.
+  void save(const std::filesystem::path& path);
+  void export_shape(const std::filesystem::path& path, bool as_double);
+  void export_frames(const std::filesystem::path& pattern, int frames, Progress& progress);
+
+  // A closed shape as a stamp, its file in the folder of stamps under that name; with `planes` (a bit mask) also of its
+  // mirror image. Throws InvalidInput and IoError.
+  StampShape add_stamp(const std::string& name, const Mesh& mesh);
+
+  // Returns the placement with the barrel of the part that a twist or bend there moves. With may_turn (it was just
+  // clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer tip;
+  // else its z says where the tip is.
+  Placement with_barrel(const Placement& placement, bool bends, bool may_turn) const;
+  void count_crossings();
+
+  // What can wait until nothing else is to be done: the tree for picking, the journal on the disk.
+  void when_idle();
+
+  // The work is put away: nothing of it has to be kept.
+  void close();
+
+ private:
+  void open(ShapeFile source, const std::string& title, const std::filesystem::path& path);
+  void append(Session session, Progress& progress);
+  bool take(const WorkResult& result, const char* what);
+  void end_gesture(Progress& progress);
+  void journal(const LineChange& change);
+  void tell_warnings(const HistoryEntry& entry) const;
+  void show();
+  void show_state();
+  void measure_volume();
+  bool guarded(const std::function<void()>& work) const;
+  std::filesystem::path stamp_folder() const;
+  Session to_session(const std::filesystem::path& path) const;
+
+  DocumentOptions options_;
+  std::shared_ptr<const ShapeFile> source_;
+  std::optional<Workbench> history_;
+  std::optional<Journal> journal_;
+  DocumentState shown_;
+  bool is_measurable_ = false;  // closed and oriented
+  PickerPool pickers_;
+  bool picker_is_stale_ = false;
+};
+
+// Mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), faces turned where that turns them inside out.
+Mesh mirrored_mesh(Mesh mesh, unsigned planes);
+
+// The file of a stamp's mirror image.
+std::string image_file(const std::string& file, unsigned planes);
+
+}  // namespace knead::studio

@@ -1,0 +1,244 @@
+// What the document reads and writes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+#include <set>
+
+#include "document/document.h"
+#include "knead/io/atomic_file.h"
+#include "knead/io/authored_normals.h"
+#include "knead/io/materials.h"
+#include "knead/io/remeshed.h"
+#include "knead/math/error.h"
+#include "knead/session/replay.h"
+
+namespace knead::studio {
+
+namespace {
+
+// Beside a session file, the folder of the stamps that it names.
+std::filesystem::path stamps_beside(const std::filesystem::path& session) {
+  return session.stem().string() + "_stamps";
+}
+
+std::string file_text(const std::filesystem::path& path) {
+  const ShapeFile file = read_shape(path);
+  return file.bytes;
+}
+
+// Calls change(stamp) for every stroke that names a file.
+template <class Change>
+void for_each_stamp(std::vector<SessionStroke>& strokes, const Change& change) {
+  for (SessionStroke& stroke : strokes) {
+    if (auto* stamp = std::get_if<StampStroke>(&stroke.stroke)) change(*stamp);
+  }
+}
+
+}  // namespace
+
+ShapeFile made_shape(ShapeKind kind, std::size_t vertices) {
+  const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
+  return parse_shape(serialize_mesh("ply", make_shape(kind, vertices), {true, {}}), "ply", name);
+}
+
+Mesh mirrored_mesh(Mesh mesh, unsigned planes) {
+  bool is_turned = false;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if ((planes >> axis & 1U) == 0) continue;
+    is_turned = !is_turned;
+    for (Vec3d& p : mesh.positions) p[axis] = -p[axis];
+  }
+  if (!is_turned) return mesh;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    std::reverse(mesh.corner_vertex.begin() + mesh.face_begin[f], mesh.corner_vertex.begin() + mesh.face_begin[f + 1]);
+  }
+  return mesh;
+}
+
+std::string image_file(const std::string& file, unsigned planes) {
+  const std::filesystem::path path = file;
+  return (path.parent_path() / fmt::format("{}_mirror{}.ply", path.stem().string(), planes)).string();
+}
+
+std::filesystem::path Document::stamp_folder() const {
+  return (journal_ ? journal_->folder() : std::filesystem::temp_directory_path()) / "stamps";
+}
+
+StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
+  Mesh plain = mesh;
+  plain.attributes.clear();
+  const Vec3d middle = bounding_box(plain.positions).center();
+  for (Vec3d& p : plain.positions) p = p - middle;
+  std::filesystem::create_directories(stamp_folder());
+  std::string file = "stamps/" + name + ".ply";
+  for (unsigned planes = 0; planes < 8; ++planes) {
+    const std::string of_image = planes == 0 ? file : image_file(file, planes);
+    const Mesh image = mirrored_mesh(plain, planes);
+    write_mesh(stamp_folder().parent_path() / of_image, image, {true, {}});
+  }
+  return {name, file, std::make_shared<const Mesh>(std::move(plain))};
+}
+
+void Document::open_shape(const std::filesystem::path& path, Progress& /*progress*/) {
+  guarded([&] { open(read_shape(path), path.filename().string(), path); });
+}
+
+void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
+  guarded([&] {
+    const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
+    open(made_shape(kind, vertices), "new " + name, {});
+  });
+}
+
+// Strokes that were made elsewhere: their stamps are copied to this document's.
+void Document::append(Session session, Progress& progress) {
+  const std::filesystem::path folder = std::filesystem::path(session.name).parent_path();
+  std::set<std::string> copied;
+  for_each_stamp(session.strokes, [&](StampStroke& stamp) {
+    const std::filesystem::path from = folder / stamp.mesh;
+    const std::string file = "stamps/" + from.filename().string();
+    if (copied.insert(file).second) {
+      std::filesystem::create_directories(stamp_folder());
+      write_file_atomically(stamp_folder().parent_path() / file, file_text(from));
+    }
+    stamp.mesh = file;
+  });
+  for (const std::string& warning : session.warnings) options_.tell({false, warning});
+  take(history_->append(session.strokes, &progress), "The session");
+  picker_is_stale_ = true;
+  show_state();
+}
+
+void Document::open_session(const std::filesystem::path& path, Progress& progress) {
+  guarded([&] {
+    Session session = read_session(path);
+    const std::filesystem::path own = session.mesh ? path.parent_path() / *session.mesh : std::filesystem::path();
+    const bool fits = history_ && history_->done().empty();
+    if (!fits && own.empty()) {
+      throw InvalidInput(path.string() + ": the session names no shape; open the shape first, then the session");
+    }
+    if (!fits) open(read_shape(own), own.filename().string(), own);
+    append(std::move(session), progress);
+    shown_.session_path = path;
+    shown_.is_changed = false;
+    show();
+  });
+}
+
+void Document::recover(const std::filesystem::path& journal, Progress& progress) {
+  guarded([&] {
+    RecoveredWork work = recover_journal(journal);
+    open(std::move(work.shape), work.title, {});
+    append(std::move(work.session), progress);
+    shown_.is_changed = true;
+    show();
+    discard_journal(journal);
+  });
+}
+
+// The session as it is to be saved at a path: the shape and stamps named relative to it.
+Session Document::to_session(const std::filesystem::path& path) const {
+  Session session;
+  session.strokes = history_->strokes();
+  std::filesystem::path shape = shown_.shape_path;
+  if (shape.empty()) shape = path.parent_path() / (path.stem().string() + "_shape." + source_->format);
+  const auto parent = std::filesystem::absolute(path).parent_path();
+  session.mesh = std::filesystem::absolute(shape).lexically_relative(parent).generic_string();
+  for_each_stamp(session.strokes, [&](StampStroke& stamp) {
+    stamp.mesh = (stamps_beside(path) / std::filesystem::path(stamp.mesh).filename()).generic_string();
+  });
+  return session;
+}
+
+void Document::save(const std::filesystem::path& path) {
+  if (!history_) return;
+  guarded([&] {
+    if (path.extension() != ".knead") {
+      throw InvalidInput(path.string() + ": a session's file ends in .knead; to write the shape, use Export");
+    }
+    Session session = to_session(path);
+    std::set<std::string> written;
+    for_each_stamp(session.strokes, [&](StampStroke& stamp) {
+      if (!written.insert(stamp.mesh).second) return;
+      const std::filesystem::path to = path.parent_path() / stamp.mesh;
+      std::filesystem::create_directories(to.parent_path());
+      write_file_atomically(to, file_text(stamp_folder() / to.filename()));
+    });
+    std::string made;
+    if (shown_.shape_path.empty()) {
+      const std::filesystem::path shape = path.parent_path() / *session.mesh;
+      write_file_atomically(shape, source_->bytes);
+      made = fmt::format(" The shape it begins with is in {}.", shape.filename().string());
+    }
+    write_file_atomically(path, serialize_session(session));
+    shown_.session_path = path;
+    shown_.is_changed = false;
+    options_.tell({false, fmt::format("Saved {}.{}", path.filename().string(), made)});
+    show();
+  });
+}
+
+void Document::export_shape(const std::filesystem::path& path, bool as_double) {
+  if (!history_) return;
+  guarded([&] {
+    const ShapeState& state = history_->state();
+    const bool is_remeshed = state.mesh != history_->base().mesh;
+    if (is_remeshed) {
+      for (const std::string& loss : remesh_losses(path, *source_)) options_.tell({false, loss});
+      write_remeshed(path, *source_, state.to_mesh(), state.face_source(), {as_double, {}});
+    } else {
+      for (const std::string& loss : conversion_losses(path, *source_)) options_.tell({false, loss});
+      std::vector<Vec3d> normals;
+      if (source_->mesh.face_count() == 0) normals = vertex_normals_of(*source_);
+      if (!normals.empty()) {
+        Session session;
+        session.name = (stamp_folder().parent_path() / "session").string();
+        session.strokes = history_->strokes();
+        ReplayOptions options;
+        options.normals = normals;
+        normals = replay(source_->mesh, session, options).normals;
+      }
+      write_shape(path, *source_, state.positions.copy(), {as_double, normals});
+    }
+    if (format_of(path) == "obj" && !shown_.shape_path.empty()) {
+      copy_material_files(*source_, shown_.shape_path, path);
+    }
+    options_.tell({false, fmt::format("Exported {}.", path.filename().string())});
+  });
+}
+
+// PATTERN as "out_%04d.ply": evenly spaced moments of the whole history.
+void Document::export_frames(const std::filesystem::path& pattern, int frames, Progress& progress) {
+  if (!history_) return;
+  guarded([&] {
+    const std::string text = pattern.string();
+    const std::size_t at = text.find("%04d");
+    if (at == std::string::npos) {
+      throw InvalidInput("Frames are numbered: give a name with %04d in it, as frame_%04d.ply");
+    }
+    Session session;
+    session.name = (stamp_folder().parent_path() / "session").string();
+    session.strokes = history_->strokes();
+    ReplayOptions options;
+    options.frames = frames;
+    options.progress = &progress;
+    options.threads = options_.threads;
+    const std::vector<std::uint32_t> labels = face_labels(*source_);
+    options.face_labels = labels;
+    options.on_frame = [&](const ReplayFrame& frame) {
+      const std::string name = text.substr(0, at) + fmt::format("{:04}", frame.index) + text.substr(at + 4);
+      if (frame.mesh != nullptr) {
+        write_remeshed(name, *source_, *frame.mesh, frame.face_source);
+      } else {
+        write_shape(name, *source_, frame.positions);
+      }
+    };
+    const ReplayResult result = replay(source_->mesh, session, options);
+    options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
+                                                              : std::string("Exporting frames: cancelled.")});
+  });
+}
+
+}  // namespace knead::studio

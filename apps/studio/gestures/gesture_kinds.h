@@ -1,0 +1,46 @@
+// The gestures, a function each. Internal to gesture.cpp and its neighbours.
+#pragma once
+
+#include "gestures/gesture.h"
+#include "knead/math/box.h"
+
+namespace knead::studio {
+
+std::optional<SurfaceHit> hit_at(const Pointer& pointer, const Surroundings& around);
+
+ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& around);
+void move_implicit(const Pointer& pointer, const Surroundings& around, ImplicitGesture& gesture);
+
+std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around);
+void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture);
+void end_paint(PaintGesture& gesture);
+
+// Whether the pointer is on a placed point or curve.
+bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around);
+PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+void move_points(const Pointer& pointer, const Surroundings& around, PointsGesture& gesture);
+// What is placed goes where the gesture has taken it.
+void carry_placed(const PointsGesture& gesture, Placed& placed);
+
+std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around);
+void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture);
+void end_draw(const DrawGesture& gesture, Placed& placed);
+
+StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+void move_stamp(const Pointer& pointer, const Surroundings& around, StampGesture& gesture);
+
+void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture);
+void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed);
+
+HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings& around);
+void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
+                       Placed& placed);
+
+// Nothing where either set is empty.
+std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture);
+
+// At most so many of the points, about evenly over space.
+std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);
+
+}  // namespace knead::studio

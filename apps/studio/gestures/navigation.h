@@ -1,0 +1,75 @@
+// Moving about the shape with the pointer, as plain functions over events.
+#pragma once
+
+#include "knead/math/box.h"
+#include "knead/math/vec3.h"
+#include "knead/render/camera.h"
+#include "platform/event.h"
+
+namespace knead::studio {
+
+// Which way is up. Seen from the front, x is to the right; y up: z towards the person; z up: y away from the person.
+enum class UpAxis { y, z };
+
+// Where the person stands. A turntable: up stays up.
+struct View {
+  Vec3d target;
+  double yaw = 0.45;    // radians about up; 0: from the front, positive: from the right
+  double pitch = 0.30;  // radians above the horizon, from -pi/2 to pi/2
+  double height = 2;    // units from the bottom of the picture to its top, in the plane through the target; > 0
+  render::Projection projection = render::Projection::perspective;
+  UpAxis up = UpAxis::y;
+
+  friend bool operator==(const View&, const View&) = default;
+};
+
+// In perspective the picture spans this angle from bottom to top.
+inline constexpr double kFieldOfViewDeg = 30;
+
+render::Camera camera_of(const View& view);
+
+enum class StandardView { front, back, right, left, top, bottom };
+View seen_from(const View& view, StandardView side);
+
+View toggled_projection(const View& view);
+
+// The whole box in the middle of a picture with width / height = aspect. An empty box counts as the unit cube.
+View framed(const View& view, const Box& box, double aspect);
+
+// Turned by a drag of so many pixels: half a turn for the height of the picture.
+View orbited(const View& view, double dx, double dy, double picture_height);
+
+// What is in the plane through the target follows the pointer.
+View panned(const View& view, double dx, double dy, double picture_height);
+
+// Nearer by the factor (farther for factor < 1) to `focus`, which stays where it is in the picture.
+View zoomed(const View& view, double factor, const Vec3d& focus);
+
+// What the pointer is on in the plane through the target.
+Vec3d under_pointer(const View& view, double x, double y, double width, double height);
+
+enum class NavigationPreset { blender, maya };
+enum class NavigationDrag { none, orbit, pan, zoom };
+
+// What a drag with this button does. Blender: middle orbits, with Shift it pans, with Ctrl it zooms; Alt+left orbits,
+// Alt+Shift+left pans, for touchpads. Maya: with Alt, left orbits, middle pans, right zooms.
+NavigationDrag drag_of(NavigationPreset preset, MouseButton button, const Modifiers& modifiers);
+
+// The view with the drag that changes it.
+struct Navigation {
+  NavigationPreset preset = NavigationPreset::blender;
+  View view;
+  int width = 1;  // of the picture, pixels
+  int height = 1;
+  double x = 0;  // of the pointer
+  double y = 0;
+  NavigationDrag drag = NavigationDrag::none;
+  MouseButton button = MouseButton::left;  // that drags
+};
+
+// Lets an event have its effect on the view. Returns whether it was about the view, and about nothing else: buttons and
+// movements of a drag that moves the view, and the wheel without modifiers, towards the pointer. Resized is taken note
+// of.
+bool navigate(Navigation& navigation, const Event& event);
+
+}  // namespace knead::studio

@@ -1,0 +1,100 @@
+#include "gestures/picker.h"
+
+#include <numeric>
+
+namespace knead::studio {
+
+std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d normal = cross(b - a, c - a);
+  const double area = norm2(normal);
+  if (!(area > 0)) return {1, 0, 0};
+  const double v = dot(cross(c - p, a - p), normal) / area;
+  const double w = dot(cross(a - p, b - p), normal) / area;
+  return {1 - v - w, v, w};
+}
+
+Picker::Picker(const ShapeState& state)
+    : mesh_(state.mesh),
+      links_(links_of(state)),
+      positions_(state.positions.copy()),
+      tree_(links_.triangles, positions_) {}
+
+Picker::Links Picker::links_of(const ShapeState& state) {
+  Links links;
+  links.triangles = triangulate(*state.mesh);
+  links.first.assign(state.positions.size() + 1, 0);
+  for (const Triangle& t : links.triangles) {
+    for (const std::uint32_t v : t) ++links.first[v + 1];
+  }
+  std::partial_sum(links.first.begin(), links.first.end(), links.first.begin());
+  links.around.resize(links.first.back());
+  std::vector<std::uint32_t> next(links.first.begin(), links.first.end() - 1);
+  for (std::uint32_t t = 0; t < links.triangles.size(); ++t) {
+    for (const std::uint32_t v : links.triangles[t]) links.around[next[v]++] = t;
+  }
+  return links;
+}
+
+void Picker::follow(const ShapeState& state) {
+  state.positions.copy_to(positions_);
+  tree_.refit(positions_);
+}
+
+Vec3d Picker::vertex_normal(std::uint32_t vertex, const Snapshot& positions) const {
+  Vec3d sum{};
+  for (std::uint32_t i = links_.first[vertex]; i < links_.first[vertex + 1]; ++i) {
+    const Triangle& t = links_.triangles[links_.around[i]];
+    sum += cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);
+  }
+  return sum;
+}
+
+std::optional<SurfaceHit> Picker::pick(const Ray& ray, const ShapeState& now) const {
+  const std::optional<RayHit> hit = tree_.first_hit(ray.origin, ray.direction);
+  if (!hit) return std::nullopt;
+  const Triangle& t = links_.triangles[hit->triangle];
+  SurfaceHit result;
+  result.triangle = hit->triangle;
+  result.barycentric =
+      barycentric_of(ray.origin + ray.direction * hit->t, positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+  Vec3d normal{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    result.point += now.positions[t[k]] * result.barycentric[k];
+    const Vec3d at_corner = vertex_normal(t[k], now.positions);
+    const double length = norm(at_corner);
+    if (length > 0) normal += at_corner * (result.barycentric[k] / length);
+  }
+  if (!(norm(normal) > 0)) return std::nullopt;
+  result.normal = normalized(normal);
+  return result;
+}
+
+std::optional<Vec3d> Picker::middle(const Ray& ray, const ShapeState& now) const {
+  const std::optional<SurfaceHit> front = pick(ray, now);
+  if (!front) return std::nullopt;
+  for (const RayHit& hit : tree_.hits(ray.origin, ray.direction)) {
+    if (hit.leaves) return (front->point + ray.origin + ray.direction * hit.t) * 0.5;
+  }
+  return front->point;
+}
+
+std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {
+  std::unique_ptr<Picker> picker;
+  {
+    const std::lock_guard lock(shelf_->mutex);
+    picker = std::move(shelf_->picker);
+  }
+  if (picker && picker->fits(state)) {
+    picker->follow(state);
+  } else {
+    picker = std::make_unique<Picker>(state);
+  }
+  Picker* const own = picker.release();
+  return {own, [shelf = shelf_, own](const Picker* /*picker*/) {
+            std::unique_ptr<Picker> back(own);
+            const std::lock_guard lock(shelf->mutex);
+            shelf->picker = std::move(back);
+          }};
+}
+
+}  // namespace knead::studio

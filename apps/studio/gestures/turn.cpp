@@ -1,0 +1,162 @@
+// Tools that are placed, then turned: rotate, stretch, twist, bend; and where a stamp stands.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gestures/gesture_kinds.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kClick = 4;  // pixels that a click may move
+constexpr double kDegreesPerPixel = 0.5;
+constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
+constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
+constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
+
+Vec3d turning_axis(ToolKind tool, const Placement& placement) {
+  return tool == ToolKind::bend ? placement.x : placement.z;
+}
+
+// Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
+// up; about an axis that points at the person, or away, round the centre.
+double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const Surroundings& around) {
+  const Pointer& from = gesture.start;
+  const render::CameraFrame frame = render::camera_frame(around.screen.camera);
+  const double right = dot(axis, frame.right);
+  const double up = dot(axis, frame.up);
+  const double length = std::hypot(right, up);
+  const double dx = to.x - from.x;
+  const double dy = to.y - from.y;
+  if (length < kFacing) {
+    const double angle = angle_round(around.screen, gesture.placement->center, axis, {from.x, from.y}, {to.x, to.y});
+    return angle * 180 / std::numbers::pi;
+  }
+  return (dx * up + dy * right) / length * kDegreesPerPixel;
+}
+
+// Three unit vectors, z given.
+Placement frame_about(const Vec3d& center, const Vec3d& z, const Vec3d& towards_x) {
+  const Vec3d flat = towards_x - z * dot(z, towards_x);
+  const Vec3d x = norm(flat) > 1e-6 ? normalized(flat) : any_orthogonal(z);
+  return {center, x, cross(z, x), z};
+}
+
+double half_extent(const Mesh& mesh) {
+  double most = 0;
+  for (const Vec3d& p : mesh.positions) most = std::max({most, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  return most;
+}
+
+double stamp_scale(const ToolSettings& settings, const StampShape& shape) {
+  const double extent = half_extent(*shape.mesh);
+  return extent > 0 ? settings.stamp_size * settings.radius / extent : 1;
+}
+
+// How far the posed stamp reaches from its origin in a direction.
+double reach_along(const StampShape& shape, const Mat3d& pose, const Vec3d& direction) {
+  double most = 0;
+  for (const Vec3d& p : shape.mesh->positions) most = std::max(most, dot(pose * p, direction));
+  return most;
+}
+
+Mat3d pose_of(const Placement& placement, double scale) {
+  const Vec3d &x = placement.x, &y = placement.y, &z = placement.z;
+  return Mat3d{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}} * scale;
+}
+
+}  // namespace
+
+StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement) {
+  StampStroke stroke;
+  stroke.mesh = shape.file;
+  stroke.pose = pose_of(placement, stamp_scale(settings, shape));
+  // By default what the session's format says for a straight motion, but the same for all pieces of the path.
+  stroke.outer = 1.5 * settings.stamp_size * settings.radius;
+  stroke.step = *stroke.outer / 25;
+  return stroke;
+}
+
+std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+  const auto hit = hit_at(pointer, around);
+  if (!hit) return std::nullopt;
+  const render::CameraFrame frame = render::camera_frame(around.screen.camera);
+  const ToolSettings& settings = around.settings;
+  if (settings.tool == ToolKind::stamp) {
+    Placement result = frame_about(hit->point, hit->normal, frame.right);
+    if (!placed.stamp) return result;
+    const StampStroke stroke = stamp_at(settings, *placed.stamp, result);
+    const double reach = reach_along(*placed.stamp, stroke.pose, -hit->normal);
+    result.center += hit->normal * (reach + kStandOff * settings.stamp_size * settings.radius);
+    return result;
+  }
+  if (settings.tool == ToolKind::rotate) return frame_about(hit->point, -frame.forward, frame.right);
+  if (settings.tool == ToolKind::stretch) return frame_about(hit->point, hit->normal, frame.right);
+  const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
+  const Vec3d middle = around.picker->middle(ray, around.state).value_or(hit->point);
+  // Up in the picture, away from the shape's middle where that is down: towards the tip of what was clicked.
+  return frame_about(middle, frame.up, frame.forward);
+}
+
+std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
+  if (amount == 0) return std::nullopt;
+  const double outer = settings.radius;
+  const double inner = settings.inner_ratio * settings.radius;
+  const std::optional<BarrelPlacement>& barrel = placement.barrel;
+  const bool takes_barrel = settings.tool == ToolKind::twist || settings.tool == ToolKind::bend;
+  const bool in_barrel = settings.uses_barrel && barrel && barrel->problem.empty();
+  if (takes_barrel && settings.uses_barrel && !in_barrel) return std::nullopt;
+  if (settings.tool == ToolKind::rotate) return RotateStroke{placement.center, placement.z, amount, inner, outer};
+  if (settings.tool == ToolKind::stretch) {
+    return StretchStroke{placement.center, placement.z, std::exp(amount / 100), inner, outer};
+  }
+  if (settings.tool == ToolKind::twist) {
+    TwistStroke stroke{placement.center, placement.z, 0, -0.5 * outer, 0.5 * outer};
+    stroke.normal = -placement.z;
+    if (in_barrel) {
+      stroke.center = barrel->center;
+      stroke.axis = -barrel->normal;
+      stroke.normal = barrel->normal;
+      stroke.inner = barrel->inner;
+      stroke.outer = barrel->outer;
+      stroke.radius = barrel->radius;
+    }
+    stroke.rate_deg = -amount / (stroke.outer - stroke.inner);
+    return stroke;
+  }
+  BendStroke stroke;
+  stroke.center = placement.center;
+  stroke.normal = -placement.z;
+  stroke.angle_deg = amount;
+  stroke.extent = BendWidth{outer};
+  if (in_barrel) {
+    stroke.center = barrel->center;
+    stroke.normal = barrel->normal;
+    stroke.extent = Thresholds<double>{barrel->inner, barrel->outer};
+    stroke.radius = barrel->radius;
+  }
+  const Vec3d across = placement.x - stroke.normal * dot(stroke.normal, placement.x);
+  stroke.axis = norm(across) > 1e-6 ? normalized(across) : any_orthogonal(stroke.normal);
+  return stroke;
+}
+
+void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture) {
+  const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
+  if (!gesture.placement || (gesture.amount == 0 && is_click)) return;
+  const ToolKind tool = around.settings.tool;
+  if (tool == ToolKind::stretch) {
+    gesture.amount = (pointer.x - gesture.start.x + gesture.start.y - pointer.y) * kStretchPerPixel;
+  } else {
+    gesture.amount = angle_of(gesture, pointer, turning_axis(tool, *gesture.placement), around);
+  }
+  if (pointer.modifiers.ctrl) gesture.amount = 15 * std::round(gesture.amount / 15);
+}
+
+void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed) {
+  if (gesture.amount != 0) return;
+  const std::optional<Placement> here = placement_at(gesture.start, around, placed);
+  if (here) placed.placement = here;
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,207 @@
+#include "panels/dialogs.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "panels/widgets.h"
+
+namespace knead::studio {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Begins a question in the middle of the window; to be ended with EndPopup where it returns true.
+bool begin_question(const char* title) {
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.9F * size.x, 0.9F * size.y});
+  return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove);
+}
+
+// What the file dialogs begin at.
+fs::path nearby(const Studio& studio, FileUse use) {
+  const DocumentState& shown = studio.shown();
+  if (use == FileUse::save && !shown.session_path.empty()) return shown.session_path;
+  if (!shown.shape_path.empty()) return shown.shape_path;
+  if (!shown.session_path.empty()) return shown.session_path;
+  std::string name = shown.title;
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+}
+
+void draw_new_shape(Studio& studio, Dialogs& dialogs) {
+  if (!begin_question("New shape")) return;
+  const std::span<const std::string_view> names = shape_names();
+  const auto kind = static_cast<std::size_t>(dialogs.new_kind);
+  if (ImGui::BeginCombo("Kind", std::string(names[kind]).c_str())) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (ImGui::Selectable(std::string(names[i]).c_str(), i == kind)) dialogs.new_kind = static_cast<ShapeKind>(i);
+    }
+    ImGui::EndCombo();
+  }
+  const ShapeCounts counts = shape_counts(dialogs.new_kind);
+  const int least = static_cast<int>(counts.minimum);
+  const int most = static_cast<int>(std::min<std::size_t>(counts.maximum, 1'000'000));
+  ImGui::SliderInt("Vertices", &dialogs.new_vertices, least, most, "%d", ImGuiSliderFlags_Logarithmic);
+  dialogs.new_vertices = std::clamp(dialogs.new_vertices, least, most);
+  if (ImGui::Button("Make it") || enter_pressed()) {
+    dialogs.is_new_shape_open = false;
+    do_or_ask(studio, dialogs, [&studio, kind_wanted = dialogs.new_kind, count = dialogs.new_vertices] {
+      studio.open_made(kind_wanted, static_cast<std::size_t>(count));
+    });
+  }
+  ImGui::SameLine();
+  if (ImGui::Button("Cancel") || escape_pressed()) dialogs.is_new_shape_open = false;
+  if (!dialogs.is_new_shape_open) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+}
+
+std::string description_of(const AbandonedJournal& journal) {
+  const std::time_t changed = std::chrono::system_clock::to_time_t(journal.changed);
+  return fmt::format("{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
+                     journal.strokes == 1 ? "1 stroke" : fmt::format("{} strokes", journal.strokes));
+}
+
+// Returns the journal that is to be opened.
+std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const AbandonedJournal& journal) {
+  std::optional<fs::path> chosen;
+  ImGui::PushID(journal.folder.c_str());
+  ImGui::AlignTextToFramePadding();
+  ImGui::TextUnformatted(description_of(journal).c_str());
+  if (journal.problem.empty()) {
+    if (ImGui::Button("Take it up again")) chosen = journal.folder;
+    ImGui::SameLine();
+  } else {
+    text_in_colour(kWarning, journal.problem);
+  }
+  const bool sure = dialogs.to_discard == journal.folder;
+  if (ImGui::Button(sure ? "Really throw it away" : "Throw it away")) {
+    if (sure) studio.discard(fs::path(journal.folder));
+    dialogs.to_discard = sure ? std::nullopt : std::optional(journal.folder);
+  }
+  ImGui::PopID();
+  return chosen;
+}
+
+void draw_recovery(Studio& studio, Dialogs& dialogs) {
+  if (!begin_question("Work that was not put away")) return;
+  ImGui::TextUnformatted("Studio ended without being closed. What was done until then is kept:");
+  ImGui::Separator();
+  std::optional<fs::path> chosen;
+  const std::vector<AbandonedJournal> journals = studio.abandoned();
+  for (const AbandonedJournal& journal : journals) {
+    if (const auto folder = draw_journal(studio, dialogs, journal)) chosen = folder;
+    ImGui::Separator();
+  }
+  if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
+  if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
+  ImGui::SameLine();
+  ImGui::TextDisabled("File > Recover... brings this back.");
+  if (chosen) {
+    dialogs.is_recovery_open = false;
+    do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.recover(folder); });
+  }
+  if (!dialogs.is_recovery_open) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+}
+
+// Goes on once the work is saved, gives up where that failed.
+void follow_saving(Studio& studio, Dialogs& dialogs) {
+  if (dialogs.file.is_open || studio.is_busy()) return;
+  dialogs.is_saving = false;
+  const std::function<void()> what = std::exchange(dialogs.pending, nullptr);
+  if (!studio.shown().is_changed) what();
+}
+
+void draw_question(Studio& studio, Dialogs& dialogs) {
+  if (!begin_question("Save what was done?")) return;
+  ImGui::Text("%s has changes that are not saved.", studio.shown().title.c_str());
+  bool done = true;
+  if (ImGui::Button("Save") || enter_pressed()) {
+    dialogs.is_saving = true;
+    studio.perform(Action::save);
+  } else if (ImGui::SameLine(), ImGui::Button("Do not save")) {
+    const std::function<void()> what = std::exchange(dialogs.pending, nullptr);
+    what();
+  } else if (ImGui::SameLine(), ImGui::Button("Cancel") || escape_pressed()) {
+    dialogs.pending = nullptr;
+  } else {
+    done = false;
+  }
+  if (done) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+}
+
+}  // namespace
+
+void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
+  if (!studio.shown().is_changed) return what();
+  dialogs.is_saving = false;
+  dialogs.pending = std::move(what);
+}
+
+bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
+  const auto ask_for_file = [&](FileUse use) { open_file_dialog(dialogs.file, use, nearby(studio, use)); };
+  switch (action) {
+    case Action::new_shape:
+      dialogs.is_new_shape_open = true;
+      return true;
+    case Action::open:
+      ask_for_file(FileUse::open);
+      return true;
+    case Action::save_as:
+      ask_for_file(FileUse::save);
+      return true;
+    case Action::export_shape:
+      ask_for_file(FileUse::export_shape);
+      return true;
+    case Action::picture:
+      ask_for_file(FileUse::picture);
+      return true;
+    default:
+      return false;
+  }
+}
+
+void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
+                  const std::function<void(const fs::path&)>& picture) {
+  const auto file = draw_file_dialog(dialogs.file, gui);
+  if (file) {
+    switch (dialogs.file.use) {
+      case FileUse::open:
+        do_or_ask(studio, dialogs, [&studio, path = *file] { studio.open(path); });
+        break;
+      case FileUse::stamp:
+        studio.use_stamp(*file);
+        break;
+      case FileUse::save:
+        studio.save(*file);
+        break;
+      case FileUse::export_shape:
+        studio.export_shape(*file, dialogs.file.as_double);
+        break;
+      case FileUse::export_frames:
+        studio.export_frames(*file, dialogs.file.frames);
+        break;
+      case FileUse::picture:
+        picture(*file);
+        break;
+    }
+  }
+  if (dialogs.is_new_shape_open) draw_new_shape(studio, dialogs);
+  if (dialogs.is_recovery_open) draw_recovery(studio, dialogs);
+  if (dialogs.pending && dialogs.is_saving) {
+    follow_saving(studio, dialogs);
+  } else if (dialogs.pending) {
+    draw_question(studio, dialogs);
+  }
+}
+
+}  // namespace knead::studio

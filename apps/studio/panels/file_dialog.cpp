@@ -1,0 +1,184 @@
+#include "panels/file_dialog.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+#include <imgui_stdlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <system_error>
+#include <utility>
+
+#include "knead/io/shape_file.h"
+#include "panels/widgets.h"
+
+namespace knead::studio {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool writes(FileUse use) { return use != FileUse::open && use != FileUse::stamp; }
+
+const char* title_of(FileUse use) {
+  constexpr std::array titles{"Open a shape or a session", "A closed shape as stamp", "Save the session",
+                              "Export the shape",          "Export frames",           "Picture"};
+  return titles[static_cast<std::size_t>(use)];
+}
+
+std::vector<std::string> extensions_of(FileUse use) {
+  if (use == FileUse::save) return {".knead"};
+  if (use == FileUse::picture) return {".png"};
+  std::vector<std::string> extensions;
+  for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
+  if (use == FileUse::open) extensions.emplace_back(".knead");
+  return extensions;
+}
+
+std::string proposed_name(FileUse use, const fs::path& near) {
+  const std::string stem = near.stem().empty() ? "shape" : near.stem().string();
+  switch (use) {
+    case FileUse::open:
+    case FileUse::stamp:
+      return {};
+    case FileUse::save:
+      return stem + ".knead";
+    case FileUse::export_shape:
+      return stem + "_kneaded" +
+             (near.has_extension() && near.extension() != ".knead" ? near.extension().string() : ".ply");
+    case FileUse::export_frames:
+      return stem + "_%04d.ply";
+    case FileUse::picture:
+      return stem + ".png";
+  }
+  return {};
+}
+
+void go_to(FileDialog& dialog, const fs::path& folder) {
+  std::error_code error;
+  const fs::path whole = fs::weakly_canonical(folder, error);
+  dialog.folder = error ? folder : whole;
+  dialog.typed_folder = dialog.folder.string();
+  dialog.list = list_files(dialog.folder, extensions_of(dialog.use));
+  dialog.is_sure = false;
+}
+
+void draw_places(FileDialog& dialog) {
+  if (ImGui::Button("Up")) go_to(dialog, dialog.folder.parent_path());
+  ImGui::SameLine();
+  const char* const home = std::getenv("HOME");
+  if (home != nullptr && ImGui::Button("Home")) go_to(dialog, home);
+  if (home != nullptr) ImGui::SameLine();
+  ImGui::SetNextItemWidth(-1);
+  if (ImGui::InputText("##folder", &dialog.typed_folder, ImGuiInputTextFlags_EnterReturnsTrue)) {
+    go_to(dialog, dialog.typed_folder);
+  }
+}
+
+// True where a file was chosen by a double click.
+bool draw_list(FileDialog& dialog, float height) {
+  bool chosen = false;
+  std::optional<fs::path> next;
+  if (ImGui::BeginChild("files", {-1, height}, true)) {
+    if (!dialog.list.problem.empty()) text_in_colour(kWarning, dialog.list.problem);
+    for (const ListedFile& file : dialog.list.files) {
+      const std::string label = file.is_folder ? file.name + "/" : file.name;
+      if (ImGui::Selectable(label.c_str(), !file.is_folder && file.name == dialog.name,
+                            ImGuiSelectableFlags_AllowDoubleClick | ImGuiSelectableFlags_DontClosePopups)) {
+        if (file.is_folder) {
+          next = dialog.folder / file.name;
+        } else {
+          dialog.name = file.name;
+          dialog.is_sure = false;
+          chosen = ImGui::IsMouseDoubleClicked(0) && !writes(dialog.use);
+        }
+      }
+      if (!file.is_folder) {
+        ImGui::SameLine(ImGui::GetContentRegionMax().x - 5 * ImGui::GetFontSize());
+        ImGui::TextDisabled("%s", size_text(file.bytes).c_str());
+      }
+    }
+  }
+  ImGui::EndChild();
+  if (next) go_to(dialog, *next);
+  return chosen;
+}
+
+fs::path chosen_path(const FileDialog& dialog) {
+  if (!writes(dialog.use)) return dialog.folder / dialog.name;
+  const std::vector<std::string> extensions = extensions_of(dialog.use);
+  return dialog.folder / with_extension(dialog.name, extensions, extensions.front());
+}
+
+// The button that ends it; true once the person is sure.
+bool draw_choice(FileDialog& dialog, bool chosen) {
+  std::error_code error;
+  const bool replaces = writes(dialog.use) && !dialog.name.empty() && fs::exists(chosen_path(dialog), error);
+  const char* const label = !writes(dialog.use)          ? "Open"
+                            : replaces && dialog.is_sure ? "Replace the file that is there"
+                                                         : "Write";
+  ImGui::BeginDisabled(dialog.name.empty());
+  const bool pressed = ImGui::Button(label);
+  ImGui::EndDisabled();
+  ImGui::SameLine();
+  if (ImGui::Button("Cancel") || escape_pressed()) {
+    dialog.is_open = false;
+    return false;
+  }
+  if ((!pressed && !chosen) || dialog.name.empty()) return false;
+  if (fs::is_directory(dialog.folder / dialog.name, error)) {
+    go_to(dialog, dialog.folder / std::exchange(dialog.name, {}));
+    return false;
+  }
+  if (replaces && !dialog.is_sure) {
+    dialog.is_sure = true;
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
+  dialog.use = use;
+  dialog.is_open = true;
+  dialog.name = proposed_name(use, near);
+  std::error_code error;
+  fs::path folder = near.parent_path();
+  if (folder.empty() || !fs::is_directory(folder, error)) folder = dialog.folder;
+  if (folder.empty()) folder = fs::current_path(error);
+  go_to(dialog, folder);
+}
+
+std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
+  const char* const title = title_of(dialog.use);
+  if (!dialog.is_open) return std::nullopt;
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  ImGui::SetNextWindowSize({std::min(620 * gui.unit(), 0.95F * size.x), std::min(480 * gui.unit(), 0.95F * size.y)});
+  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) return std::nullopt;
+  // Also where a file was chosen by the mouse; in a field the key is the field's.
+  bool chosen = enter_pressed();
+  draw_places(dialog);
+  const float below = ImGui::GetFrameHeightWithSpacing() *
+                      (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames ? 3.2F : 2.2F);
+  if (draw_list(dialog, -below)) chosen = true;
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
+  if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
+  if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
+  if (ImGui::IsItemEdited()) dialog.is_sure = false;
+  if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
+  if (dialog.use == FileUse::export_frames) ImGui::SliderInt("Frames", &dialog.frames, 2, 600);
+  std::optional<fs::path> result;
+  if (draw_choice(dialog, chosen)) {
+    result = chosen_path(dialog);
+    dialog.is_open = false;
+  }
+  if (!dialog.is_open) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+  return result;
+}
+
+}  // namespace knead::studio

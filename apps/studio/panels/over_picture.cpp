@@ -1,0 +1,223 @@
+// What lies over the picture: statistics, help, the line at the bottom, messages.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gestures/tool_names.h"
+#include "panels/panels.h"
+#include "panels/widgets.h"
+#include "platform/file_list.h"
+#include "view/overlay.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kSecondsShown = 5;
+constexpr std::size_t kMostMessages = 6;
+
+constexpr int kOverlay = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
+                         ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
+
+void row(const char* name, const std::string& value) {
+  ImGui::TableNextRow();
+  ImGui::TableNextColumn();
+  ImGui::TextDisabled("%s", name);
+  ImGui::TableNextColumn();
+  ImGui::TextUnformatted(value.c_str());
+}
+
+std::string volume_text(const DocumentState& shown, const std::optional<double>& on_card) {
+  if (!shown.volume || !shown.volume_before) return "not closed";
+  const double volume = on_card.value_or(*shown.volume);
+  return fmt::format("{:.6g}  ({:+.4f}%)", volume, 100 * (volume - *shown.volume_before) / *shown.volume_before);
+}
+
+void draw_frame_times(const FrameTimes& times) {
+  double sum = 0;
+  float longest = 0;
+  const std::size_t known = std::min(times.count, times.seconds.size());
+  for (std::size_t i = 0; i < known; ++i) {
+    sum += times.seconds[i];
+    longest = std::max(longest, times.seconds[i]);
+  }
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(known, 1));
+  row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
+                           1000 * times.drawing));
+}
+
+// A table of what there is and how it is had, under a heading.
+bool begin_keys(const Gui& gui, const char* heading) {
+  ImGui::TextColored(kWarning, "%s", heading);
+  if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
+  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 214 * gui.unit());
+  return true;
+}
+
+void draw_keys_of(Studio& studio, const Gui& gui, const char* group) {
+  if (!begin_keys(gui, group)) return;
+  for (std::size_t i = 0; i < kActionCount; ++i) {
+    const auto action = static_cast<Action>(i);
+    if (group_of(action) != group) continue;
+    row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
+  }
+  ImGui::EndTable();
+}
+
+struct PointerUse {
+  const char* what;
+  const char* how;
+};
+
+void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
+  constexpr std::array blender{PointerUse{"Turn the view", "middle button, or Alt+left"},
+                               PointerUse{"Move the view", "Shift+middle, or Alt+Shift+left"},
+                               PointerUse{"Nearer and farther", "wheel, or Ctrl+middle"}};
+  constexpr std::array maya{PointerUse{"Turn the view", "Alt+left button"}, PointerUse{"Move the view", "Alt+middle"},
+                            PointerUse{"Nearer and farther", "wheel, or Alt+right"}};
+  constexpr std::array both{PointerUse{"Use the tool", "left button"},
+                            PointerUse{"Give up a drag", "right button, or Escape"},
+                            PointerUse{"Radius", "Ctrl+wheel"},
+                            PointerUse{"Inner ratio", "Shift+wheel"},
+                            PointerUse{"Paint the other way", "Ctrl+left button"},
+                            PointerUse{"Type a number", "Ctrl+click on its slider"}};
+  if (!begin_keys(gui, "Pointer")) return;
+  for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);
+  for (const PointerUse& gesture : both) row(gesture.what, gesture.how);
+  ImGui::EndTable();
+}
+
+// Draws one message; true where the person has clicked it away.
+bool draw_message(const Notice& notice, float opacity, int id) {
+  ImGui::PushStyleVar(ImGuiStyleVar_Alpha, opacity);
+  ImGui::PushID(id);
+  bool gone = false;
+  if (notice.is_error) {
+    text_in_colour(kError, notice.text);
+    gone = ImGui::SmallButton("Close");
+  } else {
+    ImGui::TextWrapped("%s", notice.text.c_str());
+  }
+  ImGui::PopID();
+  ImGui::PopStyleVar();
+  return gone;
+}
+
+}  // namespace
+
+void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
+  const DocumentState& shown = studio.shown();
+  const float gap = 8 * gui.unit();
+  ImGui::SetNextWindowPos({gap * 2 + 56 * gui.unit(), ImGui::GetFrameHeight() + gap});
+  ImGui::SetNextWindowBgAlpha(0.75F);
+  if (ImGui::Begin("Statistics", nullptr, kOverlay) && ImGui::BeginTable("rows", 2, ImGuiTableFlags_SizingFixedFit)) {
+    draw_frame_times(times);
+    const std::size_t faces = shown.state.mesh ? shown.state.mesh->face_count() : 0;
+    row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
+    if (times.mover.empty()) {
+      row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
+    } else {
+      row("Moved by", times.mover);
+      row("Read back", fmt::format("{} times in this gesture", times.read_back));
+      row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
+    }
+    row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
+    row("Sent", size_text(times.uploaded));
+    row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
+    row("Volume", volume_text(shown, times.volume));
+    ImGui::EndTable();
+    if (ImGui::SmallButton("Count crossings")) studio.count_crossings();
+  }
+  ImGui::End();
+}
+
+void draw_help(Studio& studio, const Gui& gui) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.92F * size.y});
+  bool open = true;
+  if (ImGui::Begin("Keys", &open,
+                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
+    const float column = 428 * gui.unit();
+    const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
+    if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
+      for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
+      ImGui::TableNextColumn();
+      for (const char* group : {"File", "Edit", "Window"}) draw_keys_of(studio, gui, group);
+      ImGui::TableNextColumn();
+      draw_keys_of(studio, gui, "Tools");
+      ImGui::TableNextColumn();
+      draw_keys_of(studio, gui, "View");
+      draw_pointer_help(gui, studio.navigation().preset);
+      ImGui::EndTable();
+    }
+    ImGui::TextDisabled("Other keys: \"keys\" in %s", (config_folder() / "studio.json").c_str());
+  }
+  ImGui::End();
+  if (!open) studio.view().help = false;
+}
+
+void draw_status(Studio& studio, const Gui& gui) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float height = ImGui::GetFrameHeight();
+  ImGui::SetNextWindowPos({0, size.y - height});
+  ImGui::SetNextWindowSize({size.x, height});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {10 * gui.unit(), 3 * gui.unit()});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowRounding, 0);
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
+    const DocumentState& shown = studio.shown();
+    const float room = size.x - (studio.is_busy() ? 110 : 10) * gui.unit();
+    ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
+    const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
+    if (!shown.journal_trouble.empty()) {
+      ImGui::TextColored(kError, "%s", shown.journal_trouble.c_str());
+    } else if (!problem.empty()) {
+      ImGui::TextColored(kWarning, "%s", problem.c_str());
+      help_on_hover(problem.c_str());
+    } else {
+      const std::string hint = hint_of(studio.settings(), studio.placed());
+      const std::string text = fmt::format("{}: {}", name_of(studio.settings().tool), hint);
+      ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
+    }
+    ImGui::PopClipRect();
+    if (studio.is_busy()) {
+      ImGui::SameLine(size.x - 100 * gui.unit());
+      ImGui::TextDisabled("Working...");
+    }
+  }
+  ImGui::End();
+  ImGui::PopStyleVar(3);
+}
+
+void draw_messages(Studio& studio, const Gui& gui, Messages& messages) {
+  const double now = ImGui::GetTime();
+  for (Notice& notice : studio.take_notices()) {
+    std::erase_if(messages.messages,  // what is said again is not said twice
+                  [&](const Messages::Message& message) { return message.notice.text == notice.text; });
+    const double until = notice.is_error ? HUGE_VAL : now + kSecondsShown;
+    messages.messages.push_back({std::move(notice), until});
+  }
+  while (messages.messages.size() > kMostMessages) messages.messages.pop_front();
+  std::erase_if(messages.messages, [&](const Messages::Message& message) { return message.until < now; });
+  if (messages.messages.empty()) return;
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float gap = 8 * gui.unit();
+  const float width = std::min(460 * gui.unit(), size.x - 2 * gap);
+  ImGui::SetNextWindowPos({gap, size.y - ImGui::GetFrameHeight() - gap}, ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, 0.6F * size.y});
+  ImGui::SetNextWindowBgAlpha(0.92F);
+  if (ImGui::Begin("Messages", nullptr, kOverlay & ~ImGuiWindowFlags_NoBringToFrontOnFocus)) {
+    int id = 0;
+    std::erase_if(messages.messages, [&](const Messages::Message& message) {
+      const auto opacity = static_cast<float>(std::clamp(message.until - now, 0.0, 1.0));
+      return draw_message(message.notice, opacity, id++);
+    });
+  }
+  ImGui::End();
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,71 @@
+// What is around the picture: bars, settings, history, statistics, help. Dear ImGui between Gui::begin_frame and
+// end_frame; all that they know is the Studio's, all that they change goes through it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "platform/gui.h"
+#include "studio.h"
+
+namespace knead::studio {
+
+// --- the left bar ----------------------------------------------------------------------------------------------------
+
+void draw_tool_bar(Studio& studio, const Gui& gui);
+
+// --- the panel on the right ------------------------------------------------------------------------------------------
+
+// An entry of the history whose strokes are being changed.
+struct HistoryEditor {
+  std::optional<std::size_t> entry;
+  std::uint64_t opened = 0;            // the shape it is of
+  std::vector<SessionStroke> strokes;  // as changed so far
+  std::string text;                    // the same as lines of a session, as typed
+  std::string problem;                 // why the text cannot be used; empty: it can
+};
+
+void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);
+
+// The parts of it.
+void draw_tool_settings(Studio& studio);
+void draw_view_settings(Studio& studio);
+void draw_history(Studio& studio, HistoryEditor& editor);
+
+// --- over the picture ------------------------------------------------------------------------------------------------
+
+// How long the last frames took, in seconds.
+struct FrameTimes {
+  std::array<float, 120> seconds{};
+  std::size_t count = 0;         // so far; the latest overwrite the oldest
+  double drawing = 0;            // of the last frame, without waiting for the display
+  std::size_t uploaded = 0;      // bytes, of the last movement
+  std::size_t touched = 0;       // vertices, by it; not known of the graphics card's
+  std::string mover;             // the graphics card that moves the shape; empty: the CPU does
+  std::optional<double> volume;  // as the card has it, while it is ahead of the CPU
+  std::size_t read_back = 0;     // times, from the card since the last gesture began
+};
+
+void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);
+
+// The keys, from the key map.
+void draw_help(Studio& studio, const Gui& gui);
+
+// A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal.
+void draw_status(Studio& studio, const Gui& gui);
+
+// Notices: what was done fades, what went wrong stays until it is clicked away.
+struct Messages {
+  struct Message {
+    Notice notice;
+    double until = 0;  // ImGui::GetTime()
+  };
+  std::deque<Message> messages;
+};
+void draw_messages(Studio& studio, const Gui& gui, Messages& messages);
+
+}  // namespace knead::studio

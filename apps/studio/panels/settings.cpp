@@ -1,0 +1,219 @@
+// The settings of the tool in the hand, of remeshing, and of the view.
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "gestures/tool_names.h"
+#include "knead/mesh/shapes.h"
+#include "panels/panels.h"
+#include "panels/widgets.h"
+
+namespace knead::studio {
+
+namespace {
+
+bool moves_a_ball(ToolKind tool) { return tool == ToolKind::ball || tool == ToolKind::capsule; }
+
+bool has_inner(ToolKind tool) { return moves_a_ball(tool) || tool == ToolKind::rotate || tool == ToolKind::stretch; }
+
+bool drags(ToolKind tool) {
+  return moves_a_ball(tool) || tool == ToolKind::points || tool == ToolKind::curve || tool == ToolKind::stamp ||
+         tool == ToolKind::handles;
+}
+
+void draw_drag(ToolSettings& settings) {
+  ImGui::TextUnformatted("Drag");
+  constexpr std::array modes{DragMode::view, DragMode::surface, DragMode::normal, DragMode::axis};
+  choose_one("##drag", settings.drag, modes, [](DragMode mode) { return name_of(mode); });
+  if (settings.drag == DragMode::axis) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      Vec3d axis;
+      axis[i] = 1;
+      if (i > 0) ImGui::SameLine();
+      if (ImGui::RadioButton(std::array{"x##axis", "y##axis", "z##axis"}[i], settings.axis == axis)) {
+        settings.axis = axis;
+      }
+    }
+  }
+  if (moves_a_ball(settings.tool)) ImGui::Checkbox("Start on the surface", &settings.on_surface);
+}
+
+void draw_stamp(Studio& studio) {
+  const auto& stamp = studio.placed().stamp;
+  if (ImGui::BeginCombo("Stamp", stamp ? stamp->name.c_str() : "none")) {
+    for (const std::string_view name : shape_names()) {
+      if (ImGui::Selectable(std::string(name).c_str(), stamp && stamp->name == name)) {
+        studio.use_stamp(shape_kind(name));
+      }
+    }
+    ImGui::EndCombo();
+  }
+  help_on_hover("File > Stamp from a file... takes any closed mesh.");
+  slide("Size", studio.settings().stamp_size, {0.05, 3}, "of the radius: the stamp's half extent");
+}
+
+void draw_barrel_settings(Studio& studio) {
+  ImGui::Checkbox("Move one part, found automatically", &studio.settings().uses_barrel);
+  const auto& placement = studio.placed().placement;
+  if (!placement || !placement->barrel) return;
+  if (placement->barrel->problem.empty()) {
+    ImGui::TextDisabled("%s", fmt::format("The barrel has radius {:.3g}.", placement->barrel->radius).c_str());
+  } else {
+    text_in_colour(kWarning, placement->barrel->problem);
+  }
+}
+
+void draw_own_settings(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  switch (settings.tool) {
+    case ToolKind::capsule:
+      return slide("Length", settings.capsule_length, {0.05, 5}, "of the radius: half the capsule's length");
+    case ToolKind::paint:
+      slide("Depth", settings.depth, {0.005, 1}, "of the radius: how far one dab moves the surface");
+      ImGui::Checkbox("Press in", &settings.paint_in);
+      return;
+    case ToolKind::points:
+    case ToolKind::curve: {
+      ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
+      if (ImGui::Button("Take them away")) studio.clear_placed();
+      return;
+    }
+    case ToolKind::stamp:
+      return draw_stamp(studio);
+    case ToolKind::twist:
+    case ToolKind::bend:
+      return draw_barrel_settings(studio);
+    case ToolKind::handles: {
+      for (const HandleMode mode : {HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move}) {
+        if (mode != HandleMode::full) ImGui::SameLine();
+        if (ImGui::RadioButton(name_of(mode), settings.handle == mode)) settings.handle = mode;
+      }
+      if (ImGui::Button("Remove the handles")) studio.clear_placed();
+      return;
+    }
+    default:
+      return;
+  }
+}
+
+void draw_mirror(ToolSettings& settings) {
+  ImGui::TextUnformatted("Mirror");
+  for (std::size_t i = 0; i < 3; ++i) {
+    ImGui::SameLine();
+    ImGui::Checkbox(std::array{"x", "y", "z"}[i], &settings.mirror[i]);
+  }
+}
+
+// A length that may be left to be chosen by itself.
+void optional_length(const char* label, std::optional<double>& value, double first, const char* help) {
+  bool own = value.has_value();
+  ImGui::PushID(label);
+  if (ImGui::Checkbox("##own", &own)) value = own ? std::optional(first) : std::nullopt;
+  ImGui::SameLine();
+  if (value) {
+    type_number(label, *value, {1e-9, 1e9}, help);
+  } else {
+    ImGui::TextDisabled("%s: by itself", label);
+  }
+  ImGui::PopID();
+}
+
+void draw_remeshing(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  ImGui::Checkbox("Remesh when a drag ends", &settings.remesh);
+  if (!settings.remesh) return;
+  ImGui::Indent();
+  RemeshSettings& own = settings.remesh_settings;
+  const double diagonal = studio.shown().diagonal;
+  optional_length("Longest edge", own.max_edge, 0.02 * diagonal, "longer edges are split");
+  optional_length("Shortest edge", own.min_edge, 0.002 * diagonal, "shorter edges are collapsed where it is flat");
+  bool rounds = own.iterations.has_value();
+  if (ImGui::Checkbox("##rounds", &rounds)) {
+    own.iterations = rounds ? std::optional(kDefaultRemeshIterations) : std::nullopt;
+  }
+  ImGui::SameLine();
+  if (own.iterations) {
+    ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6);
+    ImGui::SliderInt("Rounds", &*own.iterations, 0, 20);
+  } else {
+    ImGui::TextDisabled("Rounds: by itself");
+  }
+  ImGui::Unindent();
+}
+
+bool begin_part(const char* heading) {
+  ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
+  const bool open = ImGui::CollapsingHeader(heading, ImGuiTreeNodeFlags_DefaultOpen);
+  ImGui::PopStyleColor();
+  return open;
+}
+
+}  // namespace
+
+void draw_tool_settings(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  const double diagonal = studio.shown().diagonal;
+  slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
+  if (has_inner(settings.tool)) {
+    slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "how much of that moves as a whole (Shift+F)");
+  }
+  draw_own_settings(studio);
+  if (drags(settings.tool)) draw_drag(settings);
+  ImGui::Separator();
+  draw_mirror(settings);
+  draw_remeshing(studio);
+}
+
+void draw_view_settings(Studio& studio) {
+  ViewSettings& view = studio.view();
+  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
+  choose_one("Shading", view.material, materials, [](render::Material material) {
+    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
+  });
+  ImGui::Checkbox("Wireframe", &view.wireframe);
+  ImGui::SameLine();
+  ImGui::Checkbox("Tool", &view.tool);
+  ImGui::SameLine();
+  ImGui::Checkbox("Influence", &view.influence);
+  ImGui::Checkbox("Cutting plane", &view.cut);
+  if (!view.cut) return;
+  const double half = 0.5 * studio.shown().diagonal;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Vec3d normal;
+    normal[i] = 1;
+    ImGui::SameLine();
+    if (ImGui::RadioButton(std::array{"x##cut", "y##cut", "z##cut"}[i], norm(cross(view.cut_normal, normal)) < 1e-9)) {
+      view.cut_normal = normal;
+    }
+  }
+  slide("Place", view.cut_offset, {-half, half}, "from the middle of the shape");
+  if (ImGui::Button("Other side")) {
+    view.cut_normal = -view.cut_normal;
+    view.cut_offset = -view.cut_offset;
+  }
+}
+
+void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float width = std::min(308 * gui.unit(), 0.45F * size.x);
+  const float gap = 8 * gui.unit();
+  const float top = ImGui::GetFrameHeight() + gap;
+  ImGui::SetNextWindowPos({size.x - width - gap, top});
+  ImGui::SetNextWindowSize({width, size.y - top - gap - ImGui::GetFrameHeight()});
+  constexpr int flags =
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
+  if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
+    ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
+    const std::string tool = std::string(name_of(studio.settings().tool)) + "###tool";
+    if (begin_part(tool.c_str())) draw_tool_settings(studio);
+    if (begin_part("View")) draw_view_settings(studio);
+    if (studio.view().history && begin_part("History")) draw_history(studio, editor);
+    ImGui::PopItemWidth();
+  }
+  ImGui::End();
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,158 @@
+#include "platform/gui.h"
+
+#include <imgui.h>
+#include <imgui_impl_glfw.h>
+#include <imgui_impl_opengl3.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <variant>
+
+namespace knead::studio {
+
+namespace {
+
+constexpr float kTextHeight = 15;
+
+// Where systems keep a font that is easy to read.
+constexpr std::array<const char*, 6> kFonts{"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                            "/usr/share/fonts/TTF/DejaVuSans.ttf",
+                                            "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                                            "/usr/share/fonts/truetype/noto/NotoSans-Regular.ttf",
+                                            "/usr/share/fonts/truetype/freefont/FreeSans.ttf",
+                                            "/usr/share/fonts/truetype/liberation/LiberationSans-Regular.ttf"};
+
+void load_font(float height) {
+  ImFontConfig config;
+  config.OversampleH = 2;
+  config.SizePixels = std::round(height);
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  // Latin, punctuation (dashes, quotes), arrows and the signs of mathematics.
+  static constexpr std::array<ImWchar, 9> ranges{0x20, 0x24F, 0x2010, 0x205E, 0x2190, 0x21FF, 0x2200, 0x22FF, 0};
+  for (const char* file : kFonts) {
+    std::error_code error;
+    if (std::filesystem::exists(file, error) &&
+        fonts.AddFontFromFileTTF(file, config.SizePixels, &config, ranges.data()) != nullptr) {
+      return;
+    }
+  }
+  fonts.AddFontDefault(&config);
+}
+
+ImVec4 gray(float value, float alpha = 1) { return {value, value * 1.01F, value * 1.03F, alpha}; }
+
+// Calm and dark, one warm accent.
+void set_colours(ImGuiStyle& style) {
+  const ImVec4 accent{0.86F, 0.52F, 0.26F, 1};
+  const auto faint = [&](float alpha) { return ImVec4{accent.x, accent.y, accent.z, alpha}; };
+  auto& colours = style.Colors;
+  colours[ImGuiCol_Text] = gray(0.92F);
+  colours[ImGuiCol_TextDisabled] = gray(0.60F);
+  colours[ImGuiCol_WindowBg] = gray(0.13F, 0.94F);
+  colours[ImGuiCol_PopupBg] = gray(0.15F, 0.98F);
+  colours[ImGuiCol_MenuBarBg] = gray(0.11F);
+  colours[ImGuiCol_Border] = gray(0.30F, 0.60F);
+  colours[ImGuiCol_FrameBg] = gray(0.22F);
+  colours[ImGuiCol_FrameBgHovered] = gray(0.28F);
+  colours[ImGuiCol_FrameBgActive] = gray(0.32F);
+  colours[ImGuiCol_TitleBg] = gray(0.11F);
+  colours[ImGuiCol_TitleBgActive] = gray(0.16F);
+  colours[ImGuiCol_TitleBgCollapsed] = gray(0.11F);
+  colours[ImGuiCol_Button] = gray(0.25F);
+  colours[ImGuiCol_ButtonHovered] = gray(0.33F);
+  colours[ImGuiCol_ButtonActive] = faint(0.80F);
+  colours[ImGuiCol_Header] = faint(0.40F);
+  colours[ImGuiCol_HeaderHovered] = gray(0.28F);
+  colours[ImGuiCol_HeaderActive] = faint(0.60F);
+  colours[ImGuiCol_CheckMark] = accent;
+  colours[ImGuiCol_SliderGrab] = faint(0.85F);
+  colours[ImGuiCol_SliderGrabActive] = accent;
+  colours[ImGuiCol_Separator] = gray(0.30F);
+  colours[ImGuiCol_ScrollbarBg] = gray(0.13F, 0.5F);
+  colours[ImGuiCol_ScrollbarGrab] = gray(0.35F);
+  colours[ImGuiCol_TextSelectedBg] = faint(0.40F);
+  colours[ImGuiCol_NavHighlight] = accent;
+  colours[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, 0.45F};
+  colours[ImGuiCol_ResizeGrip] = gray(0.30F, 0.4F);
+  colours[ImGuiCol_PlotHistogram] = accent;
+}
+
+void set_style(float unit) {
+  ImGui::StyleColorsDark();
+  ImGuiStyle& style = ImGui::GetStyle();
+  set_colours(style);
+  style.WindowRounding = 5;
+  style.FrameRounding = 4;
+  style.PopupRounding = 4;
+  style.GrabRounding = 4;
+  style.ScrollbarRounding = 4;
+  style.WindowPadding = {10, 9};
+  style.FramePadding = {7, 4};
+  style.ItemSpacing = {8, 6};
+  style.WindowBorderSize = 1;
+  style.ScrollbarSize = 13;
+  style.WindowTitleAlign = {0.02F, 0.5F};
+  style.ScaleAllSizes(unit);
+}
+
+}  // namespace
+
+Gui::Gui(Window& window, double interface_scale)
+    : window_(window), unit_(static_cast<float>(window.scale() * interface_scale)) {
+  IMGUI_CHECKVERSION();
+  ImGui::CreateContext();
+  ImGui::GetIO().IniFilename = nullptr;        // panels have their places
+  ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
+  set_style(unit_);
+  load_font(kTextHeight * unit_);
+  ImGui_ImplGlfw_InitForOpenGL(window_.handle(), false);
+  ImGui_ImplOpenGL3_Init("#version 330 core");
+}
+
+Gui::~Gui() {
+  ImGui_ImplOpenGL3_Shutdown();
+  ImGui_ImplGlfw_Shutdown();
+  ImGui::DestroyContext();
+}
+
+void Gui::begin_frame() {
+  ImGui_ImplOpenGL3_NewFrame();
+  ImGui_ImplGlfw_NewFrame();
+  ImGui::NewFrame();
+}
+
+void Gui::end_frame() {
+  ImGui::Render();
+  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
+bool Gui::has_pointer() const { return ImGui::GetIO().WantCaptureMouse; }
+
+std::vector<Event> Gui::for_the_view(std::vector<Event> events) {
+  std::erase_if(events, [this](const Event& event) { return !is_for_the_view(event); });
+  return events;
+}
+
+bool Gui::is_for_the_view(const Event& event) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (const auto* button = std::get_if<ButtonChanged>(&event)) {
+    if (!button->down) return std::erase(buttons_, button->button) > 0;
+    if (io.WantCaptureMouse) return false;
+    buttons_.push_back(button->button);
+    return true;
+  }
+  if (const auto* key = std::get_if<KeyChanged>(&event)) {
+    if (!key->down) return std::erase(keys_, key->key) > 0;
+    if (io.WantCaptureKeyboard) return false;
+    std::erase(keys_, key->key);
+    keys_.push_back(key->key);
+    return true;
+  }
+  if (std::holds_alternative<PointerMoved>(event)) return !io.WantCaptureMouse || !buttons_.empty();
+  if (std::holds_alternative<WheelTurned>(event)) return !io.WantCaptureMouse;
+  return true;
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,232 @@
+#include "platform/window.h"
+
+#include <imgui.h>
+#include <imgui_impl_glfw.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <utility>
+#include <variant>
+
+#include "platform/window_keys.h"
+
+namespace knead::studio {
+
+// What the callbacks of GLFW fill.
+struct WindowState {
+  std::vector<Event> events;
+  // Dear ImGui looks at the keys once a frame: one that went down and up between two frames goes up for it in the next.
+  std::vector<int> pressed;
+  std::vector<int> released_later;
+  double x = 0;  // of the pointer, in pixels of the picture
+  double y = 0;
+  std::array<int, 4> place_before_full_screen{};
+};
+
+namespace {
+
+[[noreturn]] void fail() {
+  const char* reason = nullptr;
+  glfwGetError(&reason);
+  throw std::runtime_error(std::string("no window can be opened (") + (reason == nullptr ? "GLFW" : reason) +
+                           "); is there a display?");
+}
+
+GLFWwindow* try_to_open(const std::string& title, int width, int height, int major, int minor) {
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, major);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, minor);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+  glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS, GLFW_LOSE_CONTEXT_ON_RESET);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  glfwWindowHintString(GLFW_X11_CLASS_NAME, "knead-studio");
+  return glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+}
+
+Modifiers modifiers_of(int mods) {
+  return {(mods & GLFW_MOD_SHIFT) != 0, (mods & GLFW_MOD_CONTROL) != 0, (mods & GLFW_MOD_ALT) != 0};
+}
+
+// Those held now: GLFW tells them with buttons and keys only.
+Modifiers held_modifiers(GLFWwindow* window) {
+  const auto down = [&](int left, int right) {
+    return glfwGetKey(window, left) == GLFW_PRESS || glfwGetKey(window, right) == GLFW_PRESS;
+  };
+  return {down(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT), down(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL),
+          down(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT)};
+}
+
+// Pixels of the picture for one unit of the window's coordinates.
+double pixels_per_unit(GLFWwindow* window) {
+  int units = 1;
+  int pixels = 1;
+  int ignored = 0;
+  glfwGetWindowSize(window, &units, &ignored);
+  glfwGetFramebufferSize(window, &pixels, &ignored);
+  return units > 0 ? static_cast<double>(pixels) / units : 1;
+}
+
+// A window that the system made larger than the screen is made to fit it.
+void fit_screen(GLFWwindow* window) {
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  if (monitor == nullptr) return;
+  int x = 0;
+  int y = 0;
+  int most_width = 0;
+  int most_height = 0;
+  int width = 0;
+  int height = 0;
+  glfwGetMonitorWorkarea(monitor, &x, &y, &most_width, &most_height);
+  glfwGetWindowSize(window, &width, &height);
+  if (most_width <= 0 || most_height <= 0 || (width <= most_width && height <= most_height)) return;
+  glfwSetWindowSize(window, std::min(width, most_width), std::min(height, most_height));
+}
+
+WindowState& state_of(GLFWwindow* window) { return *static_cast<WindowState*>(glfwGetWindowUserPointer(window)); }
+
+void on_pointer(GLFWwindow* window, double x, double y) {
+  WindowState& state = state_of(window);
+  const double scale = pixels_per_unit(window);
+  state.x = x * scale;
+  state.y = y * scale;
+  const PointerMoved moved{state.x, state.y, 1, held_modifiers(window)};
+  if (!state.events.empty() && std::holds_alternative<PointerMoved>(state.events.back())) {
+    state.events.back() = moved;
+  } else {
+    state.events.emplace_back(moved);
+  }
+}
+
+void on_button(GLFWwindow* window, int button, int action, int mods) {
+  ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
+  if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
+  WindowState& state = state_of(window);
+  constexpr std::array<MouseButton, 3> buttons{MouseButton::left, MouseButton::right, MouseButton::middle};
+  state.events.emplace_back(ButtonChanged{buttons[static_cast<std::size_t>(button)], action == GLFW_PRESS, state.x,
+                                          state.y, modifiers_of(mods)});
+}
+
+void on_wheel(GLFWwindow* window, double x, double y) {
+  ImGui_ImplGlfw_ScrollCallback(window, x, y);
+  const Modifiers held = held_modifiers(window);
+  state_of(window).events.emplace_back(WheelTurned{y == 0 && held.shift ? x : y, held});  // some turn it so themselves
+}
+
+void on_key(GLFWwindow* window, int key, int scancode, int action, int mods) {
+  WindowState& state = state_of(window);
+  if (action == GLFW_PRESS) state.pressed.push_back(key);
+  if (action == GLFW_RELEASE && std::find(state.pressed.begin(), state.pressed.end(), key) != state.pressed.end()) {
+    state.released_later.push_back(key);
+  } else {
+    ImGui_ImplGlfw_KeyCallback(window, key, scancode, action, mods);
+  }
+  const std::string name = key_name(key, scancode);
+  if (name.empty()) return;
+  state.events.emplace_back(KeyChanged{name, action != GLFW_RELEASE, modifiers_of(mods)});
+}
+
+void on_size(GLFWwindow* window, int width, int height) {
+  state_of(window).events.emplace_back(Resized{width, height});
+}
+
+void on_drop(GLFWwindow* window, int count, const char** paths) {
+  FilesDropped dropped;
+  for (int i = 0; i < count; ++i) dropped.files.emplace_back(paths[i]);
+  state_of(window).events.emplace_back(std::move(dropped));
+}
+
+void listen(GLFWwindow* window) {
+  glfwSetCursorPosCallback(window, on_pointer);
+  glfwSetMouseButtonCallback(window, on_button);
+  glfwSetScrollCallback(window, on_wheel);
+  glfwSetKeyCallback(window, on_key);
+  glfwSetCharCallback(window, ImGui_ImplGlfw_CharCallback);
+  glfwSetWindowFocusCallback(window, ImGui_ImplGlfw_WindowFocusCallback);
+  glfwSetCursorEnterCallback(window, ImGui_ImplGlfw_CursorEnterCallback);
+  glfwSetFramebufferSizeCallback(window, on_size);
+  glfwSetDropCallback(window, on_drop);
+}
+
+}  // namespace
+
+Window::Window(const std::string& title, int width, int height) : state_(std::make_unique<WindowState>()) {
+  if (glfwInit() != GLFW_TRUE) fail();
+  window_ = try_to_open(title, width, height, 4, 3);
+  if (window_ == nullptr) window_ = try_to_open(title, width, height, 3, 3);
+  if (window_ == nullptr) {
+    glfwTerminate();
+    throw std::runtime_error("no window with OpenGL 3.3 can be opened; check the display and its driver");
+  }
+  glfwMakeContextCurrent(window_);
+  glfwSwapInterval(1);
+  glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  fit_screen(window_);
+  glfwSetWindowUserPointer(window_, state_.get());
+
+  listen(window_);
+  state_->events.emplace_back(Resized{this->width(), this->height()});
+}
+
+Window::~Window() {
+  glfwDestroyWindow(window_);
+  glfwTerminate();
+}
+
+std::vector<Event> Window::events(double wait_seconds) {
+  state_->pressed.clear();
+  for (const int key : std::exchange(state_->released_later, {})) {
+    ImGui_ImplGlfw_KeyCallback(window_, key, 0, GLFW_RELEASE, 0);
+  }
+  if (wait_seconds > 0) {
+    glfwWaitEventsTimeout(wait_seconds);
+  } else {
+    glfwPollEvents();
+  }
+  return std::exchange(state_->events, {});
+}
+
+bool Window::is_closing() const { return glfwWindowShouldClose(window_) == GLFW_TRUE; }
+
+void Window::set_closing(bool closing) { glfwSetWindowShouldClose(window_, closing ? GLFW_TRUE : GLFW_FALSE); }
+
+void Window::set_title(const std::string& title) { glfwSetWindowTitle(window_, title.c_str()); }
+
+void Window::toggle_full_screen() {
+  auto& [x, y, w, h] = state_->place_before_full_screen;
+  if (glfwGetWindowMonitor(window_) != nullptr) {
+    glfwSetWindowMonitor(window_, nullptr, x, y, w, h, 0);
+    return;
+  }
+  GLFWmonitor* const monitor = glfwGetPrimaryMonitor();
+  const GLFWvidmode* const mode = monitor == nullptr ? nullptr : glfwGetVideoMode(monitor);
+  if (mode == nullptr) return;
+  glfwGetWindowPos(window_, &x, &y);
+  glfwGetWindowSize(window_, &w, &h);
+  glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+int Window::width() const {
+  int width = 0;
+  glfwGetFramebufferSize(window_, &width, nullptr);
+  return width;
+}
+
+int Window::height() const {
+  int height = 0;
+  glfwGetFramebufferSize(window_, nullptr, &height);
+  return height;
+}
+
+double Window::scale() const {
+  float x = 1;
+  float y = 1;
+  glfwGetWindowContentScale(window_, &x, &y);
+  return std::clamp<double>(std::max(x, y), 0.5, 4);
+}
+
+void Window::show() { glfwSwapBuffers(window_); }
+
+}  // namespace knead::studio

@@ -1,0 +1,103 @@
+#include "platform/worker.h"
+
+#include <utility>
+
+namespace knead::studio {
+
+Worker::Worker(bool has_thread, Job when_idle) : when_idle_(std::move(when_idle)), has_thread_(has_thread) {
+  if (has_thread_) thread_ = std::thread([this] { run(); });
+}
+
+Worker::~Worker() {
+  if (!has_thread_) return;
+  {
+    const std::lock_guard lock(mutex_);
+    is_ending_ = true;
+  }
+  changed_.notify_all();
+  thread_.join();
+}
+
+void Worker::post(Job job) {
+  if (!has_thread_) {
+    perform({std::move(job)});
+    when_idle_(progress_);
+    return;
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    queue_.push_back({std::move(job)});
+  }
+  changed_.notify_all();
+}
+
+std::uint64_t Worker::post_latest(Job job) {
+  std::unique_lock lock(mutex_);
+  const std::uint64_t number = ++posted_latest_;
+  if (!has_thread_) {
+    lock.unlock();
+    perform({std::move(job), number});
+    return number;
+  }
+  if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
+  queue_.push_back({std::move(job), number});
+  lock.unlock();
+  changed_.notify_all();
+  return number;
+}
+
+void Worker::perform(const Waiting& waiting) {
+  if (waiting.latest != 0) {
+    const std::lock_guard lock(mutex_);
+    begun_latest_ = waiting.latest;
+  }
+  progress_.done = 0;
+  waiting.job(progress_);
+}
+
+void Worker::run() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return !queue_.empty() || idle_is_due_ || is_ending_; });
+    if (queue_.empty() && is_ending_) return;
+    is_performing_ = true;
+    if (queue_.empty()) {
+      idle_is_due_ = false;
+      progress_.cancel = false;
+      lock.unlock();
+      when_idle_(progress_);
+    } else {
+      const Waiting waiting = std::move(queue_.front());
+      queue_.pop_front();
+      idle_is_due_ = true;
+      lock.unlock();
+      perform(waiting);
+    }
+    lock.lock();
+    is_performing_ = false;
+    if (queue_.empty() && !idle_is_due_) progress_.cancel = false;
+    changed_.notify_all();
+  }
+}
+
+std::uint64_t Worker::begun() const {
+  const std::lock_guard lock(mutex_);
+  return begun_latest_;
+}
+
+bool Worker::is_busy() const {
+  const std::lock_guard lock(mutex_);
+  return is_performing_ || !queue_.empty();
+}
+
+void Worker::cancel() {
+  const std::lock_guard lock(mutex_);
+  if (is_performing_ || !queue_.empty()) progress_.cancel = true;
+}
+
+void Worker::wait() const {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return queue_.empty() && !is_performing_ && !(has_thread_ && idle_is_due_); });
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,42 @@
+#include "view/influence.h"
+
+#include <algorithm>
+
+#include "knead/math/parallel.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr std::size_t kVerticesAtOnce = 4096;
+
+bool is_within(const Cylinder& cylinder, const Vec3d& p) {
+  const Vec3d d = p - cylinder.point;
+  return norm2(d - cylinder.direction * dot(d, cylinder.direction)) <= cylinder.radius * cylinder.radius;
+}
+
+double weight_at(const Segment& segment, const Vec3d& p) {
+  if (segment.cylinder && !is_within(*segment.cylinder, p)) return 0;
+  double most = 0;
+  for (const Field& field : segment.fields) {
+    most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);
+  }
+  return most;
+}
+
+}  // namespace
+
+std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads) {
+  std::vector<float> result(positions.size());
+  parallel_for(positions.size(), kVerticesAtOnce, threads, [&](std::size_t begin, std::size_t end) {
+    for (const Flow& flow : flows) {
+      if (flow.segments.empty()) continue;
+      for (std::size_t i = begin; i < end; ++i) {
+        result[i] = std::max(result[i], static_cast<float>(weight_at(flow.segments.front(), positions[i])));
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,304 @@
+#include "view/overlay.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gestures/gesture_kinds.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/render/tool_picture.h"
+#include "knead/tool/mirrored.h"
+#include "view/influence.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
+constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
+constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
+constexpr float kZeroHandleShade = 0.35f;  // shown in the outer region's green
+
+Box box_of(const DocumentState& shown) {
+  Box box;
+  const Vec3d half{0.5 * shown.diagonal, 0.5 * shown.diagonal, 0.5 * shown.diagonal};
+  if (shown.state.positions.size() == 0) return box;
+  box = bounding_box(shown.state.mesh->positions);
+  box.min -= half * 0.2;
+  box.max += half * 0.2;
+  return box;
+}
+
+Surroundings around_of(const Studio& studio) {
+  const DocumentState& shown = studio.shown();
+  const bool fits = shown.picker && shown.picker->fits(shown.state);
+  return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
+}
+
+bool is_placed_tool(ToolKind tool) {
+  return tool == ToolKind::rotate || tool == ToolKind::stretch || tool == ToolKind::twist || tool == ToolKind::bend;
+}
+
+std::vector<Stroke> with_mirror_images(std::vector<Stroke> strokes, const std::array<bool, 3>& mirror) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!mirror[axis]) continue;
+    const std::size_t count = strokes.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      Stroke image = mirrored(strokes[i], static_cast<int>(axis));
+      if (std::find(strokes.begin(), strokes.end(), image) == strokes.end()) strokes.push_back(std::move(image));
+    }
+  }
+  return strokes;
+}
+
+// A ball or capsule about to go, by half its radius, where the drag mode says.
+std::optional<Stroke> hovering_implicit(const Studio& studio, const Surroundings& around) {
+  const ToolSettings& settings = studio.settings();
+  const auto hit = hit_at(studio.pointer(), around);
+  if (!hit && settings.on_surface) return std::nullopt;
+  ImplicitGesture gesture = begin_implicit(studio.pointer(), around);
+  Vec3d direction = hit ? hit->normal : render::camera_frame(around.screen.camera).up;
+  if (settings.drag == DragMode::axis) direction = settings.axis;
+  gesture.stroke.path.push_back(gesture.stroke.path.front() + normalized(direction) * (0.5 * settings.radius));
+  return gesture.stroke;
+}
+
+std::optional<Stroke> hovering_paint(const Studio& studio, const Surroundings& around) {
+  const auto gesture = begin_paint(studio.pointer(), around);
+  if (!gesture) return std::nullopt;
+  PaintStroke stroke = gesture->stroke;
+  stroke.depth *= 6;  // as deep as a whole dab
+  return stroke;
+}
+
+// What is placed, about to be moved a little up in the picture.
+std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& around) {
+  const Placed& placed = studio.placed();
+  if (placed.points.empty() && placed.curves.empty()) return std::nullopt;
+  PointsStroke stroke;
+  stroke.points = placed.points;
+  stroke.curves = placed.curves;
+  stroke.outer = studio.settings().radius;
+  stroke.exponent = studio.settings().exponent;
+  stroke.displacements = {render::camera_frame(around.screen.camera).up * (0.3 * stroke.outer)};
+  return stroke;
+}
+
+}  // namespace
+
+std::vector<Stroke> hovering(const Studio& studio) {
+  const DocumentState& shown = studio.shown();
+  if (shown.opened == 0 || shown.looked_at) return {};
+  const Surroundings around = around_of(studio);
+  const ToolSettings& settings = studio.settings();
+  std::optional<Stroke> stroke;
+  switch (settings.tool) {
+    case ToolKind::ball:
+    case ToolKind::capsule:
+      if (studio.pointer_is_over_view()) stroke = hovering_implicit(studio, around);
+      break;
+    case ToolKind::paint:
+      if (studio.pointer_is_over_view()) stroke = hovering_paint(studio, around);
+      break;
+    case ToolKind::points:
+    case ToolKind::curve:
+      stroke = placed_points(studio, around);
+      break;
+    default:
+      if (is_placed_tool(settings.tool) && studio.placed().placement) {
+        stroke = turning_stroke(settings, *studio.placed().placement, kNominalAngle);
+      }
+  }
+  if (!stroke) return {};
+  return with_mirror_images({std::move(*stroke)}, settings.mirror);
+}
+
+namespace {
+
+// The strokes whose tools are drawn: under the hand the latest piece of each side, else what hovers.
+std::vector<Stroke> strokes_to_draw(const Studio& studio) {
+  if (studio.shown().looked_at) {
+    const auto& history = studio.shown().history;
+    const std::size_t entry = *studio.shown().looked_at;
+    if (entry >= history.size()) return {};
+    std::vector<Stroke> strokes;
+    for (const SessionStroke& stroke : history[entry]->strokes) {
+      if (!reads_surface(stroke.stroke) && strokes.size() < 8) strokes.push_back(stroke.stroke);
+    }
+    return strokes;
+  }
+  std::vector<Stroke> strokes = studio.preview();
+  if (strokes.empty()) return hovering(studio);
+  const std::array<bool, 3>& mirror = studio.settings().mirror;
+  const std::size_t sides = std::size_t{1} << static_cast<unsigned>(std::count(mirror.begin(), mirror.end(), true));
+  if (strokes.size() > sides) strokes.erase(strokes.begin(), strokes.end() - static_cast<std::ptrdiff_t>(sides));
+  return strokes;
+}
+
+// A stroke in progress is drawn where its tool is now: of a path only the last piece.
+Stroke last_piece(const Stroke& stroke) {
+  Stroke result = stroke;
+  if (auto* implicit = std::get_if<ImplicitStroke>(&result); implicit != nullptr && implicit->path.size() > 2) {
+    implicit->path.erase(implicit->path.begin(), implicit->path.end() - 2);
+  }
+  if (auto* paint = std::get_if<PaintStroke>(&result); paint != nullptr && paint->samples.size() > 1) {
+    paint->samples.erase(paint->samples.begin(), paint->samples.end() - 1);
+  }
+  if (auto* points = std::get_if<PointsStroke>(&result); points != nullptr && points->displacements.size() > 1) {
+    for (std::size_t i = 0; i + 1 < points->displacements.size(); ++i) {
+      for (Vec3d& p : points->points) p += points->displacements[i];
+      for (auto& curve : points->curves) {
+        for (Vec3d& p : curve) p += points->displacements[i];
+      }
+    }
+    points->displacements = {points->displacements.back()};
+  }
+  return result;
+}
+
+// What is drawn on, and how.
+struct Sheet {
+  const Box& around;
+  render::Scene& scene;
+  render::ToolDrawing how;
+};
+
+void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet) {
+  render::DrawnTool tool;
+  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
+    const std::optional<StampShape>& shape = studio.placed().stamp;
+    if (!shape) return;
+    Mesh mesh = *shape->mesh;
+    const bool is_image = stamp->mesh != shape->file;
+    for (Vec3d& p : mesh.positions) p = stamp->pose * p;
+    if (is_image) return;
+    tool.stamp = render::StampTool{std::move(mesh), {stamp->path.back(), stamp->path.back()}};
+  } else {
+    tool.stroke = flow_of(stroke);
+    const bool is_under_hand = studio.gesture().has_value();
+    if (!studio.shown().looked_at) tool.moment = is_under_hand ? static_cast<double>(tool.stroke.segments.size()) : 0.0;
+  }
+  render::draw_tool(tool, sheet.around, sheet.scene, sheet.how);
+}
+
+void add_placed_points(const Placed& placed, double radius, std::vector<render::Line>& lines) {
+  const auto add = [&](const std::vector<Vec3d>& points) {
+    lines.push_back({.points = points, .radius = radius, .color = kPlaced});
+  };
+  for (const Vec3d& p : placed.points) add({p, p + Vec3d{0, 1e-3 * radius, 0}});
+  for (const auto& curve : placed.curves) add(curve);
+}
+
+void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
+  const Placed& placed = studio.placed();
+  StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
+  stroke.path = {placed.placement->center, placed.placement->center};
+  draw_stroke(studio, stroke, sheet);
+}
+
+void add_mirror_planes(const Studio& studio, const Box& box, std::vector<render::TranslucentSurface>& surfaces) {
+  const std::array<bool, 3>& mirror = studio.settings().mirror;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!mirror[axis]) continue;
+    Mesh plane;
+    for (std::size_t i = 0; i < 4; ++i) {
+      Vec3d p{};
+      p[(axis + 1) % 3] = i == 1 || i == 2 ? box.max[(axis + 1) % 3] : box.min[(axis + 1) % 3];
+      p[(axis + 2) % 3] = i >= 2 ? box.max[(axis + 2) % 3] : box.min[(axis + 2) % 3];
+      plane.positions.push_back(p);
+    }
+    plane.add_face(std::array<std::uint32_t, 4>{0, 1, 2, 3});
+    surfaces.push_back({std::move(plane), kMirrorPlane});
+  }
+}
+
+}  // namespace
+
+render::LiveScene Overlay::scene(const Studio& studio) {
+  const ViewSettings& view = studio.view();
+  const DocumentState& shown = studio.shown();
+  render::LiveScene scene;
+  scene.camera = studio.screen().camera;
+  scene.material = view.material;
+  scene.wireframe = view.wireframe;
+  scene.show_influence = view.influence || studio.settings().tool == ToolKind::handles;
+  if (shown.opened == 0) return scene;
+  const Box box = box_of(shown);
+  if (view.cut) {
+    const Vec3d normal = normalized(view.cut_normal);
+    scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
+  }
+  add_mirror_planes(studio, box, scene.surfaces);
+  if (!view.tool) return scene;
+  const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
+  std::vector<Stroke> strokes = strokes_to_draw(studio);
+  const bool stamps = studio.gesture() && std::holds_alternative<StampGesture>(studio.gesture()->kind);
+  if (stamps && shown.contacts) strokes.push_back(*shown.contacts);
+  for (Stroke& stroke : strokes) stroke = last_piece(stroke);
+  if (strokes != drawn_) {
+    parts_ = {};
+    try {
+      for (const Stroke& stroke : strokes) draw_stroke(studio, stroke, {box, parts_, how});
+    } catch (const InvalidInput&) {
+      parts_ = {};  // what cannot be drawn cannot be done either, and the document says so
+    }
+    drawn_ = std::move(strokes);
+  }
+  const auto add = [](const auto& from, auto& to) { to.insert(to.end(), from.begin(), from.end()); };
+  add(parts_.surfaces, scene.surfaces);
+  add(parts_.arrows, scene.arrows);
+  add(parts_.lines, scene.lines);
+  const Placed& placed = studio.placed();
+  add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
+  const ToolKind tool = studio.settings().tool;
+  if (placed.placement && (is_placed_tool(tool) || tool == ToolKind::stamp)) {
+    const Pointer& at = studio.pointer();
+    const auto lit = gizmo_part_at(studio.screen(), *placed.placement, at.x, at.y);
+    if (tool == ToolKind::stamp && placed.stamp && !studio.gesture()) {
+      render::Scene stamp;
+      add_placed_stamp(studio, {box, stamp, how});
+      add(stamp.surfaces, scene.surfaces);
+    }
+    draw_gizmo(studio.screen(), *placed.placement, lit, scene.arrows, scene.lines);
+  }
+  return scene;
+}
+
+std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
+  const bool handles = studio.settings().tool == ToolKind::handles;
+  if (handles) {
+    std::vector<float> values(studio.shown().state.positions.size());
+    for (std::size_t i = 0; i < studio.placed().handles.size(); ++i) {
+      const std::uint8_t handle = studio.placed().handles[i];
+      values[i] = handle == kFullHandle ? 1.0f : handle == kZeroHandle ? kZeroHandleShade : 0.0f;
+    }
+    influencing_.clear();
+    has_influence_ = true;
+    return values;
+  }
+  if (!studio.view().influence || studio.gesture() || studio.shown().opened == 0) {
+    if (!std::exchange(has_influence_, false)) return std::nullopt;
+    influencing_.clear();
+    return std::vector<float>{};
+  }
+  std::vector<Stroke> strokes = hovering(studio);
+  if (has_influence_ && strokes == influencing_ && influenced_version_ == studio.shown().version) return std::nullopt;
+  std::vector<Flow> flows;
+  for (const Stroke& stroke : strokes) {
+    if (!reads_surface(stroke)) flows.push_back(flow_of(stroke));
+  }
+  influencing_ = std::move(strokes);
+  influenced_version_ = studio.shown().version;
+  has_influence_ = true;
+  return influence_of(flows, studio.shown().state.positions);
+}
+
+std::string Overlay::placement_problem(const Studio& studio) {
+  const ToolKind tool = studio.settings().tool;
+  const std::optional<Placement>& placement = studio.placed().placement;
+  const bool needs_barrel = tool == ToolKind::twist || tool == ToolKind::bend;
+  if (!needs_barrel || !studio.settings().uses_barrel || !placement || !placement->barrel) return {};
+  return placement->barrel->problem;
+}
+
+}  // namespace knead::studio
