@@ -1,4 +1,4 @@
-// The two kinds of failure that Knead reports by exception. Every message is one line: what is wrong; what to do.
+// The two exceptions that Knead throws. Each message is one line: what is wrong, then what to do.
 #pragma once
 
 #include <cstddef>
@@ -7,24 +7,25 @@
 
 namespace knead {
 
-// Where in a file something is wrong. line counts from 1; 0: the file as a whole.
+// A place in a file, to report an error there. Lines count from 1; 0 means the whole file.
 struct Place {
   std::string file;
   std::size_t line = 0;
 };
 
+// Returns "FILE:LINE", or "FILE" for the whole file.
 inline std::string to_string(const Place& place) {
   return place.line == 0 ? place.file : place.file + ":" + std::to_string(place.line);
 }
 
-// The caller's fault: values or file contents that mean nothing (exit code 3 of the command).
+// The caller passed an invalid value, or a file has invalid contents. The command ends with exit code 3.
 class InvalidInput : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
   InvalidInput(const Place& place, const std::string& what) : std::invalid_argument(to_string(place) + ": " + what) {}
 };
 
-// The outside world: a file that cannot be opened, read or written.
+// A file cannot be opened, read or written.
 class IoError : public std::runtime_error {
  public:
   enum class Operation { read, write };

@@ -28,7 +28,7 @@ struct Mat3 {
 
 using Mat3d = Mat3<double>;
 
-// The matrix applied to a vector. U may be a dual number or a pack over T.
+// Returns the matrix times the vector. T may be a dual number or a SIMD pack.
 template <class T>
 constexpr Vec3<T> operator*(const Mat3<T>& m, const Vec3<T>& v) {
   return {dot(m.row0, v), dot(m.row1, v), dot(m.row2, v)};
@@ -54,20 +54,20 @@ constexpr T determinant(const Mat3<T>& m) {
   return dot(m.row0, cross(m.row1, m.row2));
 }
 
-// a b^T
+// Returns a b^T.
 template <class T>
 constexpr Mat3<T> outer_product(const Vec3<T>& a, const Vec3<T>& b) {
   return {b * a.x, b * a.y, b * a.z};
 }
 
-// The largest absolute row sum: a norm that bounds |m v| <= sqrt(3) * row_sum_norm(m) * |v|.
+// Returns the largest sum of absolute values in a row. It bounds |m v| <= sqrt(3) * row_sum_norm(m) * |v|.
 inline double row_sum_norm(const Mat3d& m) {
   const auto row = [](const Vec3d& r) { return std::abs(r.x) + std::abs(r.y) + std::abs(r.z); };
   return std::fmax(row(m.row0), std::fmax(row(m.row1), row(m.row2)));
 }
 
-// The matrix exponential, by scaling and squaring of the Taylor series; relative accuracy about 1e-14 for norms up
-// to 10.
+// Returns the matrix exponential. Relative error about 1e-14 for norms up to 10.
+// Method: Taylor series with scaling and squaring.
 inline Mat3d exp(const Mat3d& m) {
   int squarings = 0;
   double scale = 1;

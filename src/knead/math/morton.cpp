@@ -3,7 +3,7 @@
 namespace knead {
 namespace {
 
-// Puts two zero bits in front of each of the lowest 21 bits.
+// Inserts two zero bits before each of the lowest 21 bits.
 std::uint64_t spread(std::uint64_t x) {
   x = (x | x << 32) & 0x1f00000000ffff;
   x = (x | x << 16) & 0x1f0000ff0000ff;

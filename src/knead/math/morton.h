@@ -1,4 +1,4 @@
-// The order of points along a space-filling curve.
+// The order of points along a space-filling curve: points that are close in space are mostly close in this order.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace knead {
 
-// Maps a box that is not empty into -1 to 1. Every rounding on the way keeps the order of coordinates, so boxes that
-// overlap still do.
+// Maps the points of a box to coordinates from -1 to 1, with the same scale along all axes. The box must not be empty.
+// Rounding never reverses the order of two coordinates, so boxes that overlap still overlap after the mapping.
 class ToUnit {
  public:
   explicit ToUnit(const Box& box) : center_(box.center()) {
@@ -30,7 +30,7 @@ class ToUnit {
   double scale_ = 1;
 };
 
-// The place on the Morton curve of a point with coordinates from -1 to 1.
+// Returns the position on the Morton curve of a point with coordinates from -1 to 1 (21 bits for each coordinate).
 std::uint64_t morton_code(const std::array<float, 3>& point);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// The one place where Knead runs on several threads.
+// Runs loops on several threads.
 #pragma once
 
 #include <cstddef>
@@ -6,13 +6,13 @@
 
 namespace knead {
 
-// Calls body(begin, end) for consecutive chunks of at most `grain` indices that together cover [0, count) once, on at
-// most `threads` threads (0: all of the machine's; never more). Chunk boundaries depend on count and grain only, never
-// on the number of threads. Returns when every call has returned; the first exception thrown by a body is rethrown.
+// Splits [0, count) into chunks of at most `grain` indices and calls body(begin, end) once for each chunk, on at most
+// `threads` threads (0: as many as the machine has; never more than that). The chunks depend on count and grain only,
+// never on the number of threads. Returns after the last call has returned. Rethrows the first exception of a body.
 void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t begin, std::size_t end)>& body);
 
-// The number of threads that `threads` = 0 stands for.
+// Returns the number of threads that the machine runs at once: what `threads` = 0 means.
 int hardware_threads();
 
 }  // namespace knead

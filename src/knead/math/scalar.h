@@ -1,19 +1,19 @@
-// What the evaluation of a field needs of its scalar type besides + - * / and sqrt. Given here for float and double; a
-// dual number or a SIMD pack supplies overloads of the same names, found by argument-dependent lookup.
+// The functions of a scalar that the evaluation of a field needs besides + - * / and sqrt, for float and double. Dual
+// numbers and SIMD packs overload the same names; argument-dependent lookup finds these overloads.
 #pragma once
 
 #include <concepts>
 
 namespace knead {
 
-// mask ? a : b; both are evaluated.
+// Returns a where the mask is true, b elsewhere. Both are evaluated.
 template <std::floating_point T>
 constexpr T select(bool mask, T a, T b) {
   return mask ? a : b;
 }
 
-// a b + c, a b - c and c - a b. Packs round once, as the fused multiply-adds of the machines that have them; all other
-// types twice.
+// Returns a b + c; below, a b - c and c - a b. SIMD packs round once where the machine has fused multiply-adds; all
+// other types round twice.
 template <class T>
 constexpr T mul_add(const T& a, const T& b, const T& c) {
   return a * b + c;
@@ -37,8 +37,8 @@ constexpr T maximum(const T& a, const T& b) {
   return select(a < b, b, a);
 }
 
-// The nearest integer, ties to even; |x| below 2^22 for float, 2^51 for double. Exact, by the addition of 1.5 *
-// 2^digits.
+// Returns the nearest integer, ties to even. |x| must be below 2^22 for float, 2^51 for double. Adding 1.5 * 2^digits
+// rounds the fraction away; the result is exact.
 inline float round_to_integer(float x) {
   const float shift = 12582912.0F;
   return (x + shift) - shift;
@@ -48,7 +48,7 @@ inline double round_to_integer(double x) {
   return (x + shift) - shift;
 }
 
-// base^exponent by squaring, exponent >= 0.
+// Returns base^exponent for exponent >= 0, by repeated squaring.
 template <class T>
 constexpr T integer_power(T base, int exponent) {
   T result(1);

@@ -1,4 +1,4 @@
-// Sine and cosine from + - * only, so that every compiler, machine and SIMD width gets the same bits (libm's differ).
+// Sine and cosine from + - * only: every compiler, machine and SIMD width gets the same bits. Those of libm differ.
 #pragma once
 
 #include <initializer_list>
@@ -8,11 +8,12 @@
 
 namespace knead {
 
-// True for float; a pack of floats specialises it.
+// True for float. A SIMD pack of floats specialises this variable.
 template <class T>
 inline constexpr bool kSinglePrecision = std::is_same_v<T, float>;
 
-// x - quarter pi/2, with pi/2 in three parts of which quarter times the first two is exact (Cody and Waite 1980).
+// Returns x - quarter pi/2. pi/2 is given in three parts; quarter times the first or the second is exact (Cody and
+// Waite, "Software Manual for the Elementary Functions", 1980).
 template <class T>
 T reduce_by_quarters(const T& x, const T& quarter) {
   if constexpr (kSinglePrecision<T>) {
@@ -30,7 +31,7 @@ struct SinCos {
   T cos{};
 };
 
-// The same for |x| <= pi/4, by the Taylor series.
+// Returns the sine and cosine of y radians for |y| <= pi/4, by the Taylor series.
 template <class T>
 SinCos<T> small_sincos(const T& y) {
   const T z = y * y;
@@ -54,14 +55,14 @@ SinCos<T> small_sincos(const T& y) {
   return {mul_add(y, z * s, y), T(1) - mul_sub(z, static_cast<T>(0.5), z * (z * c))};
 }
 
-// The sine and cosine of x radians. Valid for |x| <= 1e4; absolute error at most 1.5 units in the last place of 1
-// (1.7e-16 for double, 9e-8 for float). By reduction modulo pi/2 in three parts (Cody and Waite 1980).
+// Returns the sine and cosine of x radians, for |x| <= 1e4. The absolute error is at most 1.5 units in the last place
+// of 1: 1.7e-16 for double, 9e-8 for float. Method: reduction modulo pi/2 (see reduce_by_quarters), then small_sincos.
 template <class T>
 SinCos<T> sincos(const T& x) {
   const T quarter = round_to_integer(x * T(0.63661977236758134308));
   const T y = reduce_by_quarters(x, quarter);
   const SinCos<T> small = small_sincos(y);
-  // quarter modulo 4, as one of -2, -1, 0, 1, 2.
+  // quarter modulo 4: one of -2, -1, 0, 1, 2.
   const T turn = quarter - T(4) * round_to_integer(quarter * T(0.25));
   const auto odd = turn * turn == T(1);
   const T a = select(odd, small.cos, small.sin);

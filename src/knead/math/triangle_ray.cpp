@@ -9,8 +9,8 @@ namespace {
 
 int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
 
-// The sign of a b - c d, exactly: the products' rounding errors are known to the bit (by multiply-add), their
-// difference is exact where they are near each other, and otherwise decides.
+// Returns the exact sign of a b - c d. A fused multiply-add gives the rounding error of each product exactly. If the
+// rounded products are close, their difference is exact, and the errors complete it; otherwise it decides alone.
 int sign_of_difference(double a, double b, double c, double d) {
   const double left = a * b;
   const double right = c * d;
@@ -21,14 +21,14 @@ int sign_of_difference(double a, double b, double c, double d) {
   const double right_error = std::fma(c, d, -right);
   const double errors = right_error - left_error;
   if (difference != errors) return difference > errors ? 1 : -1;
-  // What rounding took from `errors`.
+  // The rounding error of `errors`.
   const double subtracted = right_error - errors;
   const double lost = (right_error - (errors + subtracted)) + (subtracted - left_error);
   return -sign_of(lost);
 }
 
-// On which side of the z axis the edge from a to b passes: the sign of a x b. Where it is zero, that for an axis at
-// (e, e^2) with e > 0 as small as one likes; zero only where a and b are one.
+// Returns on which side of the z axis the edge from a to b passes: the sign of a x b. If that is zero, returns the sign
+// for an axis at (e, e^2) with an infinitesimal e > 0; zero only if a and b are at the same x and y.
 int side_of_axis(const Vec3d& a, const Vec3d& b) {
   if (a.x == b.x && a.y == b.y) return 0;
   if (const int sign = sign_of_difference(a.x, b.y, a.y, b.x); sign != 0) return sign;
@@ -36,7 +36,7 @@ int side_of_axis(const Vec3d& a, const Vec3d& b) {
   return b.x > a.x ? 1 : -1;
 }
 
-// Of 0 a number so great that only what contains 0 stays within reach.
+// Returns 1 / x, or 1e300 for 0: a ray along a slab is then inside it exactly if its origin is.
 double inverse_of(double x) { return x == 0 ? 1e300 : 1 / x; }
 
 }  // namespace
@@ -52,7 +52,7 @@ TriangleRay::TriangleRay(const Vec3d& origin, const Vec3d& direction)
   if (direction[z] < 0) std::swap(x, y);  // keeps the sheared space right-handed
   axes_ = {x, y, z};
   shear_ = {direction[x] / direction[z], direction[y] / direction[z], 1 / direction[z]};
-  reach_ = 1e-14 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
+  rounding_ = 1e-14 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
 }
 
 Vec3d TriangleRay::sheared(const Vec3d& p) const {

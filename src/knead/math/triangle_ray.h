@@ -1,4 +1,4 @@
-// A ray and triangles, decided exactly.
+// Intersects a ray with triangles; the decision whether they meet is exact.
 #pragma once
 
 #include <algorithm>
@@ -11,29 +11,33 @@
 
 namespace knead {
 
-// A ray, prepared to be held against many triangles.
+// A ray, prepared for tests against many triangles.
 //
-// Corners are sheared so that the ray becomes the z axis; the same corner always falls on the same place, and on which
-// side of the axis an edge passes is decided exactly there, with an axis that stands for one beside it where the edge
-// meets it. So of the triangles around an edge or a vertex the ray meets those that a ray just beside it does. (S.
-// Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013, with exact signs in place of
-// inclusive ones.) Coordinates are finite; those that are not 0 lie between 1e-75 and 1e75 in magnitude.
+// Method: a shear maps the ray to the z axis. A corner always maps to the same point, whichever triangle it is asked
+// for. An exact sign then decides on which side of the axis each edge passes. An edge that meets the axis is treated as
+// if the axis were moved aside by an infinitesimal distance. So the ray meets the same triangles around an edge or a
+// vertex as a ray just beside it. S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1),
+// 2013, with exact signs instead of inclusive comparisons.
+//
+// Coordinates must be finite and either 0 or between 1e-75 and 1e75 in magnitude.
 class TriangleRay {
  public:
   TriangleRay(const Vec3d& origin, const Vec3d& direction);
 
   struct Meeting {
-    double t = 0;         // of any sign
-    bool leaves = false;  // to the side of the triangle's normal
+    double t = 0;         // the point is origin + t direction; t has any sign
+    bool leaves = false;  // the ray passes to the side that the triangle's normal points to
   };
+  // Returns where the line of the ray meets the triangle; nothing if it does not.
   std::optional<Meeting> meet(const std::array<Vec3d, 3>& corners) const;
 
-  // The coordinate that is the largest of the direction: what becomes z.
+  // Returns the largest coordinate of the direction: the one that the shear maps to z.
   std::size_t axis() const { return axes_[2]; }
 
-  // The least t >= 0 within the box, widened by slack; infinity where there is none, and for an empty box.
+  // Returns the smallest t >= 0 at which the ray is in the box widened by slack; infinity if it misses the box or the
+  // box is empty.
   double entry(const Box& box, double slack) const {
-    const double pad = slack + reach_;
+    const double pad = slack + rounding_;
     double first = 0;
     double last = Box::kInfinity;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -52,7 +56,7 @@ class TriangleRay {
   Vec3d inverse_;
   std::array<std::size_t, 3> axes_{};  // which coordinates become x, y and z
   Vec3d shear_;
-  double reach_ = 0;  // of rounding in the origin
+  double rounding_ = 0;  // a bound on rounding errors that the origin causes
 };
 
 }  // namespace knead

@@ -34,7 +34,7 @@ struct Vec3 {
   friend constexpr Vec3 operator*(const Vec3& a, const T& s) { return {a.x * s, a.y * s, a.z * s}; }
   friend constexpr Vec3 operator*(const T& s, const Vec3& a) { return a * s; }
   friend constexpr Vec3 operator/(const Vec3& a, const T& s) { return {a.x / s, a.y / s, a.z / s}; }
-  // Not defaulted: clang would ask at once for a comparison of packs that it can compute beforehand.
+  // Not defaulted: clang 14 would then demand a constexpr comparison of SIMD packs.
   friend constexpr bool operator==(const Vec3& a, const Vec3& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 };
 
@@ -51,13 +51,13 @@ constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {mul_sub(a.y, b.z, a.z * b.y), mul_sub(a.z, b.x, a.x * b.z), mul_sub(a.x, b.y, a.y * b.x)};
 }
 
-// a s + b.
+// Returns a s + b.
 template <class T>
 constexpr Vec3<T> mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
   return {mul_add(a.x, s, b.x), mul_add(a.y, s, b.y), mul_add(a.z, s, b.z)};
 }
 
-// b - a s.
+// Returns b - a s.
 template <class T>
 constexpr Vec3<T> neg_mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
   return {neg_mul_add(a.x, s, b.x), neg_mul_add(a.y, s, b.y), neg_mul_add(a.z, s, b.z)};
@@ -74,7 +74,7 @@ T norm(const Vec3<T>& a) {
   return sqrt(norm2(a));
 }
 
-// a / |a|. The caller guarantees |a| > 0.
+// Returns a / |a|. The caller guarantees |a| > 0.
 template <class T>
 Vec3<T> normalized(const Vec3<T>& a) {
   return a / norm(a);
@@ -82,7 +82,8 @@ Vec3<T> normalized(const Vec3<T>& a) {
 
 inline bool is_finite(const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
-// Some unit vector orthogonal to a, chosen without discontinuous cancellation. The caller guarantees |a| > 0.
+// Returns a unit vector orthogonal to a, without loss of accuracy for any direction of a. The caller guarantees |a| >
+// 0.
 inline Vec3d any_orthogonal(const Vec3d& a) {
   const Vec3d helper = std::abs(a.x) < 0.6 * norm(a) ? Vec3d{1, 0, 0} : Vec3d{0, 1, 0};
   return normalized(cross(a, helper));

@@ -1,4 +1,4 @@
-// A tree of boxes over triangles, to find those whose boxes overlap (private to this room).
+// A tree of boxes over triangles that finds the pairs whose boxes overlap (private to this room).
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace knead {
 
-// A box with float coordinates, by themselves and as a row of six.
+// A box with float coordinates.
 struct FloatBox {
   std::array<float, 3> min{};
   std::array<float, 3> max{};
@@ -23,26 +23,29 @@ struct FloatBox {
   }
 };
 
-// Leaves of up to kLeafSize triangles, in the order of a space-filling curve, under a complete binary tree.
+// A complete binary tree of boxes. Each leaf holds up to kLeafSize triangles; leaves are in the order of the Morton
+// curve.
 class BoxTree {
  public:
   static constexpr std::size_t kLeafSize = 4;
 
-  // Of some of the triangles; positions are finite. The order does not depend on anything but these.
+  // Builds the tree over the triangles whose numbers are in `members`. Positions must be finite. The order of the
+  // leaves depends on the arguments only.
   BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
           std::span<const std::uint32_t> members);
 
   std::size_t leaf_count() const { return (entries_.size() + kLeafSize - 1) / kLeafSize; }
 
-  // Calls visit(t, u) for every pair of different members whose boxes overlap, one of them in that leaf, the other in
-  // the same or a later one: over all leaves, each pair once. Triangles that share a point always overlap.
+  // Calls visit(t, u) for each pair of different members whose boxes overlap, one in this leaf and the other in the
+  // same or a later leaf. Calls for all leaves visit each pair once. The boxes of triangles with a common point always
+  // overlap.
   template <class Visit>
   void for_each_overlap(std::size_t leaf, Visit visit) const {
     const std::span<const Entry> own = entries_of(leaf);
     for (std::size_t i = 0; i < own.size(); ++i) {
       for (std::size_t j = i + 1; j < own.size(); ++j) visit_overlap(own[i], own[j], visit);
     }
-    // The later leaves hang under the right-hand siblings along the way to the root.
+    // The later leaves are below the right siblings of the nodes between this leaf and the root.
     for (std::size_t node = first_leaf_ + leaf; node > 1; node /= 2) {
       if (node % 2 == 0) descend(node + 1, leaf, visit);
     }

@@ -1,4 +1,4 @@
-// Small surfaces that touch or cross themselves, each with the number of pairs that do.
+// Small surfaces that touch or cross themselves, each with its number of intersecting pairs.
 #pragma once
 
 #include <optional>
@@ -13,7 +13,7 @@ namespace knead {
 struct DirtyShape {
   std::string name;
   Mesh mesh;
-  std::optional<std::size_t> pairs;  // where they can be counted by hand
+  std::optional<std::size_t> pairs;  // if they can be counted by hand
 };
 
 inline Mesh join(Mesh a, const Mesh& b, const Vec3d& moved_by) {
@@ -27,7 +27,7 @@ inline Mesh join(Mesh a, const Mesh& b, const Vec3d& moved_by) {
   return a;
 }
 
-// A sphere of which one side has been pushed out through the other.
+// Returns a sphere with one side pushed out through the other.
 inline Mesh pushed_through() {
   Mesh mesh = make_shape(ShapeKind::sphere, 642);
   for (Vec3d& p : mesh.positions) {

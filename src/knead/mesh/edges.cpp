@@ -6,7 +6,7 @@
 namespace knead {
 namespace {
 
-// Calls visit(use) for every traversal, in the order of corners.
+// Calls visit(use) for every use of an edge, in the order of corners.
 template <class Visit>
 void for_each_use(const Mesh& mesh, Visit visit) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -21,10 +21,10 @@ void for_each_use(const Mesh& mesh, Visit visit) {
   }
 }
 
-// A traversal of an edge of one smaller vertex: the larger one doubled, plus 1 where it goes from small to large.
+// A use of an edge at a given smaller vertex: twice the larger vertex, plus 1 if the face runs from small to large.
 using HalfUse = std::uint64_t;
 
-// Whether each edge among these is used more than once, and as often one way as the other but for one.
+// Returns true if each edge is used more than once, and its uses in the two directions differ by at most one.
 bool all_balanced(std::span<HalfUse> uses) {
   std::sort(uses.begin(), uses.end());
   for (std::size_t begin = 0; begin < uses.size();) {
@@ -44,7 +44,7 @@ bool is_closed_and_oriented(const Mesh& mesh) {
   for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low + 1]; });
   std::partial_sum(end.begin(), end.end(), end.begin());
   std::vector<HalfUse> uses(end.back());
-  // Filling moves each vertex's begin to its end, which is where the next one's was.
+  // Filling has moved each begin to the end of its vertex, which is the begin of the next.
   for_each_use(mesh, [&](const EdgeUse& use) { uses[end[use.low]++] = HalfUse{use.high} * 2 + (use.upward ? 1 : 0); });
   std::size_t begin = 0;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {

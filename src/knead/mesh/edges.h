@@ -1,4 +1,4 @@
-// The edges of a mesh and how its faces hang together around them.
+// The edges of a mesh and the faces at them.
 #pragma once
 
 #include <cstdint>
@@ -10,24 +10,23 @@
 
 namespace knead {
 
-// One traversal of an edge by a face: from corner `corner` to the next corner of its face.
+// One use of an edge by a face: the face runs along the edge from corner `corner` to its next corner.
 struct EdgeUse {
-  std::uint32_t low = 0;   // the edge's smaller vertex
-  std::uint32_t high = 0;  // and its larger
+  std::uint32_t low = 0;   // the smaller vertex of the edge
+  std::uint32_t high = 0;  // the larger vertex of the edge
   std::uint32_t corner = 0;
   std::uint32_t next_corner = 0;
-  bool upward = false;  // traversed from low to high
+  bool upward = false;  // the face runs from low to high
 };
 
-// Every traversal of every edge, sorted by edge and then by corner: the uses of an edge follow each other. A corner
-// whose successor is the same vertex has no edge. Time: linear, and a sort of the few uses at each vertex.
+// Returns every use of every edge, sorted by edge, then by corner. A corner followed by the same vertex has no edge.
+// Time: linear, plus a sort of the few uses at each vertex.
 std::vector<EdgeUse> edge_uses(const Mesh& mesh);
 
-// Whether there are faces, every edge is traversed more than once, and as often one way as the other but for one
-// traversal: closed() and oriented() of measure(mesh), sooner.
+// Returns true if measure(mesh) is closed() and oriented(), in less time.
 bool is_closed_and_oriented(const Mesh& mesh);
 
-// Calls visit(uses) once per edge, with all of its uses.
+// Calls visit(uses) once for each edge, with all its uses. `uses` is sorted as by edge_uses().
 template <class Visit>
 void for_each_edge(std::span<const EdgeUse> uses, Visit visit) {
   for (std::size_t begin = 0; begin < uses.size();) {
@@ -38,17 +37,18 @@ void for_each_edge(std::span<const EdgeUse> uses, Visit visit) {
   }
 }
 
-// Disjoint sets of the numbers below a count (union by smaller number, path halving).
+// Disjoint sets of the numbers from 0 to count - 1. Method: union by smaller number, path halving.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
 
-  // The smallest number in i's set.
+  // Returns the smallest number in the set of i.
   std::uint32_t find(std::uint32_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
 
+  // Unites the sets of a and b.
   void join(std::uint32_t a, std::uint32_t b) {
     a = find(a);
     b = find(b);

@@ -17,7 +17,7 @@ bool opposes(const Triangle& t, std::span<const Vec3d> positions, std::span<cons
   return dot(normal, normals[t[0]] + normals[t[1]] + normals[t[2]]) < 0;
 }
 
-// Those of the triangles that oppose the normals of their vertices.
+// Returns the triangles that oppose the normals of their vertices.
 std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> triangles,
                                std::span<const Vec3d> positions) {
   std::vector<Triangle> result;
@@ -32,17 +32,17 @@ std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> trian
   return result;
 }
 
-// Which vertices are tame: the faces and triangles around look within 45 degrees of the first of them, less a margin
-// far above rounding. A triangle of three tame vertices opposes nothing, as the normals there are sums of those of
-// faces that look within 90 degrees of where it looks itself. Nearly all vertices of most shapes are tame, and so need
-// no normals, which take angles.
+// Returns a flag for each vertex: true if all normals of faces and triangles around it are within 45 degrees of the
+// first one, less a margin far above rounding errors. A triangle with three such vertices cannot oppose their normals:
+// these are sums of face normals, each within 90 degrees of its own. Most vertices of most shapes have the flag and
+// need no normal, which would cost angles.
 class TameVertices {
  public:
   explicit TameVertices(std::size_t count) : first_(count), tame_(count, 1) {}
 
   void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
     const double size2 = norm2(normal);
-    const bool sound = size2 > 1e-140;  // there is area, and squares of squares do not vanish
+    const bool sound = size2 > 1e-140;  // the area is not 0, and fourth powers do not underflow
     for (const std::uint32_t v : vertices) {
       if (first_[v] == Vec3d{}) first_[v] = normal;
       const double along = dot(first_[v], normal);
@@ -71,7 +71,7 @@ TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::spa
   return tame;
 }
 
-// The triangles that might oppose the normals of their vertices.
+// Returns the triangles that might oppose the normals of their vertices.
 std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
   const TameVertices tame = find_tame(mesh, before, after);
   std::vector<Triangle> result;

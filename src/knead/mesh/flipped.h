@@ -1,4 +1,4 @@
-// Triangles that a deformation turned over.
+// Counts the triangles that a deformation turned over.
 #pragma once
 
 #include <cstddef>
@@ -8,9 +8,9 @@
 
 namespace knead {
 
-// How many triangles oppose the mean of the vertex normals of their three corners (a negative dot product) with the
-// positions `after`, but not with `before`. A triangle without area opposes nothing. The triangles are those of `mesh`
-// with the positions `before`; both spans hold one position per vertex.
+// Returns the number of flipped triangles. A triangle is flipped if its normal opposes the mean of the vertex normals
+// of its corners (negative dot product) with the positions `after`, but not with `before`. A triangle without area is
+// never flipped. Polygons are cut into triangles with the positions `before`. Both spans hold one position per vertex.
 std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after);
 
 }  // namespace knead

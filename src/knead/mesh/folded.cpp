@@ -16,7 +16,7 @@ Mesh triangles_of(const Mesh& mesh) {
   return result;
 }
 
-// Not of unit length; zero for a triangle without area.
+// Returns a normal, not of unit length; zero for a triangle without area.
 Vec3d normal_of(const Mesh& mesh, std::uint32_t triangle) {
   const std::span<const std::uint32_t> t = mesh.face(triangle);
   const Vec3d& a = mesh.positions[t[0]];

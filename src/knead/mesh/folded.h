@@ -1,4 +1,4 @@
-// Edges where a surface turns back on itself.
+// Counts the edges where a surface is folded back on itself.
 #pragma once
 
 #include <cstddef>
@@ -7,9 +7,9 @@
 
 namespace knead {
 
-// How many edges have two triangles that agree which side is out and whose normals are more than 170 degrees apart: a
-// surface folded like paper. The triangles are those of triangulate(mesh), so an edge may lie within a polygon.
-// Triangles without area (see is_degenerate in measures.h) and edges of any other number of triangles are left out.
+// Returns the number of folded edges. An edge is folded if it has exactly two triangles, these have the same
+// orientation, and the angle between their normals is above 170 degrees. The triangles are those of triangulate(mesh),
+// so an edge may lie inside a polygon. Triangles without area (see is_degenerate in measures.h) are ignored.
 std::size_t count_folded_edges(const Mesh& mesh);
 
 }  // namespace knead

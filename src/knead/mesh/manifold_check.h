@@ -1,4 +1,4 @@
-// For tests: facts about a triangle mesh, by brute force and without the mesh room's own measures.
+// For tests: properties of a triangle mesh, by brute force and independent of measures.h.
 #pragma once
 
 #include <algorithm>
@@ -25,8 +25,9 @@ inline std::vector<std::pair<HalfEdge, std::uint32_t>> sorted_half_edges(const M
   return edges;
 }
 
-// The components of a mesh in which every face is a triangle of three vertices, every edge has exactly two of them,
-// which pass it in opposite directions, and the triangles at every vertex form one fan; -1 where any of that fails.
+// Returns the number of components of a closed oriented manifold; -1 if the mesh is none. It is one if every face is a
+// triangle of three different vertices, every edge has exactly two faces that use it in opposite directions, and the
+// triangles at every vertex form one fan.
 inline int closed_manifold_components(const Mesh& mesh) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     const auto v = mesh.face(f);
@@ -71,7 +72,7 @@ inline int closed_manifold_components(const Mesh& mesh) {
   return components;
 }
 
-// Vertices - edges + faces of a closed triangle mesh.
+// Returns vertices - edges + faces of a closed triangle mesh.
 inline std::int64_t euler_characteristic(const Mesh& mesh) {
   return static_cast<std::int64_t>(mesh.vertex_count()) - static_cast<std::int64_t>(mesh.face_count() / 2);
 }
@@ -90,7 +91,7 @@ inline double enclosed_volume(const Mesh& mesh) {
   return sum / 6;
 }
 
-// In degrees.
+// Returns the smallest angle of all triangles, in degrees.
 inline double smallest_angle(const Mesh& mesh) {
   double smallest = 180;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {

@@ -10,8 +10,8 @@
 namespace knead {
 namespace {
 
-// The tangent of a triangle's smallest angle. That is between the two longest edges, where their dot product is the
-// largest of the three, and at most 60 degrees.
+// Returns the tangent of the smallest angle of a triangle. That angle is at most 60 degrees and lies between the two
+// longest edges, whose dot product is the largest of the three.
 double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   const Vec3d ab = b - a;
   const Vec3d bc = c - b;
@@ -36,8 +36,7 @@ void count_triangles(const Mesh& mesh, Measures& m) {
   if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
 }
 
-// The corners around a vertex that lie in one fan of faces form one set: faces hang together across edges of
-// two faces.
+// Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.
 DisjointSets find_fans(const Mesh& mesh, std::span<const EdgeUse> uses) {
   DisjointSets fans(mesh.corner_vertex.size());
   for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
@@ -50,7 +49,7 @@ DisjointSets find_fans(const Mesh& mesh, std::span<const EdgeUse> uses) {
   return fans;
 }
 
-// Boundary edges that meet in one fan belong to one loop.
+// Counts boundary loops: boundary edges that meet in one fan belong to the same loop.
 std::size_t count_boundary_loops(std::span<const EdgeUse> uses, DisjointSets& fans, std::size_t corners) {
   DisjointSets loops(corners);
   std::vector<std::uint32_t> members;
@@ -96,7 +95,7 @@ std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
   }
   std::size_t roots = 0;
   for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) roots += sets.find(v) == v ? 1 : 0;
-  return roots - unused_vertices;  // an unused vertex is a set of its own
+  return roots - unused_vertices;  // each unused vertex is a set of its own
 }
 
 std::string counted(std::size_t count, const char* one, const char* many) {
@@ -151,11 +150,11 @@ std::vector<std::string> describe_oddities(const Measures& m) {
     if (count > 0) list.push_back(counted(count, one, many));
   };
   if (m.faces > 0) say(m.unused_vertices, "vertex is in no face", "vertices are in no face");
-  say(m.boundary_edges, "edge has one face only (the mesh is open)", "edges have one face only (the mesh is open)");
+  say(m.boundary_edges, "edge has only one face (the mesh is open)", "edges have only one face (the mesh is open)");
   say(m.nonmanifold_edges, "edge has more than two faces", "edges have more than two faces");
   say(m.nonmanifold_vertices, "vertex joins several fans of faces", "vertices join several fans of faces");
-  say(m.misoriented_edges, "edge is not traversed as often one way as the other",
-      "edges are not traversed as often one way as the other");
+  say(m.misoriented_edges, "edge has faces that disagree which side is outside",
+      "edges have faces that disagree which side is outside");
   say(m.degenerate_triangles, "triangle has no area", "triangles have no area");
   return list;
 }

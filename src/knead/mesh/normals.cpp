@@ -10,10 +10,10 @@ namespace {
 Vec3d unit_or_zero(const Vec3d& v) {
   const double largest = std::fmax(std::abs(v.x), std::fmax(std::abs(v.y), std::abs(v.z)));
   if (!(largest > 0) || !std::isfinite(largest)) return {};
-  return normalized(v / largest);  // scaled first, so that squares neither overflow nor vanish
+  return normalized(v / largest);  // scaled first: squares must neither overflow nor underflow
 }
 
-// Calls visit(corner, normal times angle) for every corner of a face with an area.
+// Calls visit(corner, normal times angle) for every corner of every face that has an area.
 template <class Visit>
 void for_each_corner_normal(const Mesh& mesh, std::span<const Vec3d> positions, std::size_t f, Visit visit) {
   const std::span<const std::uint32_t> face = mesh.face(f);
@@ -35,7 +35,7 @@ bool any_moved(std::span<const std::uint32_t> face, std::span<const Vec3d> befor
   return false;
 }
 
-// Per authored normal, whether a vertex of its faces moved.
+// Returns a flag for each authored normal: true if a vertex of its faces moved.
 std::vector<bool> touched_normals(const Mesh& mesh, std::span<const Vec3d> after, std::size_t normals,
                                   std::span<const std::uint32_t> corner_normal) {
   std::vector<bool> touched(normals, false);
@@ -48,7 +48,7 @@ std::vector<bool> touched_normals(const Mesh& mesh, std::span<const Vec3d> after
   return touched;
 }
 
-// Per authored normal that was touched, the mean of the normals of its corners; zero for the others.
+// Returns the mean normal of the corners of each touched authored normal; zero for the others.
 std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& touched,
                                 std::span<const std::uint32_t> corner_normal) {
   const auto counts = [&](std::size_t c) { return corner_normal[c] != kNoNormal && touched[corner_normal[c]]; };
@@ -65,24 +65,25 @@ std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positio
   return means;
 }
 
-// v turned by the smallest rotation that takes the unit vector a to the unit vector b (Rodrigues).
+// Returns v rotated by the smallest rotation that maps the unit vector a to the unit vector b (Rodrigues).
 Vec3d rotate_between(const Vec3d& v, const Vec3d& a, const Vec3d& b) {
   const Vec3d axis = cross(a, b);
   const double cosine = dot(a, b);
-  if (cosine < -1 + 1e-14) {  // opposite: half a turn about any axis across
+  if (cosine < -1 + 1e-14) {  // opposite: half a turn about any orthogonal axis
     const Vec3d u = any_orthogonal(a);
     return u * (2 * dot(u, v)) - v;
   }
   return v * cosine + cross(axis, v) + axis * (dot(axis, v) / (1 + cosine));
 }
 
-// How far the surface around an authored normal turns about its mean normal, beyond the smallest rotation that takes
-// the mean from before to after: the sums of sines and cosines of its edges' angles.
+// Returns the angle by which the surface around an authored normal turns about its mean normal, after the smallest
+// rotation that maps the mean from before to after. The angle is given by the sums of the sines and cosines of its
+// edges.
 struct Turn {
   double sine = 0;
   double cosine = 0;
 
-  // A vector turned about the unit vector `axis`; with nothing across the axis it keeps its bits.
+  // Rotates a vector about the unit vector `axis`. A vector along the axis keeps its bits.
   Vec3d turned(const Vec3d& v, const Vec3d& axis) const {
     const double size = std::hypot(sine, cosine);
     if (!(size > 0)) return v;
@@ -115,8 +116,8 @@ std::vector<Turn> turns_about(const Mesh& mesh, std::span<const Vec3d> after,
   return turns;
 }
 
-// The surface at a vertex before and after: unit normals, and the edges e before, f after, fitted by f = B (u.e, v.e)
-// in the plane of the unit vectors u, v before.
+// The surface at a vertex before and after: unit normals, and the linear map B with f = B (u.e, v.e) that fits the
+// edges e before and f after. The unit vectors u, v span the tangent plane before.
 struct EdgeFit {
   Vec3d before;
   Vec3d after;
@@ -140,10 +141,11 @@ struct EdgeFit {
     fv += f * (b / size);
   }
 
-  // A tangent carried along; itself where there is no fit. What the ring rises above its plane tilts B's columns, so
-  // their parts along the new normal are dropped, and the tangent's own part along the old one is put there.
+  // Returns the mapped tangent; the tangent itself if there is no fit. Edges that leave the tangent plane tilt the
+  // columns of B, so the components along the new normal are dropped; the tangent's component along the old normal
+  // replaces them.
   Vec3d carried(const Vec3d& tangent) const {
-    constexpr double kThinnest = 1e-12;  // of the ring, as a ratio of squares
+    constexpr double kThinnest = 1e-12;  // the smallest determinant of a fit, relative to the squares of its edges
     const double determinant = uu * vv - uv * uv;
     if (!(determinant > kThinnest * (uu + vv) * (uu + vv))) return tangent;
     const double a = dot(u, tangent);

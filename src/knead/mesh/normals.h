@@ -1,4 +1,4 @@
-// Vertex normals, and authored normals carried along by a deformation.
+// Vertex normals; authored normals and tangents after a deformation.
 #pragma once
 
 #include <cstdint>
@@ -9,31 +9,33 @@
 
 namespace knead {
 
-// One unit normal per vertex: the mean of the normals of its faces, weighted by the face's angle at the vertex (Thurmer
-// and Wuthrich 1998). The zero vector where there is none (no face, or none with an area); never NaN.
+// Returns one unit normal for each vertex: the mean of the normals of its faces, weighted by the angles of the faces at
+// the vertex (Thurmer and Wuthrich 1998). Returns the zero vector for a vertex without a face that has an area; never
+// NaN. The second form uses other positions, one for each vertex.
 std::vector<Vec3d> vertex_normals(const Mesh& mesh);
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// The same bits for the vertices that are `needed` (one flag a vertex), in the time that these take and a look at every
-// corner; zero for the others.
+// Returns the same normals, to the bit, for the vertices with a flag in `needed` (one for each vertex), and zero for
+// all others. Time: that of the needed normals, plus one pass over all corners.
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& needed);
 
+// In corner_normal: the corner has no normal.
 inline constexpr std::uint32_t kNoNormal = 0xffffffffu;
 
-// Authored normals after the vertices of `mesh` have moved to `after`. Corner c of the mesh uses
-// normals[corner_normal[c]] (kNoNormal: none); for normals per vertex, corner_normal is mesh.corner_vertex.
-// Each is turned by the rotation that takes the angle-weighted mean normal of the corners that use it from before to
-// after, and the edges at those corners as near as it can, so that hard edges and authored smoothing stay; its length
-// is kept. Where no vertex of the faces of those corners moved, where no corner uses it, or where that mean is
-// undefined, the result has the same bits.
+// Returns authored normals after the vertices of `mesh` have moved to `after`. Corner c of the mesh uses
+// normals[corner_normal[c]] (kNoNormal: none). For normals per vertex, pass mesh.corner_vertex as corner_normal.
+//
+// Each normal is rotated and keeps its length. The rotation maps the mean normal of the corners that use it (weighted
+// by angle) from before to after, and their edges as closely as possible. So hard edges and authored smoothing are
+// kept. A normal keeps its bits if no vertex of the faces of its corners moved, if no corner uses it, or if the mean is
+// undefined.
 std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> normals,
                                      std::span<const std::uint32_t> corner_normal);
 
-// Authored tangents, one per vertex, after the vertices have moved to `after`, where the authored normals are
-// `normals`. Each is carried by the linear map of the surface that fits the edges of its faces at the vertex best
-// (least squares, every edge with the same weight), then made orthogonal to the normal, with length 1. Where that map
-// is undefined (no area around) it is made orthogonal only; where no vertex of its faces moved, the result has the same
-// bits.
+// Returns authored tangents, one for each vertex, after the vertices have moved to `after` and the authored normals
+// have become `normals`. Each tangent is mapped by the linear map of the surface that best fits the edges of the faces
+// at the vertex (least squares, equal weights). It is then made orthogonal to the normal and scaled to length 1. If the
+// faces have no area, the tangent is made orthogonal only. If no vertex of the faces moved, the tangent keeps its bits.
 std::vector<Vec3d> transport_tangents(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> tangents,
                                       std::span<const Vec3d> normals);
 

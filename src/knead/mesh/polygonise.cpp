@@ -15,13 +15,13 @@ constexpr double kMostCells = 4096;  // along a side
 
 void check(const Box& box, const PolygoniseOptions& options) {
   if (!(options.cell > 0) || !std::isfinite(options.cell)) {
-    throw InvalidInput("the grid cell of a polygonised surface is not a positive number; give a positive one");
+    throw InvalidInput("the grid cell of a polygonised surface is not a positive number; give a positive number");
   }
   if (!(options.lipschitz >= 0) || !std::isfinite(options.lipschitz)) {
-    throw InvalidInput("the Lipschitz constant is negative or not finite; give 0 where it is not known");
+    throw InvalidInput("the Lipschitz constant is negative or not finite; give 0 if it is unknown");
   }
   if (options.relaxations < 0 || options.relaxations > 100) {
-    throw InvalidInput("the number of relaxations is not between 0 and 100; give one that is");
+    throw InvalidInput("the number of relaxations is out of range; give a number from 0 to 100");
   }
   const Vec3d size = box.max - box.min;
   if (!is_finite(box.min) || !is_finite(box.max) || !(size.x > 0 && size.y > 0 && size.z > 0)) {
@@ -38,7 +38,7 @@ polygonise_detail::Grid make_grid(const Box& box, double cell) {
   return {box.min, cell, {count(size.x), count(size.y), count(size.z)}};
 }
 
-// The signed distance bound of a box: positive outside, 0 on its walls.
+// Returns a bound of the signed distance from a box: positive outside, 0 on its walls.
 double box_distance(const Box& box, const Vec3d& p) {
   const Vec3d below = box.min - p;
   const Vec3d above = p - box.max;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::uint32_t kBlock = 2;  // cells along a side of the smallest blocks
 
-// The blocks (of `size` cells a side) among the eight halves of each given block that lie in the grid.
+// Returns the parts within the grid of the given blocks, each cut into eight blocks with `size` cells along a side.
 std::vector<std::uint64_t> split_blocks(const std::vector<std::uint64_t>& blocks, const Grid& grid,
                                         std::uint32_t size) {
   std::vector<std::uint64_t> halves;
@@ -25,7 +25,7 @@ std::vector<std::uint64_t> split_blocks(const std::vector<std::uint64_t>& blocks
   return halves;
 }
 
-// Drops the blocks whose centre is farther from the surface than their corners.
+// Removes the blocks whose centre is farther from the surface than from their corners.
 void drop_empty_blocks(std::vector<std::uint64_t>& blocks, const ScalarFunction& f, const Grid& grid,
                        std::uint32_t size, double lipschitz) {
   const double reach = lipschitz * grid.cell * size * 0.5 * std::sqrt(3.0) * (1 + 1e-9);
@@ -35,7 +35,7 @@ void drop_empty_blocks(std::vector<std::uint64_t>& blocks, const ScalarFunction&
   });
 }
 
-// The smallest blocks that the surface may meet, found from the whole grid down, a level at a time.
+// Returns the smallest blocks that the surface may meet. Begins with the whole grid and halves blocks level by level.
 std::vector<std::uint64_t> blocks_near_surface(const ScalarFunction& f, const Grid& grid, double lipschitz) {
   std::uint32_t size = kBlock;
   while (size < *std::max_element(grid.cells.begin(), grid.cells.end())) size *= 2;
@@ -50,7 +50,7 @@ std::vector<std::uint64_t> blocks_near_surface(const ScalarFunction& f, const Gr
   return blocks;
 }
 
-// The values of f at the corners of three successive layers of the grid, each evaluated when first asked for.
+// The values of f at the corners of three consecutive grid layers. Each value is computed at its first use.
 class CornerLayers {
  public:
   CornerLayers(const ScalarFunction& f, const Grid& grid) : f_(f), grid_(grid), row_(grid.cells[0] + 1) {
@@ -75,7 +75,7 @@ class CornerLayers {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   struct Layer {
     std::vector<double> values;
-    std::vector<std::uint32_t> height;  // which z each value is for
+    std::vector<std::uint32_t> height;  // the z that each value belongs to
   };
 
   const ScalarFunction& f_;

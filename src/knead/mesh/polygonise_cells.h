@@ -1,4 +1,4 @@
-// Private to polygonise: the cells of a regular grid that a surface {f = 0} passes through.
+// Private to polygonise: finds the cells of a regular grid that contain the surface {f = 0}.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace knead::polygonise_detail {
 
-// Cubic cells from `origin` on; cell (x, y, z) has 0 <= x < cells[0] and so on.
+// A grid of cubic cells. Cell (x, y, z) has 0 <= x < cells[0] and so on; cell (0, 0, 0) begins at `origin`.
 struct Grid {
   Vec3d origin;
   double cell = 0;
@@ -18,7 +18,7 @@ struct Grid {
   Vec3d at(double x, double y, double z) const { return origin + Vec3d{x, y, z} * cell; }
 };
 
-// A place in the grid as one number that sorts by z, then y, then x; 20 bits for each.
+// Returns grid coordinates as one number that sorts by z, then y, then x; 20 bits each. grid_place() is the inverse.
 inline std::uint64_t grid_key(std::uint64_t x, std::uint64_t y, std::uint64_t z) { return (z << 40) | (y << 20) | x; }
 inline std::array<std::uint32_t, 3> grid_place(std::uint64_t key) {
   constexpr std::uint64_t kMask = (1U << 20) - 1;
@@ -26,7 +26,7 @@ inline std::array<std::uint32_t, 3> grid_place(std::uint64_t key) {
           static_cast<std::uint32_t>(key >> 40)};
 }
 
-// A cell with corners inside and outside. Corner c lies at the offset (c & 1, (c >> 1) & 1, c >> 2).
+// A cell with corners both inside and outside. Corner c has the offset (c & 1, (c >> 1) & 1, c >> 2).
 struct SurfaceCell {
   std::uint64_t key = 0;
   std::array<double, 8> values{};
@@ -34,7 +34,7 @@ struct SurfaceCell {
   bool inside(int corner) const { return values[corner] < 0; }
 };
 
-// Every such cell, by increasing key. lipschitz as in PolygoniseOptions.
+// Returns every such cell, by increasing key. For lipschitz see PolygoniseOptions.
 std::vector<SurfaceCell> surface_cells(const ScalarFunction& f, const Grid& grid, double lipschitz);
 
 }  // namespace knead::polygonise_detail

@@ -8,7 +8,8 @@
 namespace knead::polygonise_detail {
 namespace {
 
-// Edge 4 a + j of a cell runs along axis a; bit 0 of j is its offset along the axis after a, bit 1 along the one after.
+// Edge 4 a + j of a cell runs along axis a. Bit 0 of j is its offset along the next axis, bit 1 along the one after
+// that.
 constexpr int edge_start(int edge) {
   const int a = edge / 4;
   return ((edge & 1) << ((a + 1) % 3)) | (((edge >> 1) & 1) << ((a + 2) % 3));
@@ -27,7 +28,7 @@ constexpr int edge_between(int c, int d) {
   return -1;
 }
 
-// Face 2 a looks along -a, face 2 a + 1 along +a.
+// The outward normal of face 2 a is along -a, that of face 2 a + 1 along +a.
 constexpr Face make_face(int index) {
   const int a = index / 2;
   const int side = index % 2;
@@ -45,11 +46,11 @@ constexpr std::array<Face, 6> kFaces{make_face(0), make_face(1), make_face(2),
                                      make_face(3), make_face(4), make_face(5)};
 constexpr std::uint8_t kNoEdge = 255;
 
-// How the surface passes through a cell.
+// How the surface crosses a cell.
 struct Passage {
-  std::uint8_t flipped = 0;                // faces, by bits, joined against the saddle
+  std::uint8_t flipped = 0;                // one bit for each face that is connected against the saddle
   std::array<std::uint8_t, 12> next{};     // the crossed edges in loops
-  std::array<std::uint32_t, 12> vertex{};  // of the loop of each crossed edge
+  std::array<std::uint32_t, 12> vertex{};  // of each crossed edge: the vertex of its loop
 };
 
 bool crossed(const SurfaceCell& cell, int edge) { return cell.inside(edge_start(edge)) != cell.inside(edge_end(edge)); }
@@ -59,8 +60,8 @@ bool ambiguous(const SurfaceCell& cell, const Face& face) {
   return inside(0) == inside(2) && inside(1) == inside(3) && inside(0) != inside(1);
 }
 
-// Whether the inside corners of an ambiguous face are joined across it: the sign of its bilinear saddle. Both cells at
-// the face find the same, for products commute bit for bit.
+// Returns true if the inside corners of an ambiguous face are connected across it: the sign of its bilinear saddle.
+// Both cells at the face compute the same sign, because products commute to the bit.
 bool saddle_inside(const SurfaceCell& cell, const Face& face) {
   const auto value = [&](int i) { return cell.values[face.corners[i]]; };
   const double even = value(0) * value(2);
@@ -68,8 +69,8 @@ bool saddle_inside(const SurfaceCell& cell, const Face& face) {
   return cell.inside(face.corners[0]) ? even > odd : odd > even;
 }
 
-// On each face, from each edge that leaves the inside (counter-clockwise) to the one that the surface's segment ends
-// on: around the outside corner between them where the inside is joined, else around the inside corner.
+// Links each face edge that leaves the inside (counter-clockwise) to the edge where the segment of the surface ends.
+// The segment goes around the outside corner if the inside is connected across the face, else around the inside corner.
 void link_edges(const SurfaceCell& cell, Passage& passage) {
   passage.next.fill(kNoEdge);
   for (std::size_t f = 0; f < 6; ++f) {
@@ -94,20 +95,21 @@ bool same_loop(const Passage& passage, int from, int to) {
   return false;
 }
 
-// Whether one loop runs twice over an ambiguous face: its opposite edges are then in the same loop.
+// Returns true if one loop crosses an ambiguous face twice: then opposite edges are in the same loop.
 bool doubled(const Passage& passage, const Face& face) { return same_loop(passage, face.edges[0], face.edges[2]); }
 
 class CellFinder {
  public:
   explicit CellFinder(std::span<const SurfaceCell> cells) : cells_(cells) {}
 
-  // The index of the cell at the given place; throws where there is none.
+  // Returns the index of the cell at these grid coordinates. Throws if there is none.
   std::size_t operator()(std::uint64_t key) const {
     const auto found = std::lower_bound(cells_.begin(), cells_.end(), key,
                                         [](const SurfaceCell& c, std::uint64_t k) { return c.key < k; });
     if (found == cells_.end() || found->key != key) {
       throw InvalidInput(
-          "the function changes faster than its Lipschitz constant allows; give a larger one, or 0 for none");
+          "the function changes faster than its Lipschitz constant allows; give a larger constant, or 0 if it is "
+          "unknown");
     }
     return static_cast<std::size_t>(found - cells_.begin());
   }
@@ -118,8 +120,8 @@ class CellFinder {
 
 constexpr std::array<std::uint64_t, 3> kStride{1, std::uint64_t{1} << 20, std::uint64_t{1} << 40};
 
-// Where two neighbours both run twice over their common face with one loop, four quadrilaterals would share an edge.
-// Joining that face the other way splits both loops. A split never joins anything elsewhere, so one pass suffices.
+// If two neighbours both cross their common face twice with one loop, four quadrilaterals would share an edge. The
+// opposite connection of that face splits both loops. A split connects nothing elsewhere, so one pass is enough.
 void separate_doubled_faces(std::span<const SurfaceCell> cells, std::vector<Passage>& passages) {
   const CellFinder find(cells);
   for (std::size_t i = 0; i < cells.size(); ++i) {
@@ -136,13 +138,13 @@ void separate_doubled_faces(std::span<const SurfaceCell> cells, std::vector<Pass
   }
 }
 
-// The crossing of an edge, as an offset from the cell's corner 0 in cells.
+// Returns the point where the surface crosses an edge, as an offset from corner 0 of the cell, in cells.
 Vec3d crossing(const SurfaceCell& cell, int edge) {
   const int start = edge_start(edge);
   const double from = cell.values[start];
   const double t = from / (from - cell.values[edge_end(edge)]);
   Vec3d p{static_cast<double>(start & 1), static_cast<double>((start >> 1) & 1), static_cast<double>(start >> 2)};
-  p[static_cast<std::size_t>(edge / 4)] = t >= 0 && t <= 1 ? t : 0.5;  // 0.5: a value is infinite or not a number
+  p[static_cast<std::size_t>(edge / 4)] = t >= 0 && t <= 1 ? t : 0.5;  // 0.5 if a value is infinite or NaN
   return p;
 }
 
@@ -166,7 +168,7 @@ void append_vertices(const SurfaceCell& cell, Passage& passage, const Grid& grid
   }
 }
 
-// The quadrilateral about the cell's edge from its corner 0 along axis a, where that is crossed.
+// Appends the quadrilateral around the cell edge from corner 0 along axis a, if that edge is crossed.
 void append_quad(std::size_t i, int a, std::span<const SurfaceCell> cells, std::span<const Passage> passages,
                  std::vector<Quad>& quads) {
   const SurfaceCell& cell = cells[i];

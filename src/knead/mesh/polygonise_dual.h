@@ -1,4 +1,4 @@
-// Private to polygonise: the quadrilateral surface dual to marching cubes.
+// Private to polygonise: makes the quadrilateral surface that is dual to marching cubes.
 #pragma once
 
 #include <array>
@@ -17,12 +17,13 @@ struct QuadSurface {
   std::vector<Quad> quads;
 };
 
-// One vertex, the mean of its crossings, for each loop of crossed edges in a cell; one quadrilateral for each crossed
-// edge of the grid. Manifold, and so are its triangles however each quadrilateral is split: the four cells about an
-// edge of the grid are distinct, two of them that face each other across it share no other edge, and no two loops of
-// neighbouring cells meet in two segments of one face (see separate_doubled_faces).
-// The cells are those of surface_cells; no crossed edge may lie on the wall of the grid.
-// Throws InvalidInput where a cell about a crossed edge is missing.
+// Returns a surface with a vertex for each loop of crossed edges in a cell, at the mean of its crossings, and a
+// quadrilateral for each crossed edge of the grid. `cells` must come from surface_cells(), and no crossed edge may lie
+// on the wall of the grid. Throws InvalidInput if a cell at a crossed edge is missing.
+//
+// The surface is manifold, and remains so when each quadrilateral is split along any diagonal: the four cells at a grid
+// edge are distinct, opposite ones share no other edge, and no two loops of neighbouring cells meet in two segments of
+// one face (see separate_doubled_faces).
 QuadSurface dual_surface(std::span<const SurfaceCell> cells, const Grid& grid);
 
 }  // namespace knead::polygonise_detail

@@ -6,7 +6,7 @@
 namespace knead::polygonise_detail {
 namespace {
 
-// What the quadrilaterals say about a vertex.
+// What the quadrilaterals at a vertex give.
 struct Surroundings {
   Vec3d normal;  // not of unit length
   Vec3d sum;     // of the neighbours
@@ -21,14 +21,15 @@ std::vector<Surroundings> survey(const QuadSurface& surface) {
     for (std::size_t i = 0; i < 4; ++i) {
       Surroundings& s = around[quad[i]];
       s.normal += normal;
-      s.sum += p((i + 1) % 4);  // every edge is met once in each direction
+      s.sum += p((i + 1) % 4);  // every edge is visited once in each direction
       s.count += 1;
     }
   }
   return around;
 }
 
-// The largest of the steps d, d/2, d/4, d/8 along `direction` that does not make |f| grow; p where none does.
+// Returns p moved by the largest of the steps d, d/2, d/4, d/8 along `direction` that does not increase |f|, or p if
+// all do.
 Vec3d guarded_step(const ScalarFunction& f, const Vec3d& p, double value, const Vec3d& step) {
   double t = 1;
   for (int i = 0; i < 4; ++i, t *= 0.5) {
@@ -57,7 +58,7 @@ double newton(const ScalarFunction& f, double cell, Vec3d& p) {
   return std::sqrt(steepness);
 }
 
-// One secant step along the surface's normal, given how fast f grows there: two evaluations instead of five.
+// One secant step along the normal of the surface, given the slope of f there: two evaluations instead of five.
 Vec3d return_along(const ScalarFunction& f, const Vec3d& p, const Vec3d& normal, double steepness, double cell) {
   const double value = f(p);
   const double size = norm(normal);

@@ -7,11 +7,11 @@
 namespace knead {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon() / 2;  // of rounding to nearest
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon() / 2;  // the largest relative error of one rounding
 constexpr double kBound2d = (3 + 16 * kEpsilon) * kEpsilon;              // Shewchuk's ccwerrboundA
 constexpr double kBound3d = (7 + 56 * kEpsilon) * kEpsilon;              // and o3derrboundA
 
-// A rounded result and what was rounded off: their sum is exact.
+// A rounded result and its rounding error: their sum is exact.
 struct Two {
   double head;
   double tail;
@@ -23,7 +23,7 @@ Two two_sum(double a, double b) {
   return {sum, (a - (sum - b_part)) + (b - b_part)};
 }
 
-// For |a| >= |b|.
+// Requires |a| >= |b|.
 Two fast_two_sum(double a, double b) {
   const double sum = a + b;
   return {sum, b - (sum - a)};
@@ -34,7 +34,7 @@ Two two_product(double a, double b) {
   return {product, std::fma(a, b, -product)};
 }
 
-// A number as the sum of doubles that do not overlap, from the smallest to the largest, none of them zero.
+// A number as the sum of doubles that do not overlap, from smallest to largest; none is zero.
 template <std::size_t Capacity>
 struct Expansion {
   std::array<double, Capacity> terms{};
@@ -54,7 +54,7 @@ Expansion<2> difference(double a, double b) {
   return result;
 }
 
-// Fast-Expansion-Sum: the terms of both, merged by magnitude and added up.
+// Shewchuk's Fast-Expansion-Sum: merges the terms of both by magnitude and adds them up.
 template <std::size_t M, std::size_t N>
 Expansion<M + N> operator+(const Expansion<M>& e, const Expansion<N>& f) {
   Expansion<M + N> result;
@@ -76,7 +76,7 @@ Expansion<N> operator-(Expansion<N> e) {
   return e;
 }
 
-// Scale-Expansion.
+// Shewchuk's Scale-Expansion.
 template <std::size_t N>
 Expansion<2 * N> operator*(const Expansion<N>& e, double factor) {
   Expansion<2 * N> result;
@@ -124,7 +124,7 @@ int exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& 
   return (minor(q.x, q.y, r.x, r.y) * p.z + minor(r.x, r.y, p.x, p.y) * q.z + minor(p.x, p.y, q.x, q.y) * r.z).sign();
 }
 
-// The sign of a determinant with an error of at most `bound`, which is 0 only where all of its products are.
+// Returns the sign of a determinant whose error is at most `bound`. The bound is 0 only if all products are 0.
 bool decides(double determinant, double bound) { return std::abs(determinant) > bound || bound == 0; }
 
 int sign(double x) { return static_cast<int>(x > 0) - static_cast<int>(x < 0); }

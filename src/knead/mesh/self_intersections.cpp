@@ -13,7 +13,8 @@ namespace {
 
 using Pair = std::array<std::uint32_t, 2>;
 
-// Positions times the power of two that puts the largest coordinate in use between 1 and 2, the range of predicates.h.
+// Returns the positions times a power of two: the largest coordinate in use is then from 1 to 2, as predicates.h
+// requires.
 std::vector<Vec3d> scale_to_range(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
   double largest = 0;
   for (const Triangle& t : triangles) {
@@ -38,7 +39,7 @@ Corners corners_of(const Triangle& t, std::span<const Vec3d> positions) {
   return {positions[t[0]], positions[t[1]], positions[t[2]]};
 }
 
-// The pairs found by each chunk of work, up to a limit over all.
+// The pairs that each chunk of work finds, up to a common limit.
 class Findings {
  public:
   Findings(std::size_t chunks, std::size_t limit) : pairs_of_(chunks), limit_(limit) {}

@@ -1,4 +1,4 @@
-// Where a surface passes through itself.
+// Finds the pairs of triangles in which a surface intersects itself.
 #pragma once
 
 #include <array>
@@ -13,31 +13,31 @@
 namespace knead {
 
 struct SelfIntersectionOptions {
-  int threads = 0;  // 0: all of the machine's
-  std::size_t limit = 10'000'000;
+  int threads = 0;                 // 0: as many as the machine has
+  std::size_t limit = 10'000'000;  // the search stops after this many pairs
 };
 
 struct SelfIntersections {
   std::vector<std::array<std::uint32_t, 2>> pairs;  // numbers of triangles, the smaller first, sorted; each pair once
-  std::size_t count = 0;                            // of pairs, or the limit
-  bool complete = true;                             // false: there are more than the limit; pairs is then empty
+  std::size_t count = 0;                            // of pairs; at most the limit
+  bool complete = true;  // false if there are more pairs than the limit; `pairs` is then empty
 };
 
-// The pairs of triangles that intersect beyond what they share by vertex number:
-// - without a common vertex: the closed triangles have a point in common; touching counts;
-// - with one: the edge that lies opposite to the common vertex in one of them meets the other;
-// - with two: they lie in one plane, on the same side of the common edge, and so cover a part of each other;
+// Returns the pairs of triangles that intersect in more than the vertices and edges they share. Vertices are shared if
+// their numbers are equal. Two triangles are a pair
+// - without a common vertex: if they have a common point; touching counts;
+// - with one common vertex: if the edge opposite to it in one triangle meets the other triangle;
+// - with two: if they lie in one plane on the same side of the common edge;
 // - with three: always.
-// A triangle whose corners lie on one line is a pair with itself and with no other. These are the pairs of
-// self_intersections() in CGAL 5.5's Polygon_mesh_processing, for any triangles: also where more than two share an
-// edge.
+// A triangle whose corners are collinear is a pair with itself and with no other triangle. CGAL 5.5
+// (Polygon_mesh_processing::self_intersections) returns the same pairs, also for edges with more than two triangles.
 //
-// Exact: every decision is by predicates.h. Coordinates below 2^-250 of the largest in magnitude (about 1e-75) count as
-// 0. The same for every number of threads. Positions are finite. Triangles that come from triangulate(mesh) are
-// numbered as there; the same ones with other positions compare a mesh before and after a deformation.
+// Positions must be finite. Every decision is exact (predicates.h); coordinates below 2^-250 (about 1e-75) of the
+// largest one count as 0. The result is the same for every number of threads. Use the triangles of triangulate(mesh);
+// the same triangles with two sets of positions compare a mesh before and after a deformation.
 //
-// Time: about n log n for surfaces, the square of the number of triangles whose boxes overlap at the worst (a fan of k
-// triangles: k^2 / 2). The search ends at the first pair beyond the limit.
+// Time: about n log n for surfaces; in the worst case quadratic in the number of triangles whose boxes overlap (a fan
+// of k triangles: k^2 / 2).
 SelfIntersections self_intersections(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                      const SelfIntersectionOptions& options = {});
 

@@ -24,8 +24,8 @@ constexpr std::array<ShapeCounts, 8> kCounts{{{12, 10'242, kMost},
                                               {600, 20'000, kMost},
                                               {1'000, 20'000, kMost}}};
 
-// Looks for the cell that gives the wished number by counting the vertices of unrelaxed surfaces, then makes the
-// surface.
+// Searches for the cell size that gives this number of vertices, by counting the vertices of unrelaxed surfaces; then
+// makes the surface.
 Mesh make_solid(const shapes_detail::Solid& solid, std::size_t vertices) {
   const double wish = static_cast<double>(vertices);
   PolygoniseOptions options{std::sqrt(1.39 * solid.area / wish), 1, 0};
@@ -70,7 +70,7 @@ ShapeKind shape_kind(std::string_view name) {
     if (kNames[i] == name) return static_cast<ShapeKind>(i);
     known += (i == 0 ? "" : ", ") + std::string(kNames[i]);
   }
-  throw InvalidInput("no shape is called '" + std::string(name) + "'; choose one of " + known);
+  throw InvalidInput("there is no shape '" + std::string(name) + "'; choose one of " + known);
 }
 
 ShapeCounts shape_counts(ShapeKind kind) { return kCounts[static_cast<std::size_t>(kind)]; }

@@ -1,4 +1,4 @@
-// The bar and the crater: both are the surface of a block of cubes, moved.
+// The bar and the crater: both deform the surface of a block of cubes.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace {
 
 using Place = std::array<std::size_t, 3>;
 
-// The vertices on the surface of a grid, numbered as they are first met.
+// The vertices on the surface of a grid, numbered at their first use.
 class BoxSurface {
  public:
   explicit BoxSurface(const Place& size) : size_(size) {
@@ -33,7 +33,7 @@ class BoxSurface {
   static constexpr std::uint32_t kNone = ~std::uint32_t{0};
   static constexpr std::size_t next(std::size_t a) { return (a + 1) % 3; }
 
-  // The vertex is known by the first side that holds it.
+  // The first side that contains the vertex stores its number.
   std::size_t vertex(const Place& p) {
     for (std::size_t a = 0; a < 3; ++a) {
       if (p[a] != 0 && p[a] != size_[a]) continue;
@@ -49,7 +49,7 @@ class BoxSurface {
   }
 
   void add_side(std::size_t a, std::size_t side) {
-    const std::size_t b = side == 0 ? next(next(a)) : next(a);  // a, b, c turn so that the side looks outwards
+    const std::size_t b = side == 0 ? next(next(a)) : next(a);  // a, b, c are ordered so that the side faces outward
     const std::size_t c = 3 - a - b;
     for (std::size_t j = 0; j < size_[c]; ++j) {
       for (std::size_t i = 0; i < size_[b]; ++i) {
@@ -75,7 +75,7 @@ class BoxSurface {
 
 std::size_t rounded(double x) { return static_cast<std::size_t>(std::fmax(1, std::floor(x + 0.5))); }
 
-// A pseudo-random value from 0 to 1 for a place of the integer grid.
+// Returns a pseudo-random value from 0 to 1 for a point of the integer grid.
 double lattice_value(std::int64_t x, std::int64_t y, std::uint32_t octave) {
   std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8da6b343U ^ static_cast<std::uint32_t>(y) * 0xd8163841U;
   h = (h ^ (octave * 0xcb1ab31fU)) * 0x9e3779b1U;
@@ -86,7 +86,7 @@ double lattice_value(std::int64_t x, std::int64_t y, std::uint32_t octave) {
 
 double smooth(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 
-// Value noise: lattice values blended smoothly; from -1 to 1.
+// Returns value noise, from -1 to 1: smoothly interpolated values of the grid.
 double noise(double x, double y, std::uint32_t octave) {
   const double fx = std::floor(x);
   const double fy = std::floor(y);
@@ -101,7 +101,7 @@ double noise(double x, double y, std::uint32_t octave) {
 
 double bump(double t) { return 1 / ((1 + t * t) * (1 + t * t)); }
 
-// The ground's height: a bowl of radius 2, its rim, a peak in the middle, and rolling country.
+// Returns the height of the ground: a bowl of radius 2, its rim, a central peak, and hills.
 double crater_height(double x, double y) {
   const double r = std::sqrt(x * x + y * y) + 0.12 * noise(0.9 * x, 0.9 * y, 7);
   const double t = r / 2.0;
@@ -121,7 +121,7 @@ double crater_height(double x, double y) {
 
 Mesh box_surface(std::size_t nx, std::size_t ny, std::size_t nz) { return BoxSurface({nx, ny, nz}).make(); }
 
-// 4 l m + 2 m^2 + 2 vertices for l x m x m squares; nearest to square for l = 6 m.
+// 4 l m + 2 m^2 + 2 vertices for l x m x m squares; the squares are closest to square for l = 6 m.
 Mesh make_box(std::size_t vertices) {
   const double wish = static_cast<double>(vertices) - 2;
   const std::size_t m = rounded(std::sqrt(wish / 26));

@@ -1,4 +1,4 @@
-// Private to shapes: the shapes made of regular grids. Each has about the wished number of vertices.
+// Private to shapes: the shapes made of regular grids, each with about the given number of vertices.
 #pragma once
 
 #include <cstddef>
@@ -14,13 +14,13 @@ Mesh make_cylinder(std::size_t vertices);
 Mesh make_torus(std::size_t vertices);
 Mesh make_knot(std::size_t vertices);
 
-// The surface of [0, nx] x [0, ny] x [0, nz] as unit squares, each cut in two, alternately one way and the other.
-// Vertices have integer coordinates.
+// Returns the surface of [0, nx] x [0, ny] x [0, nz] as unit squares, each split into two triangles along alternating
+// diagonals. Vertices have integer coordinates.
 Mesh box_surface(std::size_t nx, std::size_t ny, std::size_t nz);
 
 void add_triangle(Mesh& mesh, std::size_t a, std::size_t b, std::size_t c);
 
-// Two triangles for the quadrilateral a, b, c, d, cut along a shorter diagonal.
+// Adds the quadrilateral a, b, c, d as two triangles, split along the shorter diagonal.
 void add_quad(Mesh& mesh, std::size_t a, std::size_t b, std::size_t c, std::size_t d);
 
 }  // namespace knead::shapes_detail

@@ -1,4 +1,4 @@
-// The hand: bones as cones with round ends, muscles and pads as more of them, blended smoothly.
+// The hand: bones, muscles and pads are cones with round ends, blended smoothly.
 #include "knead/mesh/shapes_solids.h"
 
 #include <algorithm>
@@ -20,13 +20,13 @@ struct Ball {
 
 constexpr double kFar = 1e9;
 
-// The convex hull of two balls, neither within the other.
+// The convex hull of two balls; neither contains the other.
 struct Cone {
   Ball a;
   Ball b;
 };
 
-// Exact (Quilez, "Round cone").
+// Returns the exact distance (Quilez, "Round cone").
 double distance(const Cone& cone, const Vec3d& p) {
   const Vec3d ba = cone.b.center - cone.a.center;
   const double l2 = norm2(ba);
@@ -46,7 +46,7 @@ double distance(const Cone& cone, const Vec3d& p) {
 
 double distance(const Ball& ball, const Vec3d& p) { return norm(p - ball.center) - ball.radius; }
 
-// The joints of a finger from knuckle to tip, with the finger's radius at each.
+// The joints of a finger from knuckle to tip, and its radius at each.
 using Joints = std::array<Ball, 4>;
 
 constexpr std::array<Joints, 4> kFingers{{
@@ -128,7 +128,7 @@ double wrist(const Vec3d& p) {
   return blend_min(blend_min(distance(kLeft, p), distance(kRight, p), 0.10), distance(kMiddle, p), 0.10);
 }
 
-// A finger's distance; where the ball about it is at least `enough` away, that lower bound will do.
+// Returns the distance of a finger. If its bounding ball is at least `enough` away, returns that lower bound instead.
 double finger_within(const Joints& j, const Vec3d& p, double enough) {
   const double bound = norm(p - j[1].center) - 0.52;
   return bound < enough ? finger(j, p) : bound;
@@ -140,7 +140,7 @@ double fingers_within(const Vec3d& p, double enough) {
   return d;
 }
 
-// Wrist and thumb only where they are near enough to matter.
+// Adds wrist and thumb only if they are near enough to change the result.
 double body(const Vec3d& p) {
   double d = palm(p);
   if (p.y + 0.46 < d + 0.14) d = blend_min(d, wrist(p), 0.14);
@@ -153,8 +153,8 @@ double body_within(const Vec3d& p, double enough) {
   return bound < enough ? body(p) : bound;
 }
 
-// The nearer of fingers and body comes first, so that the other can often be left at a bound: from 0.09 on it has no
-// effect on the blend.
+// The nearer of fingers and body is computed first; for the other a bound is often enough: farther than 0.09 away it
+// has no effect on the blend.
 double hand(const Vec3d& p) {
   const bool finger_first = p.y > 0.4;
   const double near = finger_first ? fingers_within(p, kFar) : body(p);

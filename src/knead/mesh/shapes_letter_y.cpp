@@ -8,9 +8,9 @@ constexpr double kHalfWidth = 0.085;  // of a stroke
 constexpr double kHalfHeight = 0.4;
 constexpr double kHalfThickness = 0.1;
 constexpr double kRounding = 0.02;
-constexpr double kArmEnd = 0.2944;  // x of an arm's middle at its end: the arms' outer corners then come to x = 0.4
+constexpr double kArmEnd = 0.2944;  // x of the middle of an arm at its end: puts the outer corners at x = 0.4
 
-// Every part is drawn thinner by the rounding.
+// Every part is thinner by the radius of the rounding.
 double stem(double x, double y) {
   return blend_max(std::abs(x) - (kHalfWidth - kRounding), std::max(-y - (kHalfHeight - kRounding), y), kRounding);
 }

@@ -1,4 +1,4 @@
-// Private to shapes: the hand and the letter as the insides of distance bounds.
+// Private to shapes: the hand and the letter Y as signed distance bounds.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace knead::shapes_detail {
 
-// A function that is negative inside, changes no faster than distance and vanishes on a surface within the box.
+// A function that is negative inside, has Lipschitz constant 1 and is zero on a surface within the box.
 struct Solid {
   double (*distance)(const Vec3d& p) = nullptr;
   Box box;
@@ -18,7 +18,8 @@ struct Solid {
 Solid hand_solid();
 Solid letter_y_solid();
 
-// The smaller of two distances, rounded where they differ by less than `width`; its gradient is a mean of theirs.
+// Returns the smaller of two distances, rounded off if they differ by less than `width`. Its gradient is a mean of
+// theirs.
 inline double blend_min(double a, double b, double width) {
   const double h = std::max(width - std::abs(a - b), 0.0) / width;
   return std::min(a, b) - h * h * width * 0.25;

@@ -24,7 +24,7 @@ constexpr std::array<std::array<std::size_t, 3>, 20> kFaces{
      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}}};
 
-// The icosahedron with every edge cut in n, its vertices made as they are first met.
+// The icosahedron with every edge cut into n parts; vertices are made at their first use.
 class Geodesic {
  public:
   explicit Geodesic(std::size_t n) : n_(n) {
@@ -38,7 +38,7 @@ class Geodesic {
   }
 
  private:
-  // The k-th of the n + 1 vertices from corner a to corner b.
+  // Returns the k-th of the n + 1 vertices from corner a to corner b.
   std::size_t on_edge(std::size_t a, std::size_t b, std::size_t k) {
     if (k == 0) return a;
     if (k == n_) return b;

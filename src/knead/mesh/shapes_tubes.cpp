@@ -19,14 +19,14 @@ std::size_t rounded(double x, std::size_t least) {
 
 double ratio(std::size_t a, std::size_t b) { return static_cast<double>(a) / static_cast<double>(b); }
 
-// A closed curve with two unit vectors across it at each point, counter-clockwise seen along the curve.
+// A closed curve with two unit vectors orthogonal to it at each point.
 struct Spine {
   std::vector<Vec3d> points;
   std::vector<Vec3d> first;
   std::vector<Vec3d> second;
 };
 
-// The tube of the given radius about a spine, `around` vertices to each ring.
+// Returns the tube of the given radius about a spine, with `around` vertices in each ring.
 Mesh tube(const Spine& spine, std::size_t around, double radius) {
   Mesh mesh;
   const std::size_t along = spine.points.size();
@@ -47,7 +47,7 @@ Mesh tube(const Spine& spine, std::size_t around, double radius) {
   return mesh;
 }
 
-// How many vertices go along and around a tube so that its quadrilaterals are about square.
+// The numbers of vertices along and around a tube that make its quadrilaterals about square.
 struct TubeGrid {
   std::size_t along;
   std::size_t around;
@@ -70,7 +70,7 @@ Vec3d knot_tangent(double t) {
   return normalized(Vec3d{-3 * s3 * c2 - 2 * (2 + c3) * s2, -3 * s3 * s2 + 2 * (2 + c3) * c2, 3 * c3});
 }
 
-// The lengths of the knot from t = 0 to each of n + 1 parameters, by chords.
+// Returns the lengths of the knot from t = 0 to each of n + 1 parameters, by chords.
 std::vector<double> knot_lengths(std::size_t n) {
   std::vector<double> lengths{0};
   for (std::size_t i = 0; i < n; ++i) {
@@ -79,7 +79,7 @@ std::vector<double> knot_lengths(std::size_t n) {
   return lengths;
 }
 
-// The parameters of `count` points evenly spaced along the knot.
+// Returns the parameters of `count` points evenly spaced along the knot.
 std::vector<double> even_parameters(const std::vector<double>& lengths, std::size_t count) {
   std::vector<double> parameters;
   const std::size_t n = lengths.size() - 1;
@@ -93,15 +93,15 @@ std::vector<double> even_parameters(const std::vector<double>& lengths, std::siz
   return parameters;
 }
 
-// v carried from one point of a curve to the next without turning about the curve, by two reflections
+// Returns v transported from one point of a curve to the next without rotation about the curve, by two reflections
 // (Wang, Juettler, Zheng and Liu 2008).
 Vec3d carried(const Vec3d& v, const Vec3d& step, const Vec3d& tangent, const Vec3d& next_tangent) {
   const auto reflected = [](const Vec3d& u, const Vec3d& n) { return u - n * (2 * dot(u, n) / norm2(n)); };
   return reflected(reflected(v, step), next_tangent - reflected(tangent, step));
 }
 
-// The angle of the unit vector (c, s), from -pi to pi. Each round makes the error smaller than its cube; only sincos is
-// called, for the sake of the same bits everywhere.
+// Returns the angle of the unit vector (c, s), from -pi to pi. Each round makes the error smaller than its cube. It
+// calls only sincos, which gives the same bits everywhere.
 double angle_of(double c, double s) {
   double angle = 0;
   for (int i = 0; i < 40; ++i) {
@@ -111,7 +111,7 @@ double angle_of(double c, double s) {
   return angle;
 }
 
-// Carried frames do not close by themselves; the angle that is missing is spread evenly over the curve.
+// Transported frames do not close by themselves; the missing angle is spread evenly over the curve.
 Spine knot_spine(const std::vector<double>& parameters) {
   const std::size_t n = parameters.size();
   Spine spine;
@@ -136,14 +136,14 @@ Spine knot_spine(const std::vector<double>& parameters) {
 }
 
 struct CylinderGrid {
-  std::size_t rings;  // about the centre of a cap; 6 rings vertices around
+  std::size_t rings;  // around the centre of a cap; the cap has 6 * rings vertices at its rim
   std::size_t rows;   // along the side
 };
 
-// The rows follow from the rings; 6 m (rows + 1) + 2 (1 + 3 m (m - 1)) vertices in all.
+// The rows follow from the rings. In all 6 m (rows + 1) + 2 (1 + 3 m (m - 1)) vertices.
 CylinderGrid cylinder_grid(std::size_t vertices) {
   const double wish = static_cast<double>(vertices);
-  const double side = 36 / std::numbers::pi;  // rows to a ring, for squares: 6 / (pi / 6 m)
+  const double side = 36 / std::numbers::pi;  // rows for each ring that make squares: 6 / (pi / 6 m)
   const std::size_t m = rounded(std::sqrt(wish / (6 * side + 6)), 1);
   const double rings = static_cast<double>(m);
   const double caps = 2 + 6 * rings * (rings - 1);
@@ -152,7 +152,7 @@ CylinderGrid cylinder_grid(std::size_t vertices) {
 
 constexpr double kCylinderRadius = 0.5;
 
-// Six sectors of a disc at z = height: ring k of 6 k vertices, the outermost being those from `rim` on.
+// Adds six sectors of a disk at z = height. Ring k has 6 k vertices; those of the outermost begin at `rim`.
 void add_cap(Mesh& mesh, std::size_t rings, double height, std::size_t rim, bool up) {
   std::vector<std::size_t> start{mesh.vertex_count()};
   mesh.positions.emplace_back(0, 0, height);

@@ -18,13 +18,13 @@ inline Mesh make_mesh(std::initializer_list<Vec3d> positions,
   return mesh;
 }
 
-// The unit cube of six squares.
+// Returns the unit cube as six squares.
 inline Mesh unit_cube() {
   return make_mesh({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}},
                    {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}});
 }
 
-// A torus of quads about the z axis, radii 1 and 0.4.
+// Returns a torus of quadrilaterals about the z axis, with radii 1 and 0.4.
 inline Mesh quad_torus(std::uint32_t around, std::uint32_t across) {
   Mesh mesh;
   for (std::uint32_t i = 0; i < around; ++i) {
@@ -44,7 +44,7 @@ inline Mesh quad_torus(std::uint32_t around, std::uint32_t across) {
   return mesh;
 }
 
-// A prism of height 1 over a polygon in the plane z = 0, counter-clockwise from above.
+// Returns a prism of height 1 over a polygon in the plane z = 0. The polygon is counter-clockwise seen from above.
 inline Mesh prism(const std::vector<Vec3d>& outline) {
   Mesh mesh;
   const auto n = static_cast<std::uint32_t>(outline.size());

@@ -18,10 +18,10 @@ std::array<int, 3> sides_of(const Corners& t, const Corners& points) {
   return {side_of(t, points[0]), side_of(t, points[1]), side_of(t, points[2])};
 }
 
-// A coordinate axis along which the triangle is seen to have an area, and the turn of its corners.
+// A coordinate axis along which the projected triangle has an area, and the orientation of its corners.
 struct View {
   int axis = 0;
-  int turn = 0;  // 0: along none
+  int turn = 0;  // 0: there is no such axis
 };
 
 View view_of(const Corners& t) {
@@ -32,7 +32,7 @@ View view_of(const Corners& t) {
   return {};
 }
 
-// Two convex sets in a plane are disjoint only if the line of an edge of one separates them.
+// Two convex polygons in a plane are disjoint only if the line through an edge of one separates them.
 bool meets_in_plane(const Corners& t, const Vec3d& p, const Vec3d& q) {
   const View view = view_of(t);
   const auto turn = [&](const Vec3d& a, const Vec3d& b, const Vec3d& c) { return orient2d(a, b, c, view.axis); };
@@ -45,7 +45,7 @@ bool meets_in_plane(const Corners& t, const Vec3d& p, const Vec3d& q) {
   return !all_positive(turns) && !all_negative(turns);
 }
 
-// Whether the segment p q meets the triangle; p and q lie on those sides of its plane.
+// Returns true if the segment p q meets the triangle. The signs give the sides of its plane where p and q lie.
 bool meets(const Corners& t, const Vec3d& p, const Vec3d& q, int p_side, int q_side) {
   if (p_side * q_side > 0) return false;
   if (p_side == 0 && q_side == 0) return meets_in_plane(t, p, q);
@@ -53,7 +53,7 @@ bool meets(const Corners& t, const Vec3d& p, const Vec3d& q, int p_side, int q_s
   return none_negative(turns) || none_positive(turns);
 }
 
-// Whether an edge of u meets t.
+// Returns true if an edge of u meets t.
 bool an_edge_meets(const Corners& t, const Corners& u, const std::array<int, 3>& u_sides) {
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
@@ -71,7 +71,7 @@ bool meet(const Corners& t, const Corners& u) {
   return an_edge_meets(t, u, u_sides) || an_edge_meets(u, t, t_sides);
 }
 
-// Both share corner 0: whether the edge opposite to it of one meets the other.
+// For triangles that share corner 0: returns true if the opposite edge of one meets the other.
 bool meet_beyond_corner(const Corners& t, const Corners& u) {
   const int u1 = side_of(t, u[1]);
   const int u2 = side_of(t, u[2]);
@@ -80,14 +80,14 @@ bool meet_beyond_corner(const Corners& t, const Corners& u) {
   return meets(u, t[1], t[2], side_of(u, t[1]), side_of(u, t[2]));
 }
 
-// Both share corners 0 and 1: whether one covers a part of the other.
+// For triangles that share corners 0 and 1: returns true if one covers a part of the other.
 bool meet_beyond_edge(const Corners& t, const Corners& u) {
   if (side_of(t, u[2]) != 0) return false;
   const View view = view_of(t);
   return orient2d(t[0], t[1], u[2], view.axis) == view.turn;
 }
 
-// The corners of t that u has, too, as places in both.
+// The common corners of t and u: their indices in both.
 struct Shared {
   std::size_t count = 0;
   std::array<std::array<std::size_t, 2>, 3> places{};
@@ -103,7 +103,7 @@ Shared shared_corners(const Triangle& t, const Triangle& u) {
   return shared;
 }
 
-// The same corners, from two of them on; the turn may change.
+// Returns the corners with the two given ones first. The orientation may change.
 Corners beginning_with(std::size_t first, std::size_t second, const Corners& c) {
   return {c[first], c[second], c[3 - first - second]};
 }

@@ -1,4 +1,4 @@
-// Exact questions about one triangle or two (private to this room).
+// Exact tests of one or two triangles (private to this room).
 #pragma once
 
 #include <array>
@@ -8,13 +8,14 @@
 
 namespace knead {
 
-// The positions of a triangle's corners, within the range of predicates.h.
+// The positions of the corners of a triangle, in the range that predicates.h requires.
 using Corners = std::array<Vec3d, 3>;
 
-// Whether they lie on one line, or in one point.
+// Returns true if the corners lie on one line, or at one point.
 bool are_collinear(const Corners& corners);
 
-// Whether two triangles, neither collinear, meet beyond what they share (see self_intersections.h).
+// Returns true if two triangles meet in more than their shared vertices and edges (see self_intersections.h). Neither
+// may be collinear.
 bool meet_beyond_shared(const Triangle& t, const Corners& t_corners, const Triangle& u, const Corners& u_corners);
 
 }  // namespace knead

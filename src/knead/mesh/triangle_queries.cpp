@@ -41,7 +41,7 @@ NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3
   const double c = dot(normal, cross(ab, ap));
   const double b = dot(normal, cross(ap, ac));
   const double a = area2 - b - c;
-  // In a needle, a, b and c say little: its sides are all that counts.
+  // In a very thin triangle the weights a, b and c are inaccurate, so its edges decide.
   const double size = norm2(ab) + norm2(ac);
   const bool needle = !(area2 > 1e-16 * size * size);
   Nearest nearest{.corners = corners, .p = p};

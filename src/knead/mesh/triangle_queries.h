@@ -1,4 +1,4 @@
-// One triangle and a point (private to this room).
+// The point of a triangle nearest to a given point (private to this room).
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@ struct NearTriangle {
   double distance2 = 0;
 };
 
-// The triangle's point nearest to p, for any triangle. Its distance is never below the true one by more than rounding;
-// it exceeds it where rounding decides between the inside and a side.
+// Returns the point of the triangle nearest to p, for any triangle. Its distance is below the true one by rounding
+// errors at most. It may be above the true one if rounding decides between the interior and an edge.
 NearTriangle nearest_on_triangle(const std::array<Vec3d, 3>& corners, const Vec3d& p);
 
 }  // namespace knead

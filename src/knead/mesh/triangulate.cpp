@@ -11,12 +11,12 @@ struct Point2 {
   friend bool operator==(const Point2&, const Point2&) = default;
 };
 
-// Twice the signed area of the triangle a b c.
+// Returns twice the signed area of the triangle a b c.
 double orient(const Point2& a, const Point2& b, const Point2& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-// The polygon seen along the largest component of its normal, so that it runs counter-clockwise.
+// The polygon projected along the largest component of its normal, counter-clockwise.
 std::vector<Point2> flatten(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon) {
   const Vec3d n = polygon_normal(positions, polygon);
   const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
@@ -41,7 +41,7 @@ void add_fan(std::span<const std::uint32_t> polygon, std::vector<Triangle>& tria
   for (std::size_t i = 2; i < polygon.size(); ++i) triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
 }
 
-// Ear clipping: cuts off corner after corner whose triangle holds no other corner. The corners that are left form a
+// Ear clipping: repeatedly cuts off a corner whose triangle contains no other corner. The remaining corners form a
 // ring.
 class EarClipper {
  public:
@@ -57,7 +57,7 @@ class EarClipper {
   void clip(std::vector<Triangle>& triangles) {
     std::size_t left = points_.size();
     std::size_t corner = 1;
-    std::size_t refused = 0;  // corners in a row that are no ear
+    std::size_t refused = 0;  // consecutive corners that are not ears
     while (left > 3) {
       if (refused < left && tests_ < kMostTests && !is_ear(corner)) {
         ++refused;
@@ -75,8 +75,8 @@ class EarClipper {
  private:
   static constexpr std::size_t kMostTests = 10'000'000;
 
-  // A convex corner whose triangle holds no other corner. Corners at the same place as one of the triangle's are passed
-  // over: they come from polygons with a bridge to a hole.
+  // Returns true for a convex corner whose triangle contains no other corner. Corners at the position of one of its own
+  // are ignored: they come from polygons with a bridge to a hole.
   bool is_ear(std::size_t corner) {
     const Point2& a = points_[previous_[corner]];
     const Point2& b = points_[corner];

@@ -1,4 +1,4 @@
-// Polygons cut into triangles.
+// Cuts polygons into triangles.
 #pragma once
 
 #include <array>
@@ -12,21 +12,20 @@ namespace knead {
 
 using Triangle = std::array<std::uint32_t, 3>;  // three vertices, counter-clockwise seen from outside
 
-// The triangles of every face, face after face: a face of n corners gives n - 2 of them (none for n < 3).
-// Triangles and convex polygons are cut as a fan from their first corner, others by ear clipping in the plane of the
-// polygon's mean normal (Meisters 1975). A polygon that has no proper cut (self-crossing, flat, without area) or that
-// would take more than about 10^7 tests is cut as a fan where ears run out; nothing is dropped, nothing fails.
+// Returns the triangles of all faces, in the order of faces. A face of n corners gives n - 2 triangles (none for n <
+// 3). Convex polygons are cut as a fan from their first corner, others by ear clipping in the plane of their mean
+// normal (Meisters 1975). If no ear is left (the polygon crosses itself or has no area), or after about 10^7 tests, the
+// rest of the polygon is cut as a fan. The function never fails and never drops a face.
 std::vector<Triangle> triangulate(const Mesh& mesh);
 
-// The face that each triangle of triangulate(mesh) comes from.
+// Returns the face of each triangle of triangulate(mesh).
 std::vector<std::uint32_t> triangle_faces(const Mesh& mesh);
 
-// One polygon with at least three corners: appends its triangles.
+// Appends the triangles of one polygon, which must have at least three corners.
 void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon,
                          std::vector<Triangle>& triangles);
 
-// Calls visit(triangle) for the triangles of every face as triangulate() cuts them where the vertices are at
-// `positions`.
+// Calls visit(triangle) for each triangle that triangulate() would return for the mesh with these positions.
 template <class Visit>
 void for_each_triangle(const Mesh& mesh, std::span<const Vec3d> positions, Visit visit) {
   std::vector<Triangle> triangles;
@@ -40,7 +39,7 @@ void for_each_triangle(const Mesh& mesh, std::span<const Vec3d> positions, Visit
   }
 }
 
-// The normal of a closed polygon, twice its area long: sum of the cross products of its corners (Newell).
+// Returns the normal of a closed polygon; its length is twice the area. Method: sum of cross products (Newell).
 Vec3d polygon_normal(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon);
 
 }  // namespace knead

@@ -12,7 +12,7 @@ namespace {
 
 struct Column {
   Domain domain = Domain::vertex;
-  std::size_t offset = 0;  // in a row of the surface's values
+  std::size_t offset = 0;  // in a row of the values of the surface
 };
 
 std::optional<Column> find_normals(const Mesh& mesh) {
@@ -37,7 +37,7 @@ void set_normal(Values& values, std::size_t i, std::size_t offset, const Vec3d& 
   for (std::size_t axis = 0; axis < 3; ++axis) row[offset + axis] = n[axis];
 }
 
-// Corners at one vertex with one normal share it.
+// Gives one number to all corners at a vertex that have the same normal.
 void share_corner_normals(const Surface& s, std::size_t offset, std::vector<Vec3d>& normals,
                           std::vector<std::uint32_t>& corner_normal) {
   std::vector<std::vector<std::uint32_t>> of_vertex(s.vertex_count());
@@ -91,7 +91,7 @@ void normalise_normals(const Mesh& mesh, Surface& s) {
   for (std::size_t i = 0; i < count; ++i) {
     const Vec3d n = normal_of(values, i, column->offset);
     const double length = norm(n);
-    // Lengths that were 1 to float's rounding are left as they are.
+    // Lengths that are 1 to the rounding of float stay.
     if (length > 0 && std::abs(length - 1) > 1e-5) set_normal(values, i, column->offset, n / length);
   }
 }

@@ -7,11 +7,11 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr double kMostOffset = 1.5;  // of the deviations around
-constexpr double kMostScale = 0.25;  // off 1
+constexpr double kMostOffset = 1.5;  // largest motion of a vertex, relative to the largest deviation around it
+constexpr double kMostScale = 0.25;  // largest difference of the common factor from 1
 constexpr int kRounds = 4;
 
-// Which vertices may be moved.
+// Returns a flag for each vertex: true if it may move.
 std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
   std::vector<bool> open(s.vertex_count());
   for (std::uint32_t v = 0; v < open.size(); ++v) {
@@ -25,7 +25,7 @@ std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
   return open;
 }
 
-// What each vertex is to move.
+// Returns the displacement of each vertex.
 std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& open) {
   std::vector<Vec3d> star(s.vertex_count());
   std::vector<double> share(s.vertex_count(), 0.0);  // six times the volume

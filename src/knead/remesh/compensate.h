@@ -1,4 +1,4 @@
-// Giving back the volume that the chords of a refined mesh miss. Internal to the remesh room.
+// Restores the volume that the flat triangles of a refined mesh miss. Internal to the remesh room.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,20 @@
 
 namespace knead::remesh_detail {
 
-// Moves vertices that the deformation moves along their stars' area vectors by their share of what the chords miss:
-// for each edge (area vectors of its two faces).(deviation)/3 (method, section 5), half for each end; each by at most
-// one and a half times the greatest deviation around. What lies at features, at the border, and at locked vertices
-// stays. The shares together are scaled to `missing`, by a quarter at most. Returns by how much
-// the volume of the surface grew.
+// Moves vertices along the area vectors of their stars to add the volume `missing`. Returns the volume added.
+//
+// An edge misses about (area vectors of its two faces) . (deviation) / 3 (docs/remeshing.md); each end compensates half
+// of that. A vertex moves by at most 1.5 times the largest deviation around it. All motions are then scaled to reach
+// `missing`; the factor stays between 0.75 and 1.25. Only vertices that the deformation moves are changed; those at
+// features, at the border of the patch, and locked ones stay. `deviations` are those of Refinement.
 double compensate(Surface& surface, const std::vector<Vec3d>& deviations, const std::vector<bool>& locked,
                   double missing);
 
-// What the chords miss, by the same sum over edges.
+// Returns the missing volume as the same sum over edges.
 double estimate_missing_volume(const Surface& surface, const std::vector<Vec3d>& deviations);
 
-// Volume between the surface and a point that depends on the positions before alone: differences of it are those of
-// the whole closed mesh that the surface is a part of.
+// Returns the signed volume between the surface with these positions and a fixed point, the mean of surface.before.
+// While the border rests, differences of this volume equal those of the whole closed mesh.
 double enclosed_volume(const Surface& surface, const std::vector<Vec3d>& positions);
 
 }  // namespace knead::remesh_detail

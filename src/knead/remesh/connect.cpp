@@ -6,7 +6,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-// The half-edges by their smaller vertex: those of v are [begin[v], begin[v + 1]).
+// The half-edges sorted by their smaller vertex: those of v are [begin[v], begin[v + 1]).
 struct Buckets {
   std::vector<std::uint32_t> begin;
   std::vector<std::uint32_t> halfedges;
@@ -31,7 +31,7 @@ std::uint32_t add_edge(Surface& s, std::uint8_t flags, std::uint32_t h) {
   return s.edge[h];
 }
 
-// What an edge with these uses is.
+// Makes the edge or edges that these half-edges form.
 void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
   if (uses.size() == 2 && s.origin(uses[0]) == s.target(uses[1])) {
     const std::uint32_t edge = add_edge(s, 0, uses[0]);
@@ -69,7 +69,7 @@ void join_halfedges(Surface& s) {
   }
 }
 
-// Vertices whose faces are more than one fan.
+// Fixes the vertices whose faces form more than one fan.
 void fix_pinched(Surface& s) {
   std::vector<std::uint32_t> faces(s.vertex_count(), 0);
   for (const std::uint32_t v : s.corner) ++faces[v];

@@ -18,8 +18,8 @@ bool overlap(const Box& a, const Box& b) {
   return true;
 }
 
-// The box of what may change, and some more.
-Box reach_of(const Surface& s) {
+// Returns the box of the vertices that may change, widened by 5% of its diagonal.
+Box search_box(const Surface& s) {
   std::vector<Vec3d> points;
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
     if (s.has(v, kRegion) && !s.has(v, kRemoved)) points.push_back(s.after[v]);
@@ -35,7 +35,7 @@ Box reach_of(const Surface& s) {
 
 CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads)
     : single_precision_(single_precision), threads_(threads) {
-  const Box box = reach_of(patch.surface);
+  const Box box = search_box(patch.surface);
   std::vector<std::uint32_t> number(before.vertex_count(), kNone);
   for (std::uint32_t p = 0; p < patch.vertex_source.size(); ++p) number[patch.vertex_source[p]] = p;
   const auto first = static_cast<std::uint32_t>(patch.vertex_source.size());
@@ -62,7 +62,7 @@ CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool sing
 
 Crossings CrossingSearch::find(const Patch& patch) const {
   const Surface& s = patch.surface;
-  // Vertices outside follow those that the patch was taken out with; ones that were made since come last.
+  // Order: the original vertices of the patch, the vertices outside, then the vertices that splits have made.
   const auto first = static_cast<std::uint32_t>(patch.vertex_source.size());
   const auto shift = static_cast<std::uint32_t>(outside_positions_.size());
   std::vector<Vec3d> positions(s.after.begin(), s.after.begin() + first);

@@ -1,4 +1,4 @@
-// Where the surface of a patch crosses itself or what is around it. Internal to the remesh room.
+// Finds where the surface of a patch crosses itself or the mesh around it. Internal to the remesh room.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@ struct Crossings {
   std::vector<std::uint32_t> faces;  // of the patch, ascending
 };
 
-// Asked again and again while a patch changes.
+// Searches the crossings of a patch while it changes. The mesh around the patch is prepared once.
 class CrossingSearch {
  public:
-  // Triangles of the mesh outside the patch that lie near it are kept.
+  // Stores the triangles of the mesh that are outside the patch and near it.
   CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads);
 
-  // The pairs of triangles that cross and are not both as they were taken out, with vertices at `after`.
+  // Returns the pairs of triangles that cross with vertices at `after`. Pairs of two unchanged triangles do not count.
   Crossings find(const Patch& patch) const;
 
  private:

@@ -7,7 +7,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kDeepest = 8;  // quarterings of a face
+constexpr int kDeepest = 8;  // how often a face is divided into four
 
 std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
   const auto& [a, b, c] = corners;
@@ -45,12 +45,12 @@ void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before,
   for (std::size_t i = 0; i < 4; ++i) divide(face, parts_before[i], parts_after[i], depth + 1);
 }
 
-std::vector<std::uint32_t> FaceSamples::faces_off(double distance) const {
+std::vector<std::uint32_t> FaceSamples::deviating_faces(double distance) const {
   std::vector<Vec3d> carried = before_;
   deformation_.carry(carried);
   std::vector<std::uint32_t> found;
   for (std::size_t i = 0; i < carried.size(); ++i) {
-    // A sample that rests is where it was, whatever rounding says of the face's middle.
+    // A sample that does not move is right, whatever the rounding of the centre of the face.
     const bool rests = carried[i] == before_[i] && norm(after_[i] - before_[i]) <= distance;
     if (rests || norm(carried[i] - after_[i]) <= distance) continue;
     if (found.empty() || found.back() != faces_[i]) found.push_back(faces_[i]);

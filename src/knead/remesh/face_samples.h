@@ -1,4 +1,4 @@
-// Samples within faces that are large beside a deformation. Internal to the remesh room.
+// Samples inside faces that are large compared with a deformation. Internal to the remesh room.
 #pragma once
 
 #include <array>
@@ -9,18 +9,18 @@
 
 namespace knead::remesh_detail {
 
-// Edges do not tell what a small tool does in the middle of a large face.
+// Sample points inside large faces. Edges alone do not show what a small tool does in the middle of a face.
 class FaceSamples {
  public:
   explicit FaceSamples(const Deformation& deformation) : deformation_(deformation) {}
 
-  // Adds samples a quarter of the deformation's feature apart, where the face may be moved at all: none in one that is
-  // smaller than half a feature.
+  // Adds samples of a face, about a quarter of deformation.feature apart, where the face may be moved. A face smaller
+  // than half a feature gets none.
   void add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after);
 
-  // The faces, as they were added, of which some sample is carried to farther than `distance` from its place on the
-  // flat face after.
-  std::vector<std::uint32_t> faces_off(double distance) const;
+  // Returns the faces with a sample that the deformation moves to more than `distance` from its point on the flat face
+  // after; in the order in which they were added.
+  std::vector<std::uint32_t> deviating_faces(double distance) const;
 
  private:
   void divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after, int depth);

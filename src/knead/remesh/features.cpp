@@ -11,12 +11,12 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::size_t kFewestEdges = 5;                   // of a crease
-const double kClearly = 0.5;                              // cosine of the dihedral, 60 degrees
-const double kStraight = std::cos(std::numbers::pi / 4);  // the angle by which a crease may turn at a vertex
+constexpr std::size_t kFewestEdges = 5;                         // smallest number of edges of a crease
+const double kClearlySharpCosine = 0.5;                         // of 60 degrees between normals
+const double kStraightCosine = std::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
 
-// The face's normal, of a thin face that of the one beyond its longest edge.
-std::vector<Vec3d> steady_normals(const Surface& s) {
+// Returns the normal of each face; for a thin face, the normal of its neighbour at the longest edge.
+std::vector<Vec3d> reliable_normals(const Surface& s) {
   std::vector<Vec3d> normals(s.face_count());
   for (std::size_t f = 0; f < s.face_count(); ++f) {
     std::size_t face = f;
@@ -39,7 +39,7 @@ bool differ_at_corners(const Surface& s, std::uint32_t h, std::uint32_t o) {
   return !same(h, Surface::next(o)) || !same(Surface::next(h), o);
 }
 
-// Whether the faces carry different labels: given ones, or whole numbers as attributes.
+// Returns true if the faces have different labels: those in the options, or integer attributes.
 bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32_t f, std::uint32_t g) {
   if (f == g) return false;
   if (!options.face_labels.empty() && options.face_labels[f] != options.face_labels[g]) return true;
@@ -55,8 +55,8 @@ bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32
   return false;
 }
 
-// Whether another of the edges at v goes on about where the edge of h ends there.
-bool goes_on(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, std::uint32_t v) {
+// Returns true if another sharp edge at v continues the edge of h about straight.
+bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, std::uint32_t v) {
   const std::uint32_t w = s.origin(h) == v ? s.target(h) : s.origin(h);
   const Vec3d along = s.before[v] - s.before[w];
   bool found = false;
@@ -64,15 +64,15 @@ bool goes_on(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, 
     const std::uint32_t x = s.target(e);
     if (!sharp[s.edge[e]] || x == w) return;
     const Vec3d on = s.before[x] - s.before[v];
-    found = found || dot(along, on) >= kStraight * norm(along) * norm(on);
+    found = found || dot(along, on) >= kStraightCosine * norm(along) * norm(on);
   });
   return found;
 }
 
-// The half-edges of creases: edges of a sharp dihedral that one at least of their ends continues, where enough of them
-// hang together and a third of these are clearly sharp. What else is sharp is noise of a rough surface.
+// Returns one half-edge for each edge of a crease: a sharp edge that another one continues at one end at least, in a
+// connected set of enough edges, a third of them clearly sharp. Other sharp edges are noise of a rough surface.
 std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg) {
-  const std::vector<Vec3d> normals = steady_normals(s);
+  const std::vector<Vec3d> normals = reliable_normals(s);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
   const double most = std::cos(angle_deg * std::numbers::pi / 180);
   std::vector<bool> sharp(s.halfedge.size(), false);
@@ -82,15 +82,16 @@ std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_
     found.push_back(h);
     sharp[s.edge[h]] = true;
   }
-  std::erase_if(
-      found, [&](std::uint32_t h) { return !goes_on(s, sharp, h, s.origin(h)) && !goes_on(s, sharp, h, s.target(h)); });
+  std::erase_if(found, [&](std::uint32_t h) {
+    return !is_continued(s, sharp, h, s.origin(h)) && !is_continued(s, sharp, h, s.target(h));
+  });
   DisjointSets sets(s.vertex_count());
   for (const std::uint32_t h : found) sets.join(s.origin(h), s.target(h));
   std::vector<std::size_t> size(s.vertex_count(), 0);
   std::vector<std::size_t> clear(s.vertex_count(), 0);
   for (const std::uint32_t h : found) {
     ++size[sets.find(s.origin(h))];
-    if (cosine(h) < kClearly) ++clear[sets.find(s.origin(h))];
+    if (cosine(h) < kClearlySharpCosine) ++clear[sets.find(s.origin(h))];
   }
   std::erase_if(found, [&](std::uint32_t h) {
     const std::uint32_t set = sets.find(s.origin(h));
@@ -99,7 +100,7 @@ std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_
   return found;
 }
 
-// The half-edge from v to w, or kNone.
+// Returns the half-edge from v to w, or kNone.
 std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t w) {
   std::uint32_t found = kNone;
   s.for_each_outgoing(v, [&](std::uint32_t h) {

@@ -1,4 +1,4 @@
-// Better triangles at the same volume. Internal to the remesh room.
+// Improves triangles and keeps the volume. Internal to the remesh room.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace knead::remesh_detail {
 
-// What improving is to do and where.
+// The targets of an improvement, and the vertices that it must not touch.
 struct Improvement {
   RemeshTargets targets;
-  std::vector<bool> locked;  // of the first vertices: nothing at them is changed
+  std::vector<bool> locked;  // for the first vertices: if true, no change may touch the vertex
 };
 
 struct ImprovementCounts {
@@ -23,28 +23,28 @@ struct ImprovementCounts {
   std::size_t collapses = 0;
 };
 
-// All of these work in the region of the surface after the deformation. The enclosed volume stays as it is, to the
-// rounding: vertices move across their star's area vector, edges collapse on the plane that keeps the volume, and what
-// flips and other collapses change is given back by the vertices around (after Kuprat et al., J. Comput. Phys. 172,
-// 2001).
+// The functions below change the surface after the deformation, in its region only. They keep the enclosed volume up to
+// rounding: vertices move orthogonally to the area vector of their star, collapsed edges are placed on the plane that
+// keeps the volume, and neighbouring vertices compensate what flips and other collapses change (after Kuprat et al.,
+// J. Comput. Phys. 172, 2001). Each returns the number of changes.
 
-// Rounds of flips, collapses and diffusion. Nothing moves farther from the planes of the faces there than half of
-// max_chord.
+// Runs rounds of flips, collapses and diffusion. No vertex moves farther than half of max_chord from the planes of the
+// faces around it.
 ImprovementCounts improve(Surface& surface, const Improvement& improvement);
 
-// Whatever helps the worst triangles: with wider bounds from level to level, 0 to kMendLevels - 1, on the last of which
-// also creases give way to triangles of less than 6 degrees; and then, where that
-// made triangles cross, with distances that fall from level to level, to kCarefulLevels - 1.
+// Changes the worst triangles in any way that improves them. Each level from 0 to kMendLevels - 1 allows larger
+// changes; the last one may also move creases. Levels kMendLevels to kGuardedLevels - 1 are for surfaces where that
+// made triangles cross: they allow smaller and smaller changes.
 inline constexpr int kMendLevels = 5;
-inline constexpr int kCarefulLevels = 9;
+inline constexpr int kGuardedLevels = 9;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
-// Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds: what crosses may
-// cross no more then. The volume stays as it is.
+// Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds. Faces that cross
+// often do not cross afterwards; the caller must test that.
 ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces);
 
-// The paper's way (section 5.2): diffusion with projection back onto the surface as it was given, collapses at
-// midpoints. Loses volume.
+// Improves triangles as the paper does (section 5.2): diffusion with projection back onto the given surface, collapses
+// at midpoints. This loses volume.
 ImprovementCounts improve_as_in_the_paper(Surface& surface, const Improvement& improvement);
 
 }  // namespace knead::remesh_detail

@@ -10,7 +10,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr double kGain = 1 + 1e-6;
+constexpr double kGain = 1 + 1e-6;  // smallest factor of an improvement: less might be rounding
 
 double det(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(a, cross(b, c)); }
 
@@ -21,8 +21,8 @@ double cosine(const Vec3d& a, const Vec3d& b) {
 
 }  // namespace
 
-Improver::Improver(Surface& surface, const Improvement& improvement, bool soft_creases)
-    : s_(surface), targets_(improvement.targets), locked_(improvement.locked), soft_creases_(soft_creases) {
+Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
+    : s_(surface), targets_(improvement.targets), locked_(improvement.locked), bend_creases_(bend_creases) {
   locked_.resize(s_.vertex_count(), false);
 }
 
@@ -33,7 +33,7 @@ bool Improver::is_open(std::uint32_t v) const {
 bool Improver::is_feature(std::uint32_t h) const {
   if (!s_.edge_has(h, kFeature)) return false;
   const bool is_hard = s_.edge_has(h, kSeam) || s_.edge_has(h, kBoundary) || s_.edge_has(h, kLocked);
-  return is_hard || !soft_creases_;
+  return is_hard || !bend_creases_;
 }
 
 Freedom Improver::freedom(std::uint32_t v) const {
@@ -61,7 +61,7 @@ std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vert
   return found;
 }
 
-bool Improver::give_back(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
+bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds) {
   const std::vector<std::uint32_t> moving = movable(vertices);
   Vec3d sum{};
   for (const std::uint32_t v : moving) sum += star_vector(s_, v);
@@ -87,7 +87,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
   Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
-  if (was < bounds.turn.steady) {
+  if (was < bounds.turn.reliable) {
     for (const std::uint32_t w : v) sum += star_vector(s_, w);
   }
   if (cosine(cross(c - d, a - d), sum) < bounds.fold || cosine(cross(d - c, b - c), sum) < bounds.fold) return false;
@@ -96,16 +96,16 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
   if (v[2] == v[3] || are_neighbours(s_, v[2], v[3])) return false;
   flip(s_, h);
-  if (!give_back(-volume, v, bounds)) {
+  if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
     return false;
   }
-  s_.edge_flags[s_.edge[h]] = 0;  // a soft crease is none any more
+  s_.edge_flags[s_.edge[h]] = 0;  // the new diagonal is no crease
   ++counts_.flips;
   return true;
 }
 
-// Whether a vertex of a crease lies on the line between those beside it.
+// Returns true if a vertex of a crease lies on the line between its neighbours on the crease.
 bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   std::vector<Vec3d> ends;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
@@ -117,12 +117,12 @@ bool Improver::is_straight(std::uint32_t v, double tolerance) const {
   return norm(ends[0] + chord * t) <= tolerance;
 }
 
-// Which vertex of the edge may go and where the other then stands.
+// Returns the possible collapses of an edge: the vertex to remove, and the position of the other.
 std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds& bounds) const {
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
   std::vector<Merge> merges;
-  // What hangs on a fixed vertex elsewhere is not seen, so nothing is merged into one.
+  // The faces of a fixed vertex outside the patch are unknown here, so nothing is merged into it.
   if (locked_[a] || locked_[b] || s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
@@ -132,7 +132,7 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
     merges.push_back(merge);
   };
   const bool along = is_feature(h);
-  // Creases that run closer to each other than they may be moved are joined.
+  // Creases that are closer together than they may move are merged.
   const bool is_short = norm2(s_.after[b] - s_.after[a]) < bounds.crease * bounds.crease;
   const auto may_go = [&](std::uint32_t v) {
     const Freedom freedom_of_v = freedom(v);
@@ -147,8 +147,8 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   return merges;
 }
 
-// Moves a place within an edge to where the volume is kept, or notes what is missing of it; finds the quality of what
-// then stands around, -1 where the surface would turn or move too far.
+// Computes the effect of a collapse: moves a place inside the edge so that the volume is kept, else stores the volume
+// change. Stores the least quality of the triangles around, or -1 if the surface would turn or move too far.
 void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
   const std::uint32_t h = merge.halfedge;
   const std::uint32_t a = s_.origin(h);
@@ -161,7 +161,7 @@ void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
   };
   for (const std::uint32_t v : {a, b}) {
     s_.for_each_outgoing(v, [&](std::uint32_t e) {
-      if (v == b && is_dying(e / 3)) return;  // seen from a
+      if (v == b && is_dying(e / 3)) return;  // already counted at a
       const Vec3d x = s_.after[s_.target(e)] - origin;
       const Vec3d y = s_.after[s_.apex(e)] - origin;
       volume += det(s_.after[v] - origin, x, y);
@@ -195,19 +195,19 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
   Merge best;
   for (Merge& merge : plan_merges(h, bounds)) {
     evaluate_merge(merge, bounds);
-    // The first, that needs nothing given back, is good enough where it is good.
+    // The first candidate keeps the volume; if it is good, the others are not needed.
     if (best.quality >= least_quality) break;
     if (merge.quality > best.quality && can_collapse(s_, merge.halfedge)) best = merge;
   }
   if (best.quality < least_quality || best.halfedge == kNone) return false;
-  std::vector<std::uint32_t> ring;  // of the removed vertex: gives the volume back
+  std::vector<std::uint32_t> ring;  // of the removed vertex: these vertices compensate the volume
   const std::uint32_t kept = s_.target(best.halfedge);
   s_.for_each_outgoing(s_.origin(best.halfedge), [&](std::uint32_t e) {
     if (s_.target(e) != kept) ring.push_back(s_.target(e));
   });
   if (std::any_of(ring.begin(), ring.end(), [&](std::uint32_t v) { return locked_[v]; })) return false;
   collapse(s_, best.halfedge, best.place, best.t);
-  if (!give_back(best.volume, ring, bounds)) owed_ += best.volume;
+  if (!restore_volume(best.volume, ring, bounds)) remaining_volume_ += best.volume;
   ++counts_.collapses;
   return true;
 }
@@ -266,7 +266,7 @@ bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
   return move_to_best(v, places, bounds);
 }
 
-bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
+bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t v = s_.apex(h);
   const std::uint32_t o = s_.opposite[h];
   const std::uint32_t a = s_.origin(h);
@@ -302,12 +302,12 @@ bool Improver::absorb_apex(std::uint32_t h, const Bounds& bounds) {
     s_.set_edge(e, kFeature);
     s_.set_edge(e, kCrease);
   });
-  if (!give_back(volume, ring, bounds)) owed_ += volume;
+  if (!restore_volume(volume, ring, bounds)) remaining_volume_ += volume;
   ++counts_.flips;
   return true;
 }
 
-// The values at the point of the star that p is above.
+// Interpolates the values at v where p projects onto its star.
 void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
   if (s_.vertex_values.stride == 0 && s_.corner_values.stride == 0) return;
   const Vec3d normal = star_vector(s_, v);
@@ -356,8 +356,8 @@ bool Improver::split_chord(std::uint32_t h) {
   return true;
 }
 
-void Improver::settle() {
-  if (owed_ == 0) return;
+void Improver::distribute_remaining_volume() {
+  if (remaining_volume_ == 0) return;
   std::vector<std::uint32_t> free;
   double area = 0;
   for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {
@@ -368,9 +368,9 @@ void Improver::settle() {
   if (!(area > 0)) return;
   for (const std::uint32_t v : free) {
     const Vec3d star = star_vector(s_, v);
-    if (norm2(star) > 0) s_.after[v] += star * (owed_ / (area * norm(star)));
+    if (norm2(star) > 0) s_.after[v] += star * (remaining_volume_ / (area * norm(star)));
   }
-  owed_ = 0;
+  remaining_volume_ = 0;
 }
 
 }  // namespace knead::remesh_detail

@@ -1,4 +1,4 @@
-// The moves that improve triangles without changing the volume. Internal to the remesh room.
+// Changes of a surface that improve triangles and keep the volume. Internal to the remesh room.
 #pragma once
 
 #include <span>
@@ -9,59 +9,65 @@
 
 namespace knead::remesh_detail {
 
-// How far one change may go.
+// The limits of one change.
 struct Bounds {
-  double distance = 0;  // of what moves from the planes of the faces there, a length
-  TurnLimit turn{};     // of a face
-  double crease = 0;    // of what moves from a crease, a length
-  double fold = 1;      // cosine of the greatest angle between a face that a flip makes and the two that were there
+  double distance = 0;  // of a moved vertex from the planes of the faces around it; a length
+  TurnLimit turn{};     // of each changed face
+  double crease = 0;    // of a moved vertex from its crease; a length
+  double fold = 1;      // cosine of the largest angle between the faces before and after a flip
 };
 
-// The kinds of vertices, by what may move them.
+// Where a vertex may move: anywhere, along its crease, or not at all.
 enum class Freedom { free, on_crease, none };
 
 class Improver {
  public:
-  // With `soft_creases`, creases are as good as none.
-  Improver(Surface& surface, const Improvement& improvement, bool soft_creases = false);
+  // With `bend_creases`, creases are treated like any other edge.
+  Improver(Surface& surface, const Improvement& improvement, bool bend_creases = false);
 
+  // Returns where the vertex may move.
   Freedom freedom(std::uint32_t v) const;
 
-  // Each does its change where that raises the least quality around to more than it was, and keeps to the bounds;
-  // whether it did.
-  bool flip_edge(std::uint32_t h, const Bounds& bounds);
-  bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
-  bool move_vertex(std::uint32_t v, const Bounds& bounds);
-  // The same, looking for a better place in all directions.
-  bool search_vertex(std::uint32_t v, const Bounds& bounds);
-  // Takes the apex of a flat triangle, whose half-edge on a crease is given, into the crease.
-  bool absorb_apex(std::uint32_t h, const Bounds& bounds);
+  // Each of the next five functions applies its change if it improves the worst triangle nearby and stays within
+  // `bounds`. It returns true if it applied the change.
 
-  // Splits the edge in the middle of its chord, which leaves the surface where it is: between vertices that stand too
-  // close to be merged, and far ones, the triangles then can be graded. Not below twice max_chord.
+  // Replaces the edge of h by the other diagonal of its two faces.
+  bool flip_edge(std::uint32_t h, const Bounds& bounds);
+  // Collapses the edge of h if all triangles around it then have at least `least_quality`.
+  bool collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds);
+  // Moves the vertex towards the mean of its neighbours.
+  bool move_vertex(std::uint32_t v, const Bounds& bounds);
+  // Moves the vertex to the best of many positions in all tangential directions.
+  bool search_vertex(std::uint32_t v, const Bounds& bounds);
+  // Moves the apex of a thin triangle onto its opposite edge h, a crease, which then runs through the apex.
+  bool merge_apex_into_crease(std::uint32_t h, const Bounds& bounds);
+
+  // Splits the edge at the middle of its chord, which does not change the surface. Between vertices that are too close
+  // together, but cannot be merged, and distant ones, sizes can then change gradually. Does not split edges shorter
+  // than twice max_chord. Returns true if it split the edge.
   bool split_chord(std::uint32_t h);
 
-  // Spreads what could not be given back on the spot over all vertices that are free to move.
-  void settle();
+  // Compensates volume changes that could not be compensated locally, by moving all free vertices a little.
+  void distribute_remaining_volume();
 
   Surface& surface() { return s_; }
   const ImprovementCounts& counts() const { return counts_; }
 
  private:
   struct Merge {
-    std::uint32_t halfedge = kNone;  // whose origin goes
+    std::uint32_t halfedge = kNone;  // its origin is removed
     Vec3d place{};
     double quality = -1;
-    double volume = 0;  // six times what has to be given back
-    double t = 0;       // of the edge, from the vertex that stays
+    double volume = 0;  // six times the volume change that neighbours must compensate
+    double t = 0;       // position of `place` along the edge, 0 at the kept vertex
   };
 
   bool is_open(std::uint32_t v) const;
   bool is_feature(std::uint32_t h) const;
   std::vector<std::uint32_t> movable(std::span<const std::uint32_t> vertices) const;
-  // Moves all of these by one vector, so that six times the volume grows by `volume`. False where it would take more
-  // than the tolerance, or turn a face.
-  bool give_back(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
+  // Moves all free vertices of the list by one vector, so that six times the volume grows by `volume`. Returns false
+  // and moves nothing if that exceeds the bounds.
+  bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
   bool move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
   void evaluate_merge(Merge& merge, const Bounds& bounds) const;
@@ -71,9 +77,9 @@ class Improver {
   Surface& s_;
   RemeshTargets targets_;
   std::vector<bool> locked_;
-  bool soft_creases_ = false;
+  bool bend_creases_ = false;
   ImprovementCounts counts_;
-  double owed_ = 0;  // six times the volume that is to be given back
+  double remaining_volume_ = 0;  // six times the volume change that is not compensated yet
 };
 
 }  // namespace knead::remesh_detail

@@ -25,7 +25,7 @@ bool is_sound(std::span<const std::uint32_t> face) {
   return face.size() >= 3;
 }
 
-// Which faces of the mesh the patch holds.
+// Returns a flag for each face of the mesh: true if the patch holds it.
 std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved, const Deformation& deformation,
                              bool whole) {
   const std::size_t faces = before.face_count();
@@ -44,7 +44,7 @@ std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved,
       large.add(static_cast<std::uint32_t>(f), corners, corners);
     }
   }
-  for (const std::uint32_t f : large.faces_off(0)) touched[f] = true;
+  for (const std::uint32_t f : large.deviating_faces(0)) touched[f] = true;
   std::vector<bool> near(before.vertex_count(), false);
   for (std::size_t f = 0; f < faces; ++f) {
     if (!touched[f]) continue;
@@ -81,7 +81,7 @@ void append_row(const Columns& columns, std::size_t element, Values& values) {
   }
 }
 
-// Numbers the vertices of the held faces in their order in the mesh; kNone for the others.
+// Returns the number in the patch of each vertex of the mesh, in the order of the mesh; kNone outside the patch.
 std::vector<std::uint32_t> number_vertices(const Mesh& mesh, Patch& patch) {
   std::vector<std::uint32_t> number(mesh.vertex_count(), kNone);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -118,7 +118,7 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patc
   }
 }
 
-// Vertices of faces outside the patch stay, and so do edges between two of them.
+// Fixes vertices that faces outside the patch use, and locks edges between two of them.
 void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patch& patch) {
   Surface& s = patch.surface;
   std::vector<bool> on_border(s.vertex_count(), false);
@@ -136,7 +136,7 @@ void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patc
   }
 }
 
-// The moved vertices and their neighbours, or all.
+// Marks the moved vertices and their neighbours as the region to improve, or all vertices if `whole`.
 void mark_region(const std::vector<bool>& moved, bool whole, Patch& patch) {
   Surface& s = patch.surface;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {

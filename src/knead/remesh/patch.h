@@ -1,4 +1,5 @@
-// The part of a mesh that a deformation touches, taken out to be remeshed and put back. Internal to the remesh room.
+// The part of a mesh that a deformation touches; remesh() takes it out, changes it and puts it back. Internal to the
+// remesh room.
 #pragma once
 
 #include <cstdint>
@@ -11,31 +12,32 @@
 
 namespace knead::remesh_detail {
 
-// The faces that have a moved vertex, or a part that moves, and those around them, as triangles. The vertices that it
-// shares with the rest of the mesh are fixed, edges between such locked.
+// The faces with a moved vertex or a moved interior, and the faces around them, as triangles. Vertices that also belong
+// to the rest of the mesh are fixed, and the edges between them are locked.
 struct Patch {
-  Surface surface;                           // face_source: numbers of the mesh's faces
-  std::vector<std::uint32_t> vertex_source;  // of the first vertices: their numbers in the mesh, ascending
-  std::vector<Triangle> triangles;           // of the first faces, as they were
-  std::vector<bool> holds_face;              // for each face of the mesh
-  std::vector<MeshEdge> other_creases;       // of the mesh, between its vertices, that the patch does not hold
+  Surface surface;                           // its face_source holds faces of the mesh
+  std::vector<std::uint32_t> vertex_source;  // for the first vertices: their numbers in the mesh, ascending
+  std::vector<Triangle> triangles;           // the first faces in their original state
+  std::vector<bool> holds_face;              // for each face of the mesh: true if the patch holds it
+  std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
 
   bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
-  // Whether a face is as it was taken out.
+  // Returns true if face f still has its original vertices.
   bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
 };
 
+// Returns the part of the mesh that the deformation touches.
 Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                  const RemeshOptions& options);
 
-// The mesh with the patch put back.
+// Returns the mesh with the patch in place of the faces that were taken out.
 Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch);
 
-// find_creases() between the vertices of a surface as it is before.
+// Returns the creases of a surface with positions `before`, as find_creases().
 std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg);
 
-// Marks as features the creases, of which those that the patch does not hold are kept aside, and the seams between
-// corner values and labels.
+// Marks creases and seams (of corner values and of labels) as features. Creases outside the patch go to
+// patch.other_creases.
 void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
                    Patch& patch);
 

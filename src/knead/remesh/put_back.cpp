@@ -6,7 +6,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-// Builds the mesh that comes out.
+// Builds the resulting mesh.
 class Assembly {
  public:
   Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch)
@@ -143,8 +143,8 @@ class Assembly {
   const Patch& patch_;
   const Surface& s_;
   Remeshed result_;
-  std::vector<std::uint32_t> number_;   // of each vertex of the patch, in the result
-  std::vector<std::uint32_t> of_mesh_;  // of each vertex of the mesh, in the result
+  std::vector<std::uint32_t> number_;   // of each vertex of the patch: its number in the result
+  std::vector<std::uint32_t> of_mesh_;  // of each vertex of the mesh: its number in the result
 };
 
 }  // namespace

@@ -11,12 +11,12 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr int kMostRounds = 60;
-constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: how far the chord of a feature may be off
-constexpr double kCapCosine = -0.6;        // of 127 degrees: longest edges of such triangles are split first
-constexpr double kShortestShare = 1e-2;    // of max_chord: edges are not split below
+constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
+constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
+constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
 constexpr std::size_t kMostVertices = 4'000'000;
 
-// Means of the faces' normals around each vertex, by their areas.
+// Returns for each vertex the sum of the area vectors of its faces.
 std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& positions) {
   std::vector<Vec3d> normals(s.vertex_count());
   for (std::size_t f = 0; f < s.face_count(); ++f) {
@@ -26,7 +26,7 @@ std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& posi
   return normals;
 }
 
-// Whether the angle opposite to the half-edge is very obtuse.
+// Returns true if the angle opposite to the half-edge is very obtuse.
 bool is_cap(const Surface& s, std::uint32_t h) {
   const Vec3d& apex = s.after[s.apex(h)];
   const Vec3d u = s.after[s.origin(h)] - apex;
@@ -47,7 +47,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
       most_vertices_(std::max(kMostVertices, 4 * surface.vertex_count())) {
   deviation_.resize(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
-    if ((s_.edge_flags[e] & kLocked) == 0) fresh_.push_back(e);
+    if ((s_.edge_flags[e] & kLocked) == 0) uncarried_.push_back(e);
   }
 }
 
@@ -77,22 +77,22 @@ double Refinement::length2(std::uint32_t e, const std::vector<Vec3d>& positions)
 }
 
 void Refinement::carry_middles() {
-  std::vector<Vec3d> points(fresh_.size());
-  for (std::size_t i = 0; i < fresh_.size(); ++i) {
-    const std::uint32_t h = s_.halfedge[fresh_[i]];
+  std::vector<Vec3d> points(uncarried_.size());
+  for (std::size_t i = 0; i < uncarried_.size(); ++i) {
+    const std::uint32_t h = s_.halfedge[uncarried_[i]];
     points[i] = (s_.before[s_.origin(h)] + s_.before[s_.target(h)]) * 0.5;
   }
   deformation_.carry(points);
-  for (std::size_t i = 0; i < fresh_.size(); ++i) {
-    const std::uint32_t h = s_.halfedge[fresh_[i]];
+  for (std::size_t i = 0; i < uncarried_.size(); ++i) {
+    const std::uint32_t h = s_.halfedge[uncarried_[i]];
     const Vec3d chord = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
-    deviation_[fresh_[i]] = points[i] - chord;
+    deviation_[uncarried_[i]] = points[i] - chord;
   }
-  untested_.insert(untested_.end(), fresh_.begin(), fresh_.end());
-  fresh_.clear();
+  untested_.insert(untested_.end(), uncarried_.begin(), uncarried_.end());
+  uncarried_.clear();
 }
 
-// Whether the edge may be split: not locked, not too short.
+// Returns true if the edge may be split: it is not locked and not too short.
 bool Refinement::is_open(std::uint32_t e) const {
   return (s_.edge_flags[e] & kLocked) == 0 &&
          std::min(length2(e, s_.before), length2(e, s_.after)) > 4 * shortest_ * shortest_;
@@ -104,8 +104,8 @@ bool Refinement::is_moved(std::uint32_t e) const {
   return deviation_[e] != Vec3d{} || s_.before[a] != s_.after[a] || s_.before[b] != s_.after[b];
 }
 
-bool Refinement::is_above(std::uint32_t e, const std::vector<Vec3d>& normals_before,
-                          const std::vector<Vec3d>& normals_after) const {
+bool Refinement::needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
+                             const std::vector<Vec3d>& normals_after) const {
   const bool is_feature = (s_.edge_flags[e] & kFeature) != 0;
   const double chord = targets_.max_chord * (is_feature ? kFeatureShare : 1.0);
   if (norm2(deviation_[e]) > chord * chord) return true;
@@ -113,7 +113,7 @@ bool Refinement::is_above(std::uint32_t e, const std::vector<Vec3d>& normals_bef
   if (!moves && !whole_) return false;
   const double size2 = length2(e, s_.after);
   if (size2 > targets_.max_edge * targets_.max_edge) return true;
-  // Boundaries are split by what their two ends say alone: coincident ones then are split alike.
+  // Splits of boundaries depend on their two ends only: coincident boundaries are then split equally.
   if (!moves || (s_.edge_flags[e] & kBoundary) != 0 || size2 < targets_.min_edge * targets_.min_edge) return false;
   const std::uint32_t a = s_.origin(s_.halfedge[e]);
   const std::uint32_t b = s_.target(s_.halfedge[e]);
@@ -130,13 +130,13 @@ std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forc
   untested_.erase(std::unique(untested_.begin(), untested_.end()), untested_.end());
   for (const std::uint32_t e : untested_) {
     if (!is_open(e)) continue;
-    if ((e < forced.size() && forced[e]) || is_above(e, normals_before, normals_after)) marked.push_back(e);
+    if ((e < forced.size() && forced[e]) || needs_split(e, normals_before, normals_after)) marked.push_back(e);
   }
   untested_.clear();
   return marked;
 }
 
-// The longest edges of faces that are large beside the deformation and bend between their edges' middles.
+// Returns the longest edges of faces that are large compared with the deformation and that bend inside.
 std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   std::vector<std::uint32_t> edges;
   if (!std::isfinite(deformation_.feature)) return edges;
@@ -145,7 +145,7 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
     const auto [a, b, c] = s_.triangle(f);
     samples.add(f, {s_.before[a], s_.before[b], s_.before[c]}, {s_.after[a], s_.after[b], s_.after[c]});
   }
-  for (const std::uint32_t f : samples.faces_off(targets_.max_chord)) {
+  for (const std::uint32_t f : samples.deviating_faces(targets_.max_chord)) {
     const std::uint32_t longest = s_.edge[longest_edge(s_, f, s_.after)];
     if (is_open(longest)) edges.push_back(longest);
   }
@@ -154,8 +154,8 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   return edges;
 }
 
-// Where a marked edge is not the longest of a triangle with a very obtuse angle, the longest is split too, and where
-// that cannot be, neither is split: halving the others alone would make triangles flatter for ever.
+// Adds to each marked edge the longest edges of its very obtuse triangles. If such an edge cannot be split, neither is
+// the marked edge: splitting only the shorter edges would make the triangles flatter and flatter.
 std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<std::uint32_t>& marked) const {
   std::vector<std::uint32_t> result;
   for (const std::uint32_t e : marked) {
@@ -192,8 +192,9 @@ void Refinement::split_edge(std::uint32_t e) {
     s_.set(m, kMoved);
     s_.set(m, kRegion);
   }
-  fresh_.push_back(e);
-  for (std::size_t n = deviation_.size(); n < s_.halfedge.size(); ++n) fresh_.push_back(static_cast<std::uint32_t>(n));
+  uncarried_.push_back(e);
+  for (std::size_t n = deviation_.size(); n < s_.halfedge.size(); ++n)
+    uncarried_.push_back(static_cast<std::uint32_t>(n));
   deviation_.resize(s_.halfedge.size());
   deviation_[e] = {};
   ++splits_;
@@ -211,8 +212,8 @@ bool Refinement::split_round(const std::vector<bool>& forced) {
   for (const std::uint32_t e : marked) longest_first.emplace_back(-length2(e, s_.after), e);
   std::sort(longest_first.begin(), longest_first.end());
   for (const auto& [length, e] : longest_first) split_edge(e);
-  std::sort(fresh_.begin(), fresh_.end());
-  fresh_.erase(std::unique(fresh_.begin(), fresh_.end()), fresh_.end());
+  std::sort(uncarried_.begin(), uncarried_.end());
+  uncarried_.erase(std::unique(uncarried_.begin(), uncarried_.end()), uncarried_.end());
   return true;
 }
 

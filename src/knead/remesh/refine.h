@@ -1,4 +1,4 @@
-// Splitting edges where the deformation needs it. Internal to the remesh room.
+// Splits edges until a mesh can follow a deformation. Internal to the remesh room.
 #pragma once
 
 #include <cstdint>
@@ -11,22 +11,22 @@
 
 namespace knead::remesh_detail {
 
-// The middles of edges where the deformation carries them, kept for every edge as long as it lives.
+// Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
  public:
-  // With `whole` also edges that do not move are held against the greatest length.
+  // If `whole`, edges that do not move must also be shorter than targets.max_edge.
   Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole);
 
-  // Splits until no edge is above the targets, or a limit is reached; whether none is.
+  // Splits edges until all meet the targets, or a limit on vertices or rounds is reached. Returns true if all do.
   bool refine();
 
-  // Splits the edges of these faces once, whatever their length, and goes on as refine.
+  // Splits the edges of these faces once, whatever their length, then continues as refine().
   bool refine_faces(std::span<const std::uint32_t> faces);
 
-  // Of each edge: from the middle of its chord to where its middle is carried; zero where it is locked.
+  // Returns for each edge the vector from the middle of its chord to the moved middle of the edge; zero if locked.
   const std::vector<Vec3d>& deviations() const { return deviation_; }
 
-  // Of a surface that was put back to what it was when these were its deviations.
+  // Restores the deviations after the caller has restored the surface that they belong to.
   void put_back(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
 
   std::size_t splits() const { return splits_; }
@@ -37,8 +37,8 @@ class Refinement {
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::vector<std::uint32_t> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;
-  bool is_above(std::uint32_t e, const std::vector<Vec3d>& normals_before,
-                const std::vector<Vec3d>& normals_after) const;
+  bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
+                   const std::vector<Vec3d>& normals_after) const;
   std::vector<std::uint32_t> with_longest_of_caps(const std::vector<std::uint32_t>& marked) const;
   void split_edge(std::uint32_t e);
   bool is_open(std::uint32_t e) const;
@@ -48,11 +48,11 @@ class Refinement {
   const Deformation& deformation_;
   RemeshTargets targets_;
   bool whole_ = false;
-  double shortest_ = 0;  // no edge shorter than twice this is split
+  double shortest_ = 0;  // edges shorter than twice this length are not split
   std::size_t most_vertices_ = 0;
   std::vector<Vec3d> deviation_;
-  std::vector<std::uint32_t> fresh_;     // edges that were not carried yet
-  std::vector<std::uint32_t> untested_;  // edges that were, and were not held against the targets since
+  std::vector<std::uint32_t> uncarried_;  // edges whose middle has not been moved yet
+  std::vector<std::uint32_t> untested_;   // edges whose middle has been moved, not yet compared with the targets
   std::size_t splits_ = 0;
 };
 

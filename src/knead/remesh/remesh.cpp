@@ -17,13 +17,13 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 8;      // of crossing faces
-constexpr std::size_t kManyPairs = 300;  // that remain: then no time is spent on avoiding more
-constexpr double kMostSearched = 8e6;    // faces, over all searches for crossings that follow the first
+constexpr int kMostRefinements = 8;      // rounds of splitting crossing faces
+constexpr std::size_t kManyPairs = 300;  // if more pairs than these remain, later steps do not try to avoid crossings
+constexpr double kMostSearched = 8e6;    // sum of face counts over all searches for crossings after the first
 constexpr int kMostUntanglings = 4;
-constexpr int kSteps = 2 + kMendLevels;  // a compensation, the rounds of improving, the levels of mending
-constexpr int kCarefulSteps = 2 + kCarefulLevels;
-constexpr int kMostAttempts = 5;          // at improving without a crossing
+constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
+constexpr int kGuardedSteps = 2 + kGuardedLevels;
+constexpr int kMostAttempts = 5;          // attempts to improve without new crossings
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
@@ -50,8 +50,8 @@ class Remesher {
  private:
   Surface& surface() { return patch_.surface; }
 
-  // Improves all at once, and looks whether anything crosses. If so: first splits where the refined surface crosses by
-  // itself, then improves step by step, each step leaving out what crosses after it.
+  // Runs all steps, then searches for crossings. If there are new ones, starts again from the refined surface: splits
+  // the faces that cross there, then runs the steps one by one; each leaves out the faces that would cross after it.
   void improve_without_crossings() {
     const Surface refined = surface();
     const int steps = options_.targets.iterations > 0 ? kSteps : 1;
@@ -64,7 +64,7 @@ class Remesher {
       const RemeshCounts improved_counts = counts_;
       found.pairs = refine_crossings();
       if (found.pairs > kManyPairs && surface().face_count() == refined.face_count()) {
-        surface() = std::move(improved);  // nothing was split: all at once it would end so again
+        surface() = std::move(improved);  // nothing was split: running all steps again would give the same surface
         counts_ = improved_counts;
         counts_.crossings = improved_pairs;
         return;
@@ -75,16 +75,16 @@ class Remesher {
         counts_.crossings = search_.find(patch_).pairs;
         return;
       }
-      const int careful_steps = steps > 1 ? kCarefulSteps : 1;
-      for (int step = 0; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
-      // What was left out may be mended now that the rest has changed.
-      for (int step = kSteps - 1; step < careful_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
+      const int guarded_steps = steps > 1 ? kGuardedSteps : 1;
+      for (int step = 0; step < guarded_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
+      // Faces that were left out may be mended now, because others have changed.
+      for (int step = kSteps - 1; step < guarded_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
     }
     counts_.crossings = found.pairs;
   }
 
-  // One step again and again, leaving out what crossed, until no more crosses than before; or not at all. Returns how
-  // many pairs then cross.
+  // Repeats one step, each time leaving out the faces that crossed, until no more than `unavoidable` pairs cross.
+  // Undoes the step if that fails. Returns the number of pairs that cross.
   std::size_t improve_guarded(int step, std::size_t unavoidable) {
     const Surface saved = surface();
     const RemeshCounts counts = counts_;
@@ -100,7 +100,7 @@ class Remesher {
     return unavoidable;
   }
 
-  // How many pairs crossed on the undeformed surface.
+  // Returns the number of pairs that cross on the undeformed surface.
   std::size_t crossings_before(const Surface& refined) {
     Surface improved = std::move(surface());
     surface() = refined;
@@ -115,7 +115,7 @@ class Remesher {
     return search_.find(patch_);
   }
 
-  // What crosses after a few rounds of changes to the faces that do.
+  // Finds crossings and changes the faces that cross, for a few rounds. Returns the crossings that remain.
   Crossings find_and_untangle(const std::vector<bool>& locked) {
     Crossings found = search();
     for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
@@ -129,7 +129,7 @@ class Remesher {
     return found;
   }
 
-  // Splits faces that cross until none does; how many pairs remain.
+  // Splits faces that cross until none does or splitting does not help. Returns the number of pairs that remain.
   std::size_t refine_crossings() {
     Crossings found = search_.find(patch_);
     std::size_t fewest = found.pairs;
@@ -149,7 +149,7 @@ class Remesher {
     return fewest;
   }
 
-  // What comes before improving, on the refined surface.
+  // Prepares the refined surface for the first step.
   void start() {
     turn_normals(before_, surface());
     counts_.missing_volume = missing_volume();
@@ -175,7 +175,8 @@ class Remesher {
     counts_.collapses += done.collapses;
   }
 
-  // Exactly what the flow, which keeps volume, says, where the patch's border rests; else by the chords.
+  // Returns the exact difference of volumes if the border of the patch rests (the flow keeps volume); else an estimate
+  // from the chords.
   double missing_volume() {
     const Surface& s = surface();
     for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
@@ -186,7 +187,7 @@ class Remesher {
     return enclosed_volume(s, s.before) - enclosed_volume(s, s.after);
   }
 
-  // Nothing is to be changed at the corners of crossing faces, and at later attempts around them.
+  // Locks the corners of crossing faces; from the second attempt on, also the vertices around them.
   void lock_around(const Crossings& crossings, int attempt, std::vector<bool>& locked) {
     const Surface& s = surface();
     locked.resize(std::max(locked.size(), s.vertex_count()), false);

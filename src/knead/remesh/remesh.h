@@ -1,5 +1,5 @@
-// A mesh made to follow a deformation: refined where the flow bends or stretches it, kept well shaped (paper, section
-// 5.2; method, section 5).
+// Remeshes a surface after a deformation: splits edges where the flow bends or stretches it, and keeps triangles well
+// shaped (paper, section 5.2; docs/remeshing.md).
 #pragma once
 
 #include <array>
@@ -15,20 +15,24 @@
 
 namespace knead {
 
-// What is asked of a remeshed surface. What is left out follows from the shape: see resolve().
+// The targets of a remeshed surface as a user gives them. Missing ones are chosen from the shape: see resolve().
 struct RemeshSettings {
-  std::optional<double> max_edge;  // longer edges are split; a length > 0
-  std::optional<double>
-      max_angle_deg;                // edges whose end normals the deformation turns apart by more are split; (0, 180]
-  std::optional<double> max_chord;  // edges whose middle is farther from its true image are split; a fraction of
-                                    // the box diagonal, in (0, 1)
-  std::optional<double> min_edge;   // shorter edges are collapsed where the surface is flat; a length >= 0
-  std::optional<int> iterations;    // rounds of flips, collapses and diffusion; 0 to 100
+  // Edges longer than this are split; a length > 0.
+  std::optional<double> max_edge;
+  // Edges are split if the deformation increases the angle between the normals at their ends by more; in (0, 180].
+  std::optional<double> max_angle_deg;
+  // Edges are split if their middle is farther than this from its true image; a fraction of the box diagonal, in (0,
+  // 1).
+  std::optional<double> max_chord;
+  // Shorter edges are collapsed where the surface is flat; a length >= 0.
+  std::optional<double> min_edge;
+  // Rounds of flips, collapses and diffusion; 0 to 100.
+  std::optional<int> iterations;
 
   friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
 };
 
-// The same with nothing left to be chosen.
+// The targets as lengths and radians, all chosen.
 struct RemeshTargets {
   double max_edge = 0;   // a length
   double max_angle = 0;  // radians
@@ -41,10 +45,11 @@ inline constexpr double kDefaultMaxAngleDeg = 30;
 inline constexpr double kDefaultMaxChord = 3e-4;
 inline constexpr int kDefaultRemeshIterations = 4;
 
-// Targets for a shape: by default max_edge is twice the length that 95% of its edges do not pass, min_edge a quarter of
-// its mean edge (at most a quarter of max_edge). Throws InvalidInput for a setting out of range, or min_edge above half
-// of max_edge; the message begins with the key in quotes.
+// Returns the targets for a shape. By default max_edge is twice the 95th percentile of its edge lengths, and min_edge a
+// quarter of its mean edge (at most a quarter of max_edge). Throws InvalidInput if validate() does.
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh);
+// Throws InvalidInput for a setting out of range, or min_edge above half of max_edge. The message begins with the key
+// in quotes.
 void validate(const RemeshSettings& settings);
 
 // Two vertices, the smaller first.
@@ -52,10 +57,10 @@ using MeshEdge = std::array<std::uint32_t, 2>;
 
 inline constexpr double kDefaultCreaseDeg = 40;
 
-// The edges of two faces whose normals are apart by more than the angle, where one of their ends at least goes on about
-// straight in another such edge, and at least five hang together of which a third are of more than 60 degrees: what
-// else is sharp is noise of a rough surface. Ascending. To be asked of a shape as it was made; a smooth surface that
-// is folded by a deformation has no creases.
+// Returns the creases of a mesh, ascending. A crease is a connected set of at least five sharp edges, a third of them
+// with an angle above 60 degrees. An edge is sharp if the normals of its two faces differ by more than angle_deg and
+// another such edge continues it about straight at one end at least. Other sharp edges are noise of a rough surface.
+// Call this for the shape before any deformation: a smooth surface that a deformation folds has no creases.
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
 
 // How the volume is treated while triangles are improved.
@@ -65,63 +70,67 @@ std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefault
 //          flips, no compensation. It loses volume every time.
 enum class VolumeTreatment { keep, paper };
 
-// The deformation that a remesh follows.
+// The deformation that remesh() follows.
 struct Deformation {
-  // Moves points of the shape before to where they are after: exactly as the vertices were moved.
+  // Moves points from the shape before to the shape after, exactly as the vertices were moved.
   std::function<void(std::span<Vec3d>)> carry;
-  // Whether a point in the ball may be moved at all; must not say false where one is. Empty: any may be.
+  // Returns false only if no point in the ball is moved. Empty: any point may be moved.
   std::function<bool(const Vec3d& center, double radius)> may_move{};
-  // The size of the smallest part of a surface that it might move by itself: faces that are larger, and that may be
-  // moved, are searched for such parts. A length; infinity: none is searched.
+  // The size of the smallest part of a surface that may be moved alone; a length. Larger faces are sampled inside to
+  // find such parts. Infinity: no face is sampled.
   double feature = std::numeric_limits<double>::infinity();
 };
 
 struct RemeshOptions {
   RemeshTargets targets;
   VolumeTreatment volume = VolumeTreatment::keep;
-  bool single_precision = true;  // crossings are judged of the positions rounded to float, as most files hold them
-  bool whole = false;            // improve the whole surface, not only what moved
-  // Edges of the mesh before that are creases: split along, never smoothed across. Others are not looked at.
+  bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
+  bool whole = false;            // improve the whole surface, not only the part that moved
+  // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
   std::span<const MeshEdge> creases{};
-  // One for each face, or empty: edges between faces of different labels (materials, groups) are treated like seams.
+  // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
-  int threads = 0;  // 0: all
+  int threads = 0;  // 0: as many as the machine has
 };
 
-// What was done, and what is left.
+// What remesh() has done, and what remains.
 struct RemeshCounts {
   std::size_t splits = 0;
   std::size_t collapses = 0;
   std::size_t flips = 0;
-  std::size_t crossings = 0;      // pairs in which a touched triangle takes part, left as the result stands
-  double missing_volume = 0;      // what the chords of the refined mesh missed: true volume - that of its triangles
-  double compensated_volume = 0;  // what the compensation gave back
-  bool complete = true;           // false: a limit on vertices or rounds came first; edges above the targets remain
+  std::size_t crossings = 0;      // pairs of crossing triangles in the result, at least one of them touched
+  double missing_volume = 0;      // true volume minus the volume of the refined mesh
+  double compensated_volume = 0;  // the part of it that was restored
+  bool complete = true;           // false if a limit on vertices or rounds left edges that do not meet the targets
 };
 
 struct Remeshed {
-  Mesh mesh;                                 // the shape after, its attributes interpolated
-  std::vector<std::uint32_t> face_source;    // for each face the face of the mesh before that it lies in
-  std::vector<std::uint32_t> vertex_source;  // for each vertex the vertex of the mesh before, or kNewVertex
-  std::vector<MeshEdge> creases;             // ascending; what became of those given
-  std::vector<bool> moved;                   // for each vertex: whether the deformation moves the surface there
+  Mesh mesh;                                 // the shape after, with interpolated attributes
+  std::vector<std::uint32_t> face_source;    // for each face: the face of the mesh before that contains it
+  std::vector<std::uint32_t> vertex_source;  // for each vertex: its number in the mesh before, or kNewVertex
+  std::vector<MeshEdge> creases;             // the given creases in the new mesh, ascending
+  std::vector<bool> moved;                   // for each vertex: true if the deformation moves the surface there
   RemeshCounts counts;
 };
 inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 
-// The shape `before`, whose vertices are moved to `after` by the deformation, with a mesh that follows it.
+// Returns the deformed shape with a mesh that follows the deformation. `after` holds the positions to which the
+// deformation moves the vertices of `before`.
 //
-// Edges are split on the undeformed and the deformed surface at once, the new vertex carried by the deformation. Then
-// triangles are improved by flips, collapses and diffusion along the surface. Creases, boundaries, and seams of
-// attributes and face attributes are split along and neither flipped nor diffused; edges of more than two faces are
-// left as they are. Faces that the deformation does not touch keep their corners, and all vertices that it does not
-// their bits; both keep their order, and come before new ones. Polygons are cut into triangles where touched. A move
-// that would make triangles cross is taken back.
+// Edges are split on the undeformed and the deformed surface at once; the deformation moves each new vertex. Flips,
+// collapses and diffusion along the surface then improve the triangles. Changes that would make triangles cross are
+// undone.
+// - Creases, boundaries and seams of attributes are split, but neither flipped nor smoothed.
+// - Edges of more than two faces do not change.
+// - Polygons that are touched become triangles.
+// - Faces and vertices that the deformation does not touch keep their corners and bits, and their order; they come
+// before
+//   new ones.
+// - Values per vertex and corner are interpolated, values per face are inherited. "normal" (3 components) is
+// transformed
+//   as by transport_normals().
 //
-// Attributes: numbers per vertex and corner are interpolated, per face inherited; "normal" (3) is turned along by the
-// deformation as by transport_normals.
-//
-// Deterministic: the same bits for every number of threads. Throws InvalidInput for spans of another size.
+// The result has the same bits for every number of threads. Throws InvalidInput if the spans have wrong sizes.
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 

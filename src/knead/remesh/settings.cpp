@@ -21,7 +21,7 @@ void require_length(const std::optional<double>& value, const char* key) {
   if (value) require(std::isfinite(*value) && *value > 0, key, "a length greater than 0", *value);
 }
 
-// Ascending.
+// Returns the lengths of all edges, ascending.
 std::vector<double> edge_lengths(const Mesh& mesh) {
   std::vector<double> lengths;
   for_each_edge(edge_uses(mesh), [&](std::span<const EdgeUse> uses) {

@@ -3,7 +3,7 @@
 namespace knead::remesh_detail {
 
 bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
-  const Vec3d& reference = quality_was < limit.steady ? mean : was;
+  const Vec3d& reference = quality_was < limit.reliable ? mean : was;
   return !(dot(reference, is) >= limit.cosine * std::sqrt(norm2(reference) * norm2(is))) || !(norm2(is) > 0);
 }
 

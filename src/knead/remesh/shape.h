@@ -1,4 +1,4 @@
-// How well shaped triangles are. Internal to the remesh room.
+// The quality of triangles. Internal to the remesh room.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace knead::remesh_detail {
 
-// The tangent of the triangle's smallest angle; 0 where it has no area.
+// Returns the tangent of the smallest angle of the triangle; 0 if it has no area.
 inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
   double p = norm2(b - a);
   double q = norm2(c - b);
@@ -27,7 +27,7 @@ inline double quality(const Surface& s, std::size_t face, std::span<const Vec3d>
   return quality(positions[a], positions[b], positions[c]);
 }
 
-// The half-edge of the face's longest edge.
+// Returns the half-edge of the longest edge of the face.
 inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<const Vec3d> positions) {
   const auto first = static_cast<std::uint32_t>(3 * face);
   std::uint32_t longest = first;
@@ -42,26 +42,26 @@ inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<
   return longest;
 }
 
-// Below this quality (3 degrees) a triangle's normal is chance.
+// Below this quality (3 degrees) the normal of a triangle is unreliable.
 inline const double kThin = std::tan(std::numbers::pi / 60);
 
-// How far faces may turn: by an angle of at most this cosine, from their own normals, or, where these are unsteady
-// because their quality is below `steady`, from the mean of their surroundings.
+// The largest angle by which a change may turn a face. The angle is measured from the old normal of the face, or, if
+// the quality of the face is below `reliable`, from the mean normal around it.
 struct TurnLimit {
-  double cosine = -1;
-  double steady = kThin;
+  double cosine = -1;  // of the largest angle
+  double reliable = kThin;
 };
 
-// Whether a face of that quality turns too far.
+// Returns true if a face with normal `was` and quality `quality_was` turns too far when its normal becomes `is`.
 bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
 
-// The least quality of the faces around v, were it at p; negative where one of them would turn too far.
+// Returns the least quality of the faces around v if v were at p; negative if one of them would turn too far.
 double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit);
 
-// How far p is from the planes of the faces around v, at most; thin faces are left out.
+// Returns the largest distance of p from the planes of the faces around v. Thin faces are ignored.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 
-// Whether an edge joins the two, or might, outside of the patch, because both are fixed.
+// Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
 
 }  // namespace knead::remesh_detail

@@ -32,7 +32,7 @@ void pair(Surface& s, std::uint32_t a, std::uint32_t b) {
   if (b != kNone) s.opposite[b] = a;
 }
 
-// Moves what half-edge `from` is to `to`, in another face: its corner, its opposite and its edge.
+// Moves corner, opposite and edge of half-edge `from` to half-edge `to` of another face.
 void move_halfedge(Surface& s, std::uint32_t from, std::uint32_t to) {
   s.corner[to] = s.corner[from];
   set_edge(s, to, s.edge[from]);
@@ -41,8 +41,8 @@ void move_halfedge(Surface& s, std::uint32_t from, std::uint32_t to) {
   if (s.outgoing[s.corner[from]] == from) s.outgoing[s.corner[from]] = to;
 }
 
-// One side of a split: the face of h keeps the half of the edge at its origin, a new face gets the other; returns the
-// half-edge from m in the new face.
+// Splits the face of h at the new vertex m. The face keeps the half of the edge at its origin, a new face gets the
+// other half. Returns the half-edge from m in the new face.
 std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
   const std::uint32_t k = append_face(s, h / 3);
   const std::uint32_t n = Surface::next(h);
@@ -61,9 +61,9 @@ std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
   return k;
 }
 
-// Gives the corners around an edge that is collapsed into its target their values: those on each side of it that have
-// the side's value get (1 - t) times that at the target plus t times that at the origin. Corners beyond another seam
-// keep theirs.
+// Sets the values of the corners around an edge that is collapsed into its target. Corners that have the value of one
+// side of the edge get (1 - t) times the value at the target plus t times the value at the origin. Corners beyond
+// another seam keep their values.
 void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::uint32_t> at_a,
                    std::span<const std::uint32_t> at_b) {
   if (s.corner_values.stride == 0) return;
@@ -165,7 +165,7 @@ void flip(Surface& s, std::uint32_t h) {
   // o: c -> d, d -> b, b -> c.
   const std::array<std::uint32_t, 6> slots{h, Surface::next(h), Surface::previous(h),
                                            o, Surface::next(o), Surface::previous(o)};
-  constexpr std::array<std::size_t, 6> from{5, 2, 4, 2, 5, 1};  // whose corner each slot gets
+  constexpr std::array<std::size_t, 6> from{5, 2, 4, 2, 5, 1};  // the slot whose corner each slot gets
   struct Outer {
     std::uint32_t corner, opposite, edge;
   };
@@ -227,8 +227,8 @@ bool can_collapse(const Surface& s, std::uint32_t h) {
   const std::size_t faces = o == kNone ? 1 : 2;
   if (!linked || common != faces) return false;
   if (o != kNone && (a_on_boundary || b_on_boundary)) return false;
-  if (count + b_count < 5 + faces) return false;  // the new star keeps three neighbours
-  // An apex must keep three faces, and its edges one of theirs.
+  if (count + b_count < 5 + faces) return false;  // the remaining vertex keeps at least three neighbours
+  // An apex must keep three faces, and each of its edges at least one.
   for (const std::uint32_t e : {h, o}) {
     if (e == kNone) continue;
     if (s.opposite[Surface::next(e)] == kNone && s.opposite[Surface::previous(e)] == kNone) return false;

@@ -1,5 +1,5 @@
-// Triangles that can be split, flipped and collapsed, at two places at once: before and after a deformation. Internal
-// to the remesh room.
+// A triangle mesh that can be split, flipped and collapsed, with positions before and after a deformation. Internal to
+// the remesh room.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace knead::remesh_detail {
 
 inline constexpr std::uint32_t kNone = 0xffffffffu;
 
-// Numbers carried along by vertices or corners: `stride` for each.
+// Attribute values of vertices or corners: `stride` numbers for each.
 struct Values {
   std::size_t stride = 0;
   std::vector<double> numbers;
@@ -29,31 +29,32 @@ struct Values {
 
 enum EdgeFlag : std::uint8_t {
   kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
-  kBoundary = 2,  // of one face: split, but never collapsed, so that coincident boundaries stay together
-  kLocked = 4,    // never split: an edge of the surface that goes on elsewhere, or of more than two faces
+  kBoundary = 2,  // has one face: may be split, but is never collapsed, so that coincident boundaries stay together
+  kLocked = 4,    // never split: also has faces outside this surface, or has more than two
   kSeam = 8,      // a feature across which values or labels differ
   kCrease = 16,   // a feature of the shape
 };
 
 enum VertexFlag : std::uint8_t {
-  kFixed = 1,    // neither moved nor removed
+  kFixed = 1,    // must not be moved or removed
   kMoved = 2,    // the deformation moves the surface there
-  kRegion = 4,   // where triangles are to be improved
+  kRegion = 4,   // triangles here may be improved
   kRemoved = 8,  // by a collapse
 };
 
-// Half-edge 3 f + i of face f leads from its corner i to the next. A removed face has kNone for corners. Edges keep
-// their numbers while their half-edges change; of an edge that is split, the half at the origin keeps it.
+// A half-edge mesh of triangles. Half-edge 3 f + i of face f goes from its corner i to the next corner. The corners of
+// a removed face are kNone. An edge keeps its number while its half-edges change; when it is split, the half at the
+// origin keeps the number.
 struct Surface {
-  std::vector<std::uint32_t> corner;       // three a face: the vertex at which the half-edge begins
-  std::vector<std::uint32_t> opposite;     // of each half-edge, kNone at a boundary
+  std::vector<std::uint32_t> corner;       // of each half-edge: the vertex where it begins
+  std::vector<std::uint32_t> opposite;     // of each half-edge; kNone at a boundary
   std::vector<std::uint32_t> edge;         // of each half-edge: its edge
   std::vector<std::uint32_t> halfedge;     // of each edge: one of its half-edges, kNone for a removed edge
   std::vector<std::uint8_t> edge_flags;    // of each edge
-  std::vector<std::uint32_t> face_source;  // of each face: given by whoever made the surface, inherited by splits
-  std::vector<std::uint32_t> outgoing;     // of each vertex: some half-edge that begins there
+  std::vector<std::uint32_t> face_source;  // of each face: a number given by the caller; splits inherit it
+  std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
   std::vector<std::uint8_t> vertex_flags;  // of each vertex
-  std::vector<Vec3d> before;               // of each vertex; means nothing once triangles are improved
+  std::vector<Vec3d> before;               // of each vertex; meaningless after triangles are improved
   std::vector<Vec3d> after;
   Values vertex_values;
   Values corner_values;
@@ -72,7 +73,7 @@ struct Surface {
     return {corner[3 * f], corner[3 * f + 1], corner[3 * f + 2]};
   }
 
-  // Calls visit(h) for the half-edges that begin at v, of one fan.
+  // Calls visit(h) for the half-edges of one fan that begin at v.
   template <class Visit>
   void for_each_outgoing(std::uint32_t v, Visit visit) const {
     const std::uint32_t first = outgoing[v];
@@ -96,28 +97,29 @@ struct Surface {
   }
 };
 
-// Fills `opposite`, `outgoing` and the flags of edges and vertices that follow from the corners: boundaries, edges of
-// more than two faces or of two that disagree which side is out (locked, features), vertices of several fans (fixed).
+// Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
+// with two faces of opposite orientation, become locked features. Vertices with several fans become fixed.
 void connect(Surface& surface);
 
-// Twice the area of the face times its normal.
+// Returns twice the area of the face times its normal.
 Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions);
 
-// The sum of the faces' area vectors around v: the volume grows by dot(star, d) / 6 when v moves by d.
+// Returns the sum of the area vectors of the faces around v. If v moves by d, the volume grows by dot(star, d) / 6.
 Vec3d star_vector(const Surface& surface, std::uint32_t v);
 
-// Splits the edge of half-edge h in its middle; the new vertex, whose number is returned, stands at the given places.
+// Splits the edge of half-edge h. The new vertex gets the given positions and the mean values. Returns its number.
 std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);
 
-// Turns the edge of h, which has two faces, into the other diagonal of their quadrilateral. h and its opposite then
-// are the half-edges of that. Values of corners go with their vertices.
+// Replaces the edge of h, which must have two faces, by the other diagonal of their quadrilateral. h and its opposite
+// become the half-edges of that diagonal. Values of corners stay with their vertices.
 void flip(Surface& surface, std::uint32_t h);
 
-// Whether the edge of h can be collapsed and leave a manifold as it was (link condition; Dey et al. 1999).
+// Returns true if collapsing the edge of h keeps the surface manifold and its topology (link condition; Dey et al.
+// 1999).
 bool can_collapse(const Surface& surface, std::uint32_t h);
 
-// Collapses the edge of h into its target, which moves to `after`; the origin is removed. Its values become
-// (1 - t) times the target's plus t times the origin's, per side where they differ.
+// Collapses the edge of h: removes its origin and moves its target to `after`. The values of the target become (1 - t)
+// times its own plus t times those of the origin, separately for each side of a seam.
 void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
 
 }  // namespace knead::remesh_detail
