@@ -118,6 +118,13 @@ inline AdvectOptions precisely(double tolerance = 1e-11) {
   return options;
 }
 
+// The defaults but for the tolerance, of shapes about 1 in size.
+inline AdvectOptions in_float(double tolerance = kDefaultRelativeTolerance) {
+  AdvectOptions options;
+  options.tolerance = tolerance;
+  return options;
+}
+
 inline std::vector<Vec3d> moved(const Flow& flow, std::vector<Vec3d> points, const AdvectOptions& options) {
   const AdvectResult result = advect(flow, points, options);
   if (result.status != AdvectStatus::done) throw std::runtime_error("a path line did not come to its end");

@@ -1,11 +1,43 @@
 #include "knead/flow/advect.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <vector>
 
 #include "knead/flow/block_mover.h"
 #include "knead/math/error.h"
 
 namespace knead {
+
+namespace {
+
+bool is_finite_and_positive(double x) { return x > 0 && std::isfinite(x); }
+
+}  // namespace
+
+double absolute_tolerance(double relative_tolerance, double diagonal) {
+  if (!is_finite_and_positive(relative_tolerance)) {
+    throw InvalidInput(fmt::format("the tolerance must be a number greater than 0, got {}", relative_tolerance));
+  }
+  const double tolerance = relative_tolerance * diagonal;
+  if (!is_finite_and_positive(tolerance)) {
+    throw InvalidInput("the tolerance and the shape's size leave no positive length");
+  }
+  return tolerance;
+}
+
+void validate(const AdvectOptions& options, std::size_t points) {
+  if (!is_finite_and_positive(options.tolerance)) {
+    throw InvalidInput(
+        fmt::format("set the tolerance of the path lines to a length greater than 0, such as 1e-5 times the shape's "
+                    "size, not to {}",
+                    options.tolerance));
+  }
+  if (!options.steps.empty() && options.steps.size() != points) {
+    throw InvalidInput("steps must be empty or hold one number per point");
+  }
+}
 
 AdvectResult& AdvectResult::operator+=(const AdvectResult& other) {
   if (status == AdvectStatus::done) status = other.status;
@@ -22,10 +54,7 @@ constexpr std::size_t kSegmentsWorthSorting = 4;
 
 void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(flow);
-  if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a positive length");
-  if (!options.steps.empty() && options.steps.size() != points) {
-    throw InvalidInput("steps must be empty or hold one number per point");
-  }
+  validate(options, points);
 }
 
 }  // namespace

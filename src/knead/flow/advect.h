@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>
@@ -22,14 +23,27 @@ struct Progress {
   std::atomic<std::uint64_t> done{0};
 };
 
+// The tolerance relative to the shape's size that everything with such a setting takes by default.
+inline constexpr double kDefaultRelativeTolerance = 1e-5;
+
+// Returns relative_tolerance * diagonal, a length for AdvectOptions::tolerance. `diagonal` is that of the shape's
+// bounding box. Throws InvalidInput unless relative_tolerance is a finite number above 0 and the product a finite
+// length above 0.
+double absolute_tolerance(double relative_tolerance, double diagonal);
+
 struct AdvectOptions {
-  double tolerance = 1e-5;  // position error of one path line over one segment, a length > 0
+  // Position error of one path line over one segment: a length above 0, which depends on the shape's size and so has no
+  // default. absolute_tolerance() gives one.
+  double tolerance = 0;
   Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
   int threads = 0;  // 0: all
   Progress* progress = nullptr;
   std::span<std::uint32_t> steps{};  // empty, or one per point, to which the accepted steps are added
 };
+
+// Throws InvalidInput unless `tolerance` is a finite length above 0, and `steps` empty or of one number for each point.
+void validate(const AdvectOptions& options, std::size_t points);
 
 enum class AdvectStatus { done, cancelled, step_limit };
 

@@ -179,8 +179,7 @@ TEST(Advect, PointsOfTheRigidCoreMoveExactlyWithTheTool) {
       points.push_back(c + random.unit() * random.uniform(0, 0.4999));
       expected.push_back(points.back() + by);
     }
-    AdvectOptions options;
-    EXPECT_EQ(bits(moved(flow, points, options)), bits(expected));
+    EXPECT_EQ(bits(moved(flow, points, test::in_float())), bits(expected));
   }
 }
 
@@ -220,7 +219,7 @@ TEST(Advect, FloatEvaluationDoesNotMindPositionsFarFromTheOrigin) {
     away.push_back(p + far);
     p = away.back() - far;
   }
-  AdvectOptions options;
+  const AdvectOptions options = test::in_float();
   const auto near_moved = moved(Flow{{near_segment}}, near, options);
   const auto far_moved = moved(Flow{{far_segment}}, away, options);
   double worst = 0;
@@ -296,15 +295,26 @@ TEST(Advect, RefusesWhatMeansNothing) {
   std::vector<Vec3d> points(1);
   AdvectOptions options;
   const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
-  options.tolerance = 0;
-  EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput);
-  options = {};
+  for (const double tolerance : {options.tolerance, -1e-5, std::nan(""), HUGE_VAL}) {
+    options.tolerance = tolerance;
+    EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput) << tolerance;
+  }
+  options = test::in_float();
   Segment bad = good;
   bad.fields[0].thresholds = {0.8, 0.8};
   EXPECT_THROW(advect(Flow{{bad}}, points, options), InvalidInput);
   std::vector<std::uint32_t> steps(2);
   options.steps = steps;
   EXPECT_THROW(advect(Flow{{good}}, points, options), InvalidInput);
+}
+
+TEST(Advect, AToleranceIsALengthThatDependsOnTheShapesSize) {
+  EXPECT_EQ(absolute_tolerance(1e-5, 200), 1e-5 * 200);
+  for (const double bad : {0.0, -1e-5, std::nan(""), HUGE_VAL}) {
+    EXPECT_THROW(absolute_tolerance(bad, 1), InvalidInput) << bad;
+    EXPECT_THROW(absolute_tolerance(1e-5, bad), InvalidInput) << bad;
+  }
+  EXPECT_THROW(absolute_tolerance(1e-200, 1e-200), InvalidInput);
 }
 
 // Beside the axis of a bend the turning plane is all but at rest when the stroke begins; a way that looks short there

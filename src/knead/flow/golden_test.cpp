@@ -94,6 +94,7 @@ std::uint64_t hash_in(Precision precision, Integrator integrator) {
   std::vector<Vec3d> points;
   for (int i = 0; i < 200; ++i) points.push_back(integers.vector());
   AdvectOptions options;
+  options.tolerance = 1e-5;
   options.precision = precision;
   options.integrator = integrator;
   std::vector<std::uint64_t> numbers;

@@ -99,7 +99,7 @@ TEST(Simd, RefusesWhatTheMachineDoesNotHave) {
   EXPECT_THROW(simd_name(), InvalidInput);
   std::vector<Vec3d> points(1);
   const Flow flow{{test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8})}};
-  EXPECT_THROW(advect(flow, points, {}), InvalidInput);
+  EXPECT_THROW(advect(flow, points, test::in_float()), InvalidInput);
 }
 
 TEST(OneHash, ThreadsAndTheOrderOfThePointsDoNotMatter) {

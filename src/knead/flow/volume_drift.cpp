@@ -185,7 +185,7 @@ class DriftLine {
 
 double volume_drift(const Flow& flow, const AdvectOptions& options, Vec3d& x) {
   validate(flow);
-  if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a length greater than 0");
+  validate({.tolerance = options.tolerance}, 1);
   Mat3d jacobian;
   for (const Segment& segment : flow.segments) DriftLine(segment, options).run(x, jacobian);
   return determinant(jacobian) - 1;

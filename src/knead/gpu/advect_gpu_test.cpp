@@ -348,7 +348,7 @@ TEST_F(GpuTest, RefusesWhatItCannotDo) {
   options.tolerance = 0;
   const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
   EXPECT_THROW(gpu().advect(Flow{{good}}, points, options), InvalidInput);
-  options = {};
+  options = default_options(1);
   Segment own = good;
   own.fields[0].region = custom_region([](const Vec3d& d, double) { return RegionValue<double>{norm(d), d}; });
   try {

@@ -98,10 +98,7 @@ AdvectResult result_of(std::span<const std::uint32_t> words) {
 
 void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(flow);
-  if (!(options.tolerance > 0)) throw InvalidInput("the tolerance must be a positive length");
-  if (!options.steps.empty() && options.steps.size() != points) {
-    throw InvalidInput("steps must be empty or hold one number per point");
-  }
+  validate(options, points);
   for (std::size_t i = 0; i < flow.segments.size(); ++i) {
     try {
       kind_of(flow.segments[i], options);

@@ -15,6 +15,7 @@
 namespace knead {
 namespace {
 
+using test::in_float;
 using test::moved;
 using test::precisely;
 using test::Random;
@@ -38,8 +39,6 @@ struct MarkedBar {
 bool contains(const std::vector<Vec3d>& points, const Vec3d& x) {
   return std::find(points.begin(), points.end(), x) != points.end();
 }
-
-AdvectOptions in_float() { return {}; }
 
 HandlesRotation half_twist(double degrees) { return {{1, 0.2, 0}, {0, 0.1, 0}, degrees}; }
 
