@@ -30,6 +30,7 @@
 #include "knead/remesh/remesh.h"
 #include "knead/session/certificate.h"
 #include "knead/session/replay.h"
+#include "support/paper_remesh.h"
 
 namespace {
 
@@ -126,7 +127,6 @@ Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
   for (std::size_t f = 0; f < mesh.face_count(); ++f) result.face_source.push_back(static_cast<std::uint32_t>(f));
   RemeshOptions options;
   options.targets = resolve({}, mesh);
-  options.volume = VolumeTreatment::paper;
   AdvectOptions move;
   move.tolerance = 1e-5 * bounding_box(mesh.positions).diagonal();
   std::vector<MeshEdge> creases = find_creases(mesh);
@@ -144,7 +144,7 @@ Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
     deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
     deformation.feature = reach.smallest_feature();
     options.creases = creases;
-    const Remeshed remeshed = remesh(before, after, deformation, options);
+    const Remeshed remeshed = test::remesh_as_in_the_paper(before, after, deformation, options);
     hand_on(remeshed, result);
     creases = remeshed.creases;
     outcome.seconds += processor_seconds() - begin;

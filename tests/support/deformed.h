@@ -38,11 +38,13 @@ class Deformed {
     return result;
   }
 
-  Remeshed remeshed(RemeshOptions options = {}, const RemeshSettings& settings = {}) const {
+  using Remesh = Remeshed(const Mesh&, std::span<const Vec3d>, const Deformation&, const RemeshOptions&);
+
+  Remeshed remeshed(RemeshOptions options = {}, const RemeshSettings& settings = {}, Remesh* by = remesh) const {
     options.targets = resolve(settings, mesh_);
     const std::vector<MeshEdge> creases = find_creases(mesh_);
     if (options.creases.empty()) options.creases = creases;
-    return remesh(mesh_, after_, deformation(), options);
+    return by(mesh_, after_, deformation(), options);
   }
 
  private:

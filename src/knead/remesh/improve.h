@@ -43,8 +43,4 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
 // often do not cross afterwards; the caller must test that.
 ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces);
 
-// Improves triangles as the paper does (section 5.2): diffusion with projection back onto the given surface, collapses
-// at midpoints. This loses volume.
-ImprovementCounts improve_as_in_the_paper(Surface& surface, const Improvement& improvement);
-
 }  // namespace knead::remesh_detail

@@ -7,9 +7,9 @@
 #include "knead/remesh/carried_normals.h"
 #include "knead/remesh/compensate.h"
 #include "knead/remesh/crossings.h"
-#include "knead/remesh/improve.h"
 #include "knead/remesh/patch.h"
 #include "knead/remesh/refine.h"
+#include "knead/remesh/remesh_with.h"
 
 namespace knead {
 
@@ -29,10 +29,11 @@ constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces 
 class Remesher {
  public:
   Remesher(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-           const RemeshOptions& options)
+           const RemeshOptions& options, Improve improve)
       : before_(before),
         after_(after),
         options_(options),
+        improve_(std::move(improve)),
         patch_(take_patch(before, after, deformation, options)),
         search_(before, patch_, options.single_precision, options.threads),
         refinement_(patch_.surface, deformation, options.targets, options.whole) {}
@@ -163,8 +164,8 @@ class Remesher {
     Surface& s = surface();
     const Improvement improvement{options_.targets, locked};
     ImprovementCounts done;
-    if (options_.volume == VolumeTreatment::paper) {
-      if (step == 1) done = improve_as_in_the_paper(s, improvement);
+    if (improve_) {
+      if (step == 1) done = improve_(s, improvement);
     } else if (step == 0) {
       counts_.compensated_volume = compensate(s, refinement_.deviations(), locked, counts_.missing_volume);
     } else {
@@ -206,6 +207,7 @@ class Remesher {
   const Mesh& before_;
   std::span<const Vec3d> after_;
   const RemeshOptions& options_;
+  Improve improve_;  // empty: the compensation and improvement of this room
   Patch patch_;
   CrossingSearch search_;
   Refinement refinement_;
@@ -215,15 +217,20 @@ class Remesher {
 
 }  // namespace
 
-Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
-                const RemeshOptions& options) {
+Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                                    const RemeshOptions& options, const Improve& improve) {
   if (after.size() != before.vertex_count()) {
     throw InvalidInput("give as many positions after the deformation as the mesh has vertices");
   }
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {
     throw InvalidInput("give a label for each face, or none");
   }
-  return Remesher(before, after, deformation, options).run();
+  return Remesher(before, after, deformation, options, improve).run();
+}
+
+Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                const RemeshOptions& options) {
+  return remesh_with(before, after, deformation, options, {});
 }
 
 }  // namespace knead

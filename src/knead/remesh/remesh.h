@@ -63,13 +63,6 @@ inline constexpr double kDefaultCreaseDeg = 40;
 // Call this for the shape before any deformation: a smooth surface that a deformation folds has no creases.
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
 
-// How the volume is treated while triangles are improved.
-//   keep:  moves, flips and collapses that leave it as it is, to the rounding, and a compensation for what the chords
-//          of the refined mesh miss (method, section 5, after Kuprat et al. 2001);
-//   paper: the paper's way, as a comparison: projection back onto the undiffused surface, collapses at midpoints, no
-//          flips, no compensation. It loses volume every time.
-enum class VolumeTreatment { keep, paper };
-
 // The deformation that remesh() follows.
 struct Deformation {
   // Moves points from the shape before to the shape after, exactly as the vertices were moved.
@@ -83,7 +76,6 @@ struct Deformation {
 
 struct RemeshOptions {
   RemeshTargets targets;
-  VolumeTreatment volume = VolumeTreatment::keep;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
   bool whole = false;            // improve the whole surface, not only the part that moved
   // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.

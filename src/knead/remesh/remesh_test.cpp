@@ -10,6 +10,7 @@
 #include "knead/mesh/surface_tree.h"
 #include "knead/mesh/test_shapes.h"
 #include "support/deformed.h"
+#include "support/paper_remesh.h"
 
 namespace knead {
 namespace {
@@ -55,9 +56,7 @@ TEST(Remesh, ShorterChordsComeCloserToTheTrueImage) {
   RemeshSettings fine;
   fine.max_chord = 1e-5;
   fine.iterations = 0;
-  RemeshOptions plain;
-  plain.volume = VolumeTreatment::paper;
-  const Mesh image = ball.remeshed(plain, fine).mesh;
+  const Mesh image = ball.remeshed({}, fine, test::remesh_as_in_the_paper).mesh;
   const SurfaceTree tree(triangulate(image), image.positions);
   const double diagonal = bounding_box(ball.mesh().positions).diagonal();
   const auto distance = [&](double max_chord) {
@@ -304,12 +303,10 @@ TEST(Remesh, CoincidentBoundariesStayTogether) {
   EXPECT_GT(result.counts.splits, 500U);
 }
 
-TEST(Remesh, ThePapersWayLosesVolumeWhereOursKeepsIt) {
+TEST(Remesh, ThePapersRemeshingLosesVolumeWhereOursKeepsIt) {
   const Deformed ball = pulled_ball();
-  RemeshOptions paper;
-  paper.volume = VolumeTreatment::paper;
   const double volume = measure(ball.mesh()).volume;
-  const double theirs = measure(ball.remeshed(paper).mesh).volume / volume - 1;
+  const double theirs = measure(ball.remeshed({}, {}, test::remesh_as_in_the_paper).mesh).volume / volume - 1;
   const double ours = measure(ball.remeshed().mesh).volume / volume - 1;
   EXPECT_GT(std::abs(theirs), 1e-5);
   EXPECT_LT(std::abs(ours), std::abs(theirs) / 100);

@@ -1,12 +1,16 @@
-// Diffusion and collapses as the paper has them (section 5.2): what the ways that keep the volume are held against.
+#include "support/paper_remesh.h"
+
 #include <algorithm>
 
 #include "knead/mesh/surface_tree.h"
 #include "knead/remesh/improver.h"
+#include "knead/remesh/remesh_with.h"
 
-namespace knead::remesh_detail {
+namespace knead::test {
 
 namespace {
+
+using namespace remesh_detail;
 
 SurfaceTree tree_of(const Surface& s) {
   std::vector<Triangle> triangles;
@@ -69,9 +73,7 @@ std::size_t collapse_short_edges(Surface& s, const Improver& improver, const Rem
   return count;
 }
 
-}  // namespace
-
-ImprovementCounts improve_as_in_the_paper(Surface& surface, const Improvement& improvement) {
+ImprovementCounts diffuse_and_collapse(Surface& surface, const Improvement& improvement) {
   const Improver improver(surface, improvement);
   ImprovementCounts counts;
   for (int i = 0; i < improvement.targets.iterations; ++i) diffuse(surface, improver);
@@ -80,4 +82,11 @@ ImprovementCounts improve_as_in_the_paper(Surface& surface, const Improvement& i
   return counts;
 }
 
-}  // namespace knead::remesh_detail
+}  // namespace
+
+Remeshed remesh_as_in_the_paper(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                                const RemeshOptions& options) {
+  return remesh_with(before, after, deformation, options, diffuse_and_collapse);
+}
+
+}  // namespace knead::test
