@@ -3,7 +3,6 @@
 // Writes height fields of p over the plane (y up), fig03a.ply in the inner and outer region only and fig03b.ply in all,
 // coloured by region, and fig03c.jpg, v as line integral convolution (Cabral and Leedom, "Imaging vector fields using
 // line integral convolution", SIGGRAPH 1993): white noise, averaged along the stream lines.
-#include <knead/field/field2d.h>
 #include <knead/io/shape_file.h>
 #include <knead/render/image.h>
 
@@ -16,6 +15,8 @@
 #include <fstream>
 #include <numbers>
 #include <stdexcept>
+
+#include "field2d.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "knead/field/field2d.h"
+#include "field2d.h"
 
 #include <gtest/gtest.h>
 
