@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The demo that `./dev demo` runs: a hand is made, two of its fingers bent and a bump painted on its palm by the session
-# peace.knead, and what came of it is measured and drawn. Everything is written into out/demo.
+# The demo that `./dev demo` runs. It makes a hand; the session peace.knead bends two of its fingers and paints a bump on
+# its palm. Then it measures and draws the result. Everything is written into out/demo.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -14,10 +14,10 @@ mkdir -p "$out"
 drawn=
 if "$knead" render "$out/hand.ply" "$out/peace.ply" --session "$here/peace.knead" --view 25,14 --size 1600x800 -q \
   -o "$out/before_after.png"; then
-  drawn="  before_after.png   before, with the tools of the session, and after
+  drawn="  before_after.png   the hand with the tools of the session (left) and the result (right)
 "
 else
-  printf 'The pictures are left out; all else is there.\n' >&2
+  printf 'There are no pictures (see above); everything else was made.\n' >&2
 fi
 
 cat <<END
@@ -28,10 +28,10 @@ Written to $out:
   report.json        volume error, moved vertices, steps, seconds
   hand_again.ply     peace.ply taken back by the same session
 $drawn
-What to try next, with a shape of your own (PLY, OBJ, STL, OFF, GLB or XYZ):
+Try next, with a shape of your own (PLY, OBJ, STL, OFF, GLB or XYZ):
   $knead info SHAPE
-  cp "$here/peace.knead" mine.knead        a stroke is a line: change its numbers, add others
+  cp "$here/peace.knead" mine.knead        each line is a stroke: change its numbers, add lines
   $knead deform SHAPE mine.knead -o OUT
   $knead render SHAPE OUT --session mine.knead -o picture.png
-docs/session.md has every tool, docs/command.md every option.
+docs/session.md describes every tool, docs/command.md every option.
 END

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # The gallery that `./dev gallery` makes: the paper's figures, each from a session in examples/gallery, and a picture of
-# every tool from those in examples/tools. Shapes, deformed shapes, reports, pictures and a page are written into
-# out/gallery; without a renderer all but the pictures. Meshes that are no part of the project are taken from the folder
-# in KNEAD_MESHES, where there are any.
+# every tool, from the sessions in examples/tools. Shapes, deformed shapes, reports, pictures and a page are written into
+# out/gallery; without a renderer, everything but the pictures. Meshes that are not part of the project come from the
+# folder in KNEAD_MESHES; figures whose mesh is absent are left out.
 #   KNEAD            the command
 #   FIELD2D_PICTURE  the program of examples/field2d_picture.cpp; may be absent
 set -euo pipefail
@@ -18,7 +18,7 @@ say() { printf 'gallery: %s\n' "$*" >&2; }
 
 # --- shapes -----------------------------------------------------------------------------------------------------------
 
-# shape NAME: makes the procedural NAME.ply, where NAME is a kind, perhaps with _ and what sets it apart.
+# shape NAME: makes the procedural NAME.ply, where NAME is a kind of `knead make`, perhaps followed by _ and a variant.
 shape() {
   local -A vertices=([sphere]=40000 [sphere_64k]=64000 [sphere_fine]=160000 [sphere_coarse]=2562 [box]=51202
     [cylinder]=40000 [hand]=36000 [hand_coarse]=8000 [crater]=60000 [knot]=20000 [letter-y]=20000 [torus]=20000
@@ -26,14 +26,14 @@ shape() {
   [[ -f $out/$1.ply ]] || "$knead" make "${1%%_*}" -n "${vertices[$1]}" -q -o "$out/$1.ply"
 }
 
-# box_sheet.ply, thin: a bar squashed by a session, its triangles then made even.
+# Makes the thin box_sheet.ply: a session squashes a bar, and remeshing makes its triangles even.
 sheet() {
   "$knead" make box -n 6000 -q -o "$out/box_coarse.ply"
   "$knead" deform "$out/box_coarse.ply" "$out/sheet_from_box.knead" -q -o "$out/box_sheet.ply"
   "$knead" remesh "$out/box_sheet.ply" --max-edge 0.2 --min-edge 0.09 -q -o "$out/box_sheet.ply"
 }
 
-# provide FILE: the procedural shape or foreign mesh of this name, in the gallery's folder; false where there is none.
+# provide FILE: puts the procedural shape or foreign mesh of this name into the gallery's folder; fails if there is none.
 provide() {
   local name=${1%.ply}
   [[ -f $out/$1 ]] && return
@@ -55,7 +55,7 @@ header() { sed -n '1s/.*"'"$2"'": *"\([^"]*\)".*/\1/p' "$1"; }                  
 stamp_tools() { sed -n 's/.*"tool": *"stamp".*"mesh": *"\([^"]*\)".*/\1/p' "$1"; } # SESSION
 value() { sed -n '/^ *"'"$2"'": *\([^,]*\),\{0,1\}$/{s//\1/p;q;}' "$1"; }          # REPORT KEY, the first of that name
 
-proved() { value <(sed -n '/"certificate"/,$p' "$1") "$2"; }                      # REPORT KEY, of its certificate
+certified() { value <(sed -n '/"certificate"/,$p' "$1") "$2"; }                      # REPORT KEY, of its certificate
 
 number() { # FORMAT VALUE: "-" for null
   # shellcheck disable=SC2059  # the format is the argument
@@ -64,7 +64,7 @@ number() { # FORMAT VALUE: "-" for null
 
 # --- one figure -------------------------------------------------------------------------------------------------------
 
-# deform SESSION: its result and report; false where a mesh that it needs is absent.
+# deform SESSION: makes its result and report; fails if a mesh that it needs is absent.
 deform() {
   local name=$1 session=$out/$1.knead file
   for file in $(header "$session" mesh) $(stamp_tools "$session"); do
@@ -78,7 +78,7 @@ deform() {
     -o "$out/$name.ply"
 }
 
-# remesh NAME OPTIONS...: the same with the mesh following the strokes: NAME_remeshed.
+# remesh NAME OPTIONS...: the same with remeshing: NAME_remeshed.
 remesh() {
   local name=$1
   shift
@@ -87,7 +87,7 @@ remesh() {
     --report "$out/${name}_remeshed.json" -o "$out/${name}_remeshed.ply"
 }
 
-# picture NAME ARGUMENTS...: of `knead render`.
+# picture NAME ARGUMENTS...: draws a picture; the arguments are those of `knead render`.
 picture() {
   local name=$1
   shift
@@ -96,7 +96,7 @@ picture() {
   printf '![%s](images/gallery/%s.jpg)\n\n' "$name" "$name" >>"$page"
 }
 
-# What the report says, as a table of one row.
+# Writes the report as a table of one row.
 report_of() {
   local report=$out/$1.json depth
   depth=$(value "$report" penetration)
@@ -113,29 +113,29 @@ report_of() {
   } >>"$page"
 }
 
-proof_row() { # WHAT REPORT VERTICES-BEFORE
+certificate_row() { # WHAT REPORT VERTICES-BEFORE
   printf '| %s | %s, before %s | %s | %s | %s, before %s | %s, before %s | %s, at most %s | %s |\n' "$1" "$(value "$2" vertices)" "$3" \
-    "$(number %.1e "$(value "$2" volume_error_uncompensated)")" "$(number %.1e "$(proved "$2" volume_error)")" \
-    "$(proved "$2" crossings_after)" "$(proved "$2" crossings_before)" \
-    "$(number %.2g "$(proved "$2" touched_angle_after)")" "$(number %.2g "$(proved "$2" touched_angle_before)")" \
-    "$(number %.1e "$(proved "$2" distance_rms)")" "$(number %.1e "$(proved "$2" distance_max)")" \
+    "$(number %.1e "$(value "$2" volume_error_uncompensated)")" "$(number %.1e "$(certified "$2" volume_error)")" \
+    "$(certified "$2" crossings_after)" "$(certified "$2" crossings_before)" \
+    "$(number %.2g "$(certified "$2" touched_angle_after)")" "$(number %.2g "$(certified "$2" touched_angle_before)")" \
+    "$(number %.1e "$(certified "$2" distance_rms)")" "$(number %.1e "$(certified "$2" distance_max)")" \
     "$(number %.2f "$(value "$2" deform)")"
 }
 
-# What is proved of a session's result, plain and remeshed, as a table.
-proofs_of() {
+# Writes the certificates of a session's plain and remeshed result as a table.
+certificates_of() {
   local vertices
   vertices=$(value "$out/$1.json" vertices)
   {
-    printf '| | vertices | volume error, uncompensated | volume error | crossing pairs | smallest angle | from the true image | seconds |\n'
+    printf '| | vertices | volume error, uncompensated | volume error | crossing pairs | smallest angle | distance from the exact image | seconds |\n'
     printf '| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
-    proof_row plain "$out/$1.json" "$vertices"
-    proof_row remeshed "$out/$1_remeshed.json" "$vertices"
+    certificate_row plain "$out/$1.json" "$vertices"
+    certificate_row remeshed "$out/$1_remeshed.json" "$vertices"
     printf '\n'
   } >>"$page"
 }
 
-# The session's lines, as far as one can read them.
+# Writes the first lines of the session, cut to a readable length.
 lines_of() {
   local most=4 strokes
   strokes=$(($(wc -l <"$out/$1.knead") - 1))
@@ -147,8 +147,8 @@ lines_of() {
   } >>"$page"
 }
 
-# figure NAME RENDER ARGUMENTS...: the picture shows moments of the session; a further picture is asked for with
-# --and NAME ARGUMENTS.
+# figure NAME RENDER ARGUMENTS...: a picture of moments of the session, its lines and its report; --and NAME ARGUMENTS
+# adds another picture.
 figure() {
   local name=$1 mesh
   shift
@@ -172,15 +172,15 @@ figure() {
   report_of "$name"
 }
 
-# remeshed NAME 'OPTIONS' RENDER ARGUMENTS...: the session of a figure above once more with remeshing, if that figure could
-# be made: pictures of the shape, its plain and its remeshed result (--and as with figure), and what is proved of these.
+# remeshed NAME 'OPTIONS' RENDER ARGUMENTS...: repeats the session of a figure above with remeshing, if that figure was
+# made: pictures of the shape, its plain and its remeshed result (--and as for figure), and their certificates.
 remeshed() {
   local name=$1 options part=$1_remeshed arguments=()
   [[ -f $out/$name.json ]] || return 0
   read -ra options <<<"$2"
   shift 2
   remesh "$name" "${options[@]}"
-  printf "The shape, and its result plain and with \`--remesh%s\`:\n\n" "${options[*]:+ ${options[*]}}" >>"$page"
+  printf "The shape (left), the plain result (middle) and the result with \`--remesh%s\`:\n\n" "${options[*]:+ ${options[*]}}" >>"$page"
   while :; do
     if [[ $# -eq 0 || $1 == --and ]]; then
       picture "$part" "$(header "$out/$name.knead" mesh)" "$name.ply" "${name}_remeshed.ply" "${arguments[@]}"
@@ -192,10 +192,10 @@ remeshed() {
       shift
     fi
   done
-  proofs_of "$name"
+  certificates_of "$name"
 }
 
-# compared NAME 'OPTIONS' RENDER ARGUMENTS...: a figure of which only that is shown.
+# compared NAME 'OPTIONS' RENDER ARGUMENTS...: a figure that shows only this comparison.
 compared() {
   deform "$1" || return 0
   printf '%s\n\n' "$(header "$out/$1.knead" note)" >>"$page"
@@ -211,27 +211,32 @@ intro() {
   cat >"$page" <<END
 # Gallery: the paper's figures
 
-Written by \`./dev gallery\`, which needs some minutes and no display: every picture, number and line of a session below
-is what it made. Figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations",
-SIGGRAPH 2006. The sessions are in examples/gallery; \`out/gallery\` then holds them with their shapes, to be changed and tried again:
+\`./dev gallery\` writes this page. It takes some minutes and needs no display; every picture, number and session line below
+is its output. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations",
+SIGGRAPH 2006. The sessions are in examples/gallery. Afterwards \`out/gallery\` holds them with their shapes, so you can
+change and try them:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
     knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
 
-Red is the surface where the region field has its inner threshold, green the outer one; a stamp is blue. Steps are accepted
-integration steps of one path line, seconds those of the deformation alone (on $(nproc) cores), the volume error is
-volume after / volume before - 1. Crossing pairs are pairs of triangles: where triangles grow as large as what is between
-them, they cross although the surface that they stand for does not; finer meshes have fewer, and meshes that follow the
-strokes (\`--remesh\`) should have none. Of these the tables say what [the certificate](command.md#the-certificate) proves: the
-smallest angle in degrees, where the shape was touched; the distance of vertices and face centres from the true image, root
-mean square, and the greatest, of the box diagonal.
+In the pictures, red is the surface where the region field has its inner threshold, green the outer one; a stamp is blue.
+In the tables:
+
+- Steps are accepted integration steps of one path line; seconds are those of the deformation alone (on $(nproc) cores).
+- The volume error is volume after / volume before - 1.
+- Crossing pairs are pairs of triangles. Where triangles become as large as the gap between them, they cross although the
+  surface that they stand for does not. Finer meshes have fewer, and meshes that follow the strokes (\`--remesh\`) should
+  have none.
+- For remeshed results the tables add what [the certificate](command.md#the-certificate) states: the smallest angle in
+  degrees where the shape was touched, and the distance of vertices and face centres from the exact image, root mean
+  square and greatest, as a fraction of the box diagonal.
 
 END
 }
 
 figure_3() {
   title "Figure 3: the field in the plane"
-  printf 'p as a height field in the inner and outer region, then in all; v in the inner and intermediate region as line integral\nconvolution. v = (-p_y, p_x) is constant where the disc is, and zero outside. ([field2d_picture.cpp](../examples/field2d_picture.cpp))\n\n' >>"$page"
+  printf 'Above: p as a height field, in the inner and outer region (left) and in all regions (right). Below: v in the inner and\nintermediate region as line integral convolution. v = (-p_y, p_x) is constant in the disc and zero outside. ([field2d_picture.cpp](../examples/field2d_picture.cpp))\n\n' >>"$page"
   [[ $can_draw == yes && -x ${FIELD2D_PICTURE:-} ]] || return 0
   "$FIELD2D_PICTURE" "$out"
   picture fig03ab fig03a.ply fig03b.ply --size 1000x320 --view 15,35 --no-ground --close-up 0,0.1,0,3.5
@@ -287,7 +292,7 @@ bend_figures() {
 
 session_figures() {
   title "Figure 17: shapes from a sphere"
-  printf 'The legs are drawn out of so few triangles that these cross and lose volume: a case for remeshing.\n\n' >>"$page"
+  printf 'The legs are pulled out of so few triangles that these cross and lose volume. Remeshing mends that.\n\n' >>"$page"
   figure fig17_spider --until 0,8,35 --tools none --size 1320x380 --view 35,30
   figure fig17_monster --until 0,5,14 --tools none --size 1320x440 --view 25,10
   remeshed fig17_monster "" --wireframe --size 1320x440 --view 25,10
@@ -310,24 +315,24 @@ remeshing_figures() {
 
 # --- volume errors ----------------------------------------------------------------------------------------------------
 
-error_row() { # WHAT THE-PAPER'S-ERROR THE-PAPER'S-VERTICES SESSION [plain: not remeshed, which would take minutes]
+error_row() { # WHAT THE-PAPER'S-ERROR THE-PAPER'S-VERTICES SESSION [plain: without remeshing, which would take minutes]
   local report=$out/$4.json after=$out/$4_remeshed.json
   [[ -f $report ]] || return 0
   if [[ ${5:-} == plain ]]; then after=/dev/null; elif [[ ! -f $after ]]; then remesh "$4"; fi
   printf '| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$3" "$2" "$4" "$(value "$report" vertices)" \
-    "$(number %.6f "$(proved "$report" volume_error)")" "$(proved "$report" crossings_after)" "$(number %s "$(value "$after" vertices)")" \
-    "$(number %.6f "$(value "$after" volume_error_uncompensated)")" "$(number %.1e "$(proved "$after" volume_error)")" \
-    "$(number %s "$(proved "$after" crossings_after)")" >>"$page"
+    "$(number %.6f "$(certified "$report" volume_error)")" "$(certified "$report" crossings_after)" "$(number %s "$(value "$after" vertices)")" \
+    "$(number %.6f "$(value "$after" volume_error_uncompensated)")" "$(number %.1e "$(certified "$after" volume_error)")" \
+    "$(number %s "$(certified "$after" crossings_after)")" >>"$page"
 }
 
 volume_errors() {
   title "Volume errors"
   cat >>"$page" <<'END'
-The paper's table (its section 6) beside the same kinds of scene here. The error is one of sampling: the vertices are where
-the flow takes them, but the triangles between them cut corners; it falls with the square of the edges' length. The
-paper does not say how many vertices most of its shapes had. On the right the same with `--remesh`, before and after what the
-chords miss of the volume is given back, of the positions as they are written, in floats. Spider and dragon are not remeshed
-here: it takes minutes.
+The paper's table (its section 6) compared with the same kinds of scene here. The error is one of sampling: the vertices are
+where the flow takes them, but the triangles between them cut corners. It falls with the square of the edge length. The
+paper does not give the number of vertices for most of its shapes. The columns on the right show the same with `--remesh`:
+the error before and after the volume that the chords miss is given back, for positions as they are written, in floats.
+Spider and dragon are not remeshed here, because that takes minutes.
 
 | scene | vertices, paper | error, paper | session | vertices | error | crossing pairs | remeshed: vertices | uncompensated | error | crossing pairs |
 | --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
@@ -348,10 +353,10 @@ models() {
   cat >>"$page" <<'END'
 ## Models
 
-The shapes of sessions whose names begin with `fig` are made by `knead make`. Those of `mesh` sessions are no part of the
-project: armadillo and dragon from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics Laboratory),
-reduced; the bust of Nefertiti from odedstein/meshes, public domain; the fan disk by Hugues Hoppe, courtesy of Pratt & Whitney;
-camel and hand as found among test data of graphics projects.
+`knead make` makes the shapes of sessions whose names begin with `fig`. The shapes of `mesh` sessions are not part of the
+project: armadillo and dragon come from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics
+Laboratory), reduced; the bust of Nefertiti from odedstein/meshes, public domain; the fan disk is by Hugues Hoppe, courtesy
+of Pratt & Whitney; camel and hand are found among test data of graphics projects.
 END
 }
 
@@ -397,7 +402,7 @@ main() {
     shift
   fi
   [[ $# -eq 0 ]] || {
-    say "usage: gallery.sh [--docs]   (--docs: renew docs/gallery.md and docs/images from what was made)"
+    say "usage: gallery.sh [--docs]   (--docs: copy the page and the pictures to docs/gallery.md and docs/images)"
     exit 2
   }
   mkdir -p "$out/images/gallery" "$out/images/guide"
@@ -406,7 +411,7 @@ main() {
   provide letter-y.ply
   "$knead" render "$out/letter-y.ply" --size 16x16 -q -o "$out/try.png" || {
     can_draw=no
-    say "no pictures, as said above; all else is made"
+    say "no pictures (see above); everything else is made"
   }
   rm -f "$out/try.png"
   intro

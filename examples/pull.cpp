@@ -1,4 +1,4 @@
-// Pulls a shape up at its first vertex by a tenth of its size: pull IN OUT
+// Pulls the first vertex of a shape up by a tenth of the shape's size: pull IN OUT
 #include <knead/flow/advect.h>
 #include <knead/io/shape_file.h>
 #include <knead/math/box.h>
@@ -12,7 +12,7 @@ int main(int argc, char** argv) try {
   knead::ShapeFile shape = knead::read_shape(argv[1]);
   std::vector<knead::Vec3d> points = shape.mesh.positions;
   const double size = knead::bounding_box(points).diagonal();
-  knead::ImplicitStroke pull;  // a ball: what is within `inner` goes with it, what is beyond `outer` stays
+  knead::ImplicitStroke pull;  // a ball: points within `inner` move with it, points beyond `outer` stay
   pull.path = {points[0], points[0] + knead::Vec3d{0, 0.1 * size, 0}};
   pull.inner = 0.02 * size;
   pull.outer = 0.15 * size;

@@ -1,4 +1,4 @@
-// A tool of one's own, a ring: raises a ridge around a shape's first vertex. torus_tool IN OUT
+// Defines a region of its own, a ring, and raises a ridge around the first vertex of a shape: torus_tool IN OUT
 #include <knead/flow/advect.h>
 #include <knead/io/shape_file.h>
 #include <knead/math/box.h>
