@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -106,7 +105,7 @@ Row measure(const BenchScene& scene, double gflops) {
   return row;
 }
 
-nlohmann::ordered_json json_of(const Row& row) {
+Json json_of(const Row& row) {
   const BenchScene& scene = *row.scene;
   return {{"scene", scene.name},
           {"tool", scene.tool},
@@ -169,8 +168,8 @@ Scenes scenes_of(const BenchOptions& options) {
 }
 
 // Each row is printed as soon as it is there, unless all are printed as JSON in the end.
-nlohmann::ordered_json measure_rows(const std::vector<BenchScene>& scenes, double floats, double doubles, bool quiet) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+Json measure_rows(const std::vector<BenchScene>& scenes, double floats, double doubles, bool quiet) {
+  Json rows = Json::array();
   if (!quiet) print(heading());
   for (const BenchScene& scene : scenes) {
     const double peak = scene.precision == Precision::float32 ? floats : doubles;
@@ -181,8 +180,8 @@ nlohmann::ordered_json measure_rows(const std::vector<BenchScene>& scenes, doubl
   return rows;
 }
 
-nlohmann::ordered_json measure_all_peers(const std::vector<PeerScene>& scenes, bool quiet) {
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+Json measure_all_peers(const std::vector<PeerScene>& scenes, bool quiet) {
+  Json rows = Json::array();
   if (!quiet && !scenes.empty()) print(peers_heading());
   for (const PeerScene& scene : scenes) {
     for (const PeerRow& row : measure_peers(scene)) {
@@ -206,21 +205,22 @@ std::vector<BenchScene> integrator_scenes_of(const BenchOptions& options) {
   return scenes;
 }
 
-nlohmann::ordered_json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) {
-  nlohmann::ordered_json json{{"integrators", nlohmann::ordered_json::array()},
-                              {"times_to_error", nlohmann::ordered_json::array()}};
+Json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) {
+  Json integrators = Json::array();
+  Json times_to_error = Json::array();
   std::vector<IntegratorRun> all;
   for (const BenchScene& scene : scenes) {
     const std::vector<IntegratorRun> runs = measure_integrators(scene);
-    for (const IntegratorRun& run : runs) json["integrators"].push_back(json_of(run));
+    for (const IntegratorRun& run : runs) integrators.push_back(json_of(run));
     if (!quiet) print(text_of(runs));
     all.insert(all.end(), runs.begin(), runs.end());
   }
   const std::vector<TimesToAccuracy> times = times_to_accuracy(all);
-  for (const TimesToAccuracy& row : times) json["times_to_error"].push_back(json_of(row));
-  json["soonest_by_default"] = to_string(soonest_by_default(times));
+  for (const TimesToAccuracy& row : times) times_to_error.push_back(json_of(row));
   if (!quiet) print(text_of(times));
-  return json;
+  return {{"integrators", integrators},
+          {"times_to_error", times_to_error},
+          {"soonest_by_default", to_string(soonest_by_default(times))}};
 }
 
 // The paper's scenes, on its four shapes or those asked for.
@@ -243,33 +243,35 @@ void run_bench(const BenchOptions& options) {
   if (options.backend == "gpu") {
     if (options.integrators) throw UsageError("--integrators are measured on the CPU; leave --backend out");
     const bool all = options.meshes.empty() && options.vertices == 0;
-    const nlohmann::ordered_json json = measure_on_gpu(paper_scenes_of(options), all, quiet);
-    if (quiet) print(json.dump(2) + "\n");
+    const Json json = measure_on_gpu(paper_scenes_of(options), all, quiet);
+    if (quiet) print(to_indented_text(json));
     return;
   }
   if (options.integrators) {
-    const nlohmann::ordered_json json = measure_all_integrators(integrator_scenes_of(options), quiet);
-    if (quiet) print(json.dump(2) + "\n");
+    const Json json = measure_all_integrators(integrator_scenes_of(options), quiet);
+    if (quiet) print(to_indented_text(json));
     return;
   }
   const Scenes scenes = scenes_of(options);
   const int threads = hardware_threads();
   const double floats = bench::fma_gflops(Precision::float32, 1);
   const double doubles = bench::fma_gflops(Precision::float64, 1);
-  nlohmann::ordered_json json{{"simd", simd_name()},
-                              {"threads", threads},
-                              {"fma_gflops", floats},
-                              {"fma_scaling", bench::fma_gflops(Precision::float32, threads) / floats},
-                              {"copy_gigabytes_per_s", bench::copy_gigabytes_per_second()}};
+  const double scaling = bench::fma_gflops(Precision::float32, threads) / floats;
+  const double copied = bench::copy_gigabytes_per_second();
   if (!quiet) {
     print(fmt::format(
         "one core: {:.0f} Gflop/s of multiply-adds in float, {:.0f} in double; {} threads: {:.2f} times that; "
         "memory {:.1f} GB/s\n",
-        floats, doubles, threads, json["fma_scaling"].get<double>(), json["copy_gigabytes_per_s"].get<double>()));
+        floats, doubles, threads, scaling, copied));
   }
-  json["rows"] = measure_rows(scenes.own, floats, doubles, quiet);
-  json["peers"] = measure_all_peers(scenes.peers, quiet);
-  if (quiet) print(json.dump(2) + "\n");
+  const Json json{{"simd", simd_name()},
+                  {"threads", threads},
+                  {"fma_gflops", floats},
+                  {"fma_scaling", scaling},
+                  {"copy_gigabytes_per_s", copied},
+                  {"rows", measure_rows(scenes.own, floats, doubles, quiet)},
+                  {"peers", measure_all_peers(scenes.peers, quiet)}};
+  if (quiet) print(to_indented_text(json));
 }
 
 }  // namespace

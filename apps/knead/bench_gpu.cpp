@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -88,7 +87,7 @@ double per_segment(const GpuRow& row) {
   return 1e3 * row.seconds / static_cast<double>(row.scene->flow.segments.size());
 }
 
-nlohmann::ordered_json json_of(const GpuRow& row) {
+Json json_of(const GpuRow& row) {
   return {{"scene", row.scene->name},
           {"vertices", row.scene->points.size()},
           {"steps_mean", row.steps_mean},
@@ -118,25 +117,25 @@ std::string text_of(const GpuRow& row) {
 
 }  // namespace
 
-nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
+Json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet) {
   gpu::Gpu gpu;
   if (all && !gpu.is_software()) scenes.push_back(paper_knot(kManyVertices));
   const double peak_gflops = gpu.multiply_add_gflops();
-  nlohmann::ordered_json json{{"device", gpu.description()},
-                              {"is_software", gpu.is_software()},
-                              {"peak_gflops", peak_gflops},
-                              {"cpu_threads", hardware_threads()},
-                              {"rows", nlohmann::ordered_json::array()}};
+  Json rows = Json::array();
   if (!quiet)
     print(
         fmt::format("{}; multiply-adds: {:.0f} Gflop/s in float; the ratio is that of the CPU's time on {} threads\n{}",
                     gpu.description(), peak_gflops, hardware_threads(), heading()));
   for (const BenchScene& scene : scenes) {
     const GpuRow row = measure(scene, gpu, peak_gflops);
-    json["rows"].push_back(json_of(row));
+    rows.push_back(json_of(row));
     if (!quiet) print(text_of(row));
   }
-  return json;
+  return {{"device", gpu.description()},
+          {"is_software", gpu.is_software()},
+          {"peak_gflops", peak_gflops},
+          {"cpu_threads", hardware_threads()},
+          {"rows", rows}};
 }
 
 }  // namespace knead::command

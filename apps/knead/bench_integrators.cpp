@@ -137,7 +137,7 @@ std::string to_string(const std::optional<Integrator>& integrator) {
   return integrator ? name_of(*integrator) : "none";
 }
 
-nlohmann::ordered_json json_of(const IntegratorRun& run) {
+Json json_of(const IntegratorRun& run) {
   return {{"scene", run.scene},
           {"tool", run.tool},
           {"precision", name_of(run.precision)},
@@ -147,11 +147,10 @@ nlohmann::ordered_json json_of(const IntegratorRun& run) {
           {"seconds", run.seconds}};
 }
 
-nlohmann::ordered_json json_of(const TimesToAccuracy& times) {
-  nlohmann::ordered_json seconds;
+Json json_of(const TimesToAccuracy& times) {
+  Json seconds;
   for (std::size_t i = 0; i < kIntegrators.size(); ++i) {
-    const std::optional<double>& time = times.seconds[i];
-    seconds[name_of(kIntegrators[i])] = time ? nlohmann::ordered_json(*time) : nlohmann::ordered_json(nullptr);
+    seconds.set(name_of(kIntegrators[i]), times.seconds[i]);
   }
   return {{"precision", name_of(times.precision)},
           {"max_error", times.error},

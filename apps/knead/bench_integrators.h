@@ -1,12 +1,12 @@
 // `knead bench --integrators`: which Runge-Kutta method is accurate soonest.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "bench_scenes.h"
+#include "knead/io/json.h"
 
 namespace knead::command {
 
@@ -44,8 +44,8 @@ std::vector<TimesToAccuracy> times_to_accuracy(const std::vector<IntegratorRun>&
 std::optional<Integrator> soonest_by_default(const std::vector<TimesToAccuracy>& all);
 
 std::string to_string(const std::optional<Integrator>& integrator);  // as on the command line, or none
-nlohmann::ordered_json json_of(const IntegratorRun& run);
-nlohmann::ordered_json json_of(const TimesToAccuracy& times);
+Json json_of(const IntegratorRun& run);
+Json json_of(const TimesToAccuracy& times);
 std::string text_of(const std::vector<IntegratorRun>& runs);  // of one scene
 std::string text_of(const std::vector<TimesToAccuracy>& all);
 

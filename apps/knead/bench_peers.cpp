@@ -119,7 +119,7 @@ std::vector<PeerRow> measure_peers(const PeerScene& scene) {
   return rows;
 }
 
-nlohmann::ordered_json json_of(const PeerRow& row) {
+Json json_of(const PeerRow& row) {
   return {{"method", row.method},
           {"scene", row.scene},
           {"seconds", row.seconds},

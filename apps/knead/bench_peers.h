@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cstddef>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "knead/io/json.h"
 #include "knead/mesh/mesh.h"
 #include "knead/tool/stroke.h"
 
@@ -39,7 +39,7 @@ struct PeerRow {
 
 std::vector<PeerRow> measure_peers(const PeerScene& scene);
 
-nlohmann::ordered_json json_of(const PeerRow& row);
+Json json_of(const PeerRow& row);
 std::string peers_heading();
 std::string text_of(const PeerRow& row);
 

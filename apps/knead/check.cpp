@@ -49,19 +49,18 @@ Findings find(const CheckOptions& options, const ShapeInfo& info) {
 }
 
 std::string json_of(const ShapeInfo& info, const Findings& findings) {
-  using Json = nlohmann::ordered_json;
   const Measures& m = findings.measures;
   Json json = to_json(info);
-  json["boundary_edges"] = m.boundary_edges;
-  json["nonmanifold_edges"] = m.nonmanifold_edges;
-  json["nonmanifold_vertices"] = m.nonmanifold_vertices;
-  json["misoriented_edges"] = m.misoriented_edges;
-  json["self_intersections"] = findings.self_intersections.count;
-  json["degenerate_triangles"] = m.degenerate_triangles;
-  json["smallest_angle_deg"] = m.smallest_angle_deg ? Json(*m.smallest_angle_deg) : Json(nullptr);
-  json["folded_edges"] = findings.folded_edges;
-  json["flipped_triangles"] = findings.flipped_triangles ? Json(*findings.flipped_triangles) : Json(nullptr);
-  return dump(json);
+  json.set("boundary_edges", m.boundary_edges);
+  json.set("nonmanifold_edges", m.nonmanifold_edges);
+  json.set("nonmanifold_vertices", m.nonmanifold_vertices);
+  json.set("misoriented_edges", m.misoriented_edges);
+  json.set("self_intersections", findings.self_intersections.count);
+  json.set("degenerate_triangles", m.degenerate_triangles);
+  json.set("smallest_angle_deg", m.smallest_angle_deg);
+  json.set("folded_edges", findings.folded_edges);
+  json.set("flipped_triangles", findings.flipped_triangles);
+  return to_indented_text(json);
 }
 
 std::string table_of(const ShapeInfo& info, const Findings& findings) {

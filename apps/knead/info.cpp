@@ -17,7 +17,7 @@ struct InfoOptions {
 void run_info(const InfoOptions& options) {
   const ShapeInfo info = read_info(options.shape);
   if (options.common.json) {
-    print(dump(to_json(info)));
+    print(to_indented_text(to_json(info)));
   } else if (!options.common.quiet) {
     print(table_of(info) + table_of_notes(info));
   }

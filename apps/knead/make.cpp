@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "command.h"
+#include "knead/io/json.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "output.h"
@@ -44,9 +44,8 @@ void run_make(const MakeOptions& options, bool with_count) {
   const Mesh mesh = make_shape(kind, options.vertices);
   write_mesh(options.output, mesh);
   if (options.common.json) {
-    const nlohmann::ordered_json json{
-        {"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
-    print(json.dump(2) + "\n");
+    const Json json{{"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
+    print(to_indented_text(json));
   } else if (!options.common.quiet) {
     print(fmt::format("{}: {} vertices, {} faces\n", options.output, mesh.vertex_count(), mesh.face_count()));
   }

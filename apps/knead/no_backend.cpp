@@ -1,8 +1,6 @@
 // The build without knead::gpu.
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "backend.h"
 #include "bench_gpu.h"
 #include "command.h"
@@ -16,6 +14,6 @@ void check_backend(const std::string& name) {
 
 ChosenBackend choose_backend(const std::string& /*name*/, bool /*quiet*/) { return {}; }
 
-nlohmann::ordered_json measure_on_gpu(std::vector<BenchScene> /*scenes*/, bool /*all*/, bool /*quiet*/) { return {}; }
+Json measure_on_gpu(std::vector<BenchScene> /*scenes*/, bool /*all*/, bool /*quiet*/) { return {}; }
 
 }  // namespace knead::command

@@ -3,11 +3,11 @@
 
 #include <array>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 
 #include "command.h"
+#include "knead/io/json.h"
 #include "knead/io/materials.h"
 #include "knead/io/remeshed.h"
 #include "knead/math/error.h"
@@ -41,13 +41,13 @@ Remeshed remeshed(const ShapeFile& shape, const RemeshSettings& settings, int th
 
 std::string json_of(const Remeshed& result) {
   const RemeshCounts& counts = result.counts;
-  const nlohmann::ordered_json json{{"vertices", result.mesh.vertex_count()},
-                                    {"faces", result.mesh.face_count()},
-                                    {"splits", counts.splits},
-                                    {"collapses", counts.collapses},
-                                    {"flips", counts.flips},
-                                    {"complete", counts.complete}};
-  return json.dump(2) + "\n";
+  const Json json{{"vertices", result.mesh.vertex_count()},
+                  {"faces", result.mesh.face_count()},
+                  {"splits", counts.splits},
+                  {"collapses", counts.collapses},
+                  {"flips", counts.flips},
+                  {"complete", counts.complete}};
+  return to_indented_text(json);
 }
 
 void run_remesh(RemeshCommand command) {

@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -14,6 +13,7 @@
 
 #include "command.h"
 #include "knead/io/atomic_file.h"
+#include "knead/io/json.h"
 #include "output.h"
 #include "panels.h"
 #include "picture.h"
@@ -196,8 +196,8 @@ void run_render(RenderOptions options) {
   request.panels = make_panels(options.panels);
   write_file_atomically(options.output, draw_picture(request));
   if (options.common.json) {
-    const nlohmann::ordered_json json{{"width", request.width}, {"height", request.height}};
-    print(json.dump(2) + "\n");
+    const Json json{{"width", request.width}, {"height", request.height}};
+    print(to_indented_text(json));
   } else if (!options.common.quiet) {
     print(fmt::format("{}: {} x {} pixels\n", options.output, request.width, request.height));
   }

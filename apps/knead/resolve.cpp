@@ -2,11 +2,11 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "command.h"
 #include "knead/io/atomic_file.h"
+#include "knead/io/json.h"
 #include "output.h"
 #include "work.h"
 
@@ -31,8 +31,8 @@ void run_resolve(const ResolveOptions& options) {
   resolved.strokes = result.resolved;
   write_file_atomically(options.output, serialize_session(resolved));
   if (options.common.json) {
-    const nlohmann::ordered_json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
-    print(json.dump(2) + "\n");
+    const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
+    print(to_indented_text(json));
   } else if (!options.common.quiet) {
     print(fmt::format("{}: {} ({})\n", options.output, counted(resolved.strokes.size(), "stroke"),
                       counted(result.segments, "segment")));

@@ -5,8 +5,6 @@
 namespace knead::command {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 bool has_volume(const Measures& measures) { return measures.closed() && measures.oriented(); }
 
 std::vector<std::string> attribute_names(const Mesh& mesh) {
@@ -15,7 +13,7 @@ std::vector<std::string> attribute_names(const Mesh& mesh) {
   return names;
 }
 
-Json to_json(const Vec3d& v) { return Json::array({v.x, v.y, v.z}); }
+Json to_json(const Vec3d& v) { return std::vector<Json>{v.x, v.y, v.z}; }
 
 std::string to_text(const Vec3d& v) { return fmt::format("{:.6g} {:.6g} {:.6g}", v.x, v.y, v.z); }
 
@@ -35,27 +33,25 @@ ShapeInfo read_info(const std::string& shape) {
 Json to_json(const ShapeInfo& info) {
   const Measures& m = info.measures;
   Json json;
-  json["format"] = info.file.format;
-  json["vertices"] = m.vertices;
-  json["faces"] = m.faces;
-  json["triangles"] = m.triangles;
-  json["closed"] = m.closed();
-  json["manifold"] = m.manifold();
-  json["oriented"] = m.oriented();
-  json["components"] = m.components;
-  json["boundary_loops"] = m.boundary_loops;
-  json["euler"] = m.euler;
-  json["volume"] = has_volume(m) ? Json(m.volume) : Json(nullptr);
-  json["area"] = m.area;
-  json["box_min"] = to_json(m.box.min);
-  json["box_max"] = to_json(m.box.max);
-  json["diagonal"] = m.box.diagonal();
-  json["attributes"] = attribute_names(info.file.mesh);
-  json["notes"] = info.notes;
+  json.set("format", info.file.format);
+  json.set("vertices", m.vertices);
+  json.set("faces", m.faces);
+  json.set("triangles", m.triangles);
+  json.set("closed", m.closed());
+  json.set("manifold", m.manifold());
+  json.set("oriented", m.oriented());
+  json.set("components", m.components);
+  json.set("boundary_loops", m.boundary_loops);
+  json.set("euler", m.euler);
+  json.set("volume", has_volume(m) ? Json(m.volume) : Json(nullptr));
+  json.set("area", m.area);
+  json.set("box_min", to_json(m.box.min));
+  json.set("box_max", to_json(m.box.max));
+  json.set("diagonal", m.box.diagonal());
+  json.set("attributes", attribute_names(info.file.mesh));
+  json.set("notes", info.notes);
   return json;
 }
-
-std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
 
 std::string table_of(const ShapeInfo& info) {
   const Measures& m = info.measures;

@@ -1,11 +1,11 @@
 // What `knead info` says of a shape, and `knead check` first.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "knead/io/json.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/measures.h"
 
@@ -21,10 +21,7 @@ struct ShapeInfo {
 ShapeInfo read_info(const std::string& shape);
 
 // Its keys, in the order of the documentation.
-nlohmann::ordered_json to_json(const ShapeInfo& info);
-
-// As it is printed: indented, ending in a line end. What is no UTF-8 is replaced.
-std::string dump(const nlohmann::ordered_json& json);
+Json to_json(const ShapeInfo& info);
 
 // The same for people: a row for each key but the notes, and rows of the notes.
 std::string table_of(const ShapeInfo& info);

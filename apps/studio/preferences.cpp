@@ -7,18 +7,17 @@
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
 #include <system_error>
 
 #include "knead/io/atomic_file.h"
+#include "knead/io/json.h"
 #include "knead/math/error.h"
 
 namespace knead::studio {
 
 namespace fs = std::filesystem;
-using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -41,10 +40,15 @@ std::optional<std::string> read_text(const fs::path& path) {
   return std::string{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-// The JSON of a file; discarded where it is none, null where the file is missing.
-Json read_json(const fs::path& path) {
+// Returns the JSON of a file: null if the file is missing, nothing if it holds something else.
+std::optional<Json> read_json(const fs::path& path) {
   const std::optional<std::string> text = read_text(path);
-  return text ? Json::parse(*text, nullptr, false, true) : Json();
+  if (!text) return Json();
+  try {
+    return parse_json(*text, JsonDialect::by_hand);
+  } catch (const JsonError&) {
+    return std::nullopt;
+  }
 }
 
 void write_json(const fs::path& folder, const char* name, const Json& json) {
@@ -54,7 +58,7 @@ void write_json(const fs::path& folder, const char* name, const Json& json) {
     throw IoError(IoError::Operation::write, folder.string(),
                   "the folder cannot be made (" + error.message() + "); check its permissions");
   }
-  write_file_atomically(folder / name, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  write_file_atomically(folder / name, to_indented_text(json));
 }
 
 // Reads the members of the configuration one after the other.
@@ -63,7 +67,7 @@ class Reader {
   explicit Reader(LoadedPreferences& loaded) : loaded_(loaded) {}
 
   void read(const Json& config) {
-    for (const auto& [key, value] : config.items()) {
+    for (const auto& [key, value] : config.members()) {
       if (key == "keys") {
         read_keys(value);
       } else if (key == "navigation") {
@@ -86,38 +90,38 @@ class Reader {
   // An enum whose values are 0 and 1.
   template <class T>
   void read_choice(const std::string& key, const Json& value, std::array<std::string_view, 2> names, T& target) {
-    const auto* const found = std::find(names.begin(), names.end(), value.is_string() ? value.get<std::string>() : "");
+    const auto* const found = std::find(names.begin(), names.end(), value.is_text() ? value.text() : "");
     if (found == names.end()) {
-      return complain(fmt::format("\"{}\" must be \"{}\" or \"{}\", got {}", key, names[0], names[1], value.dump()));
+      return complain(fmt::format("\"{}\" must be \"{}\" or \"{}\", got {}", key, names[0], names[1], to_text(value)));
     }
     target = static_cast<T>(found - names.begin());
   }
 
   void read_scale(const Json& value) {
-    if (!value.is_number() || !(value.get<double>() >= kSmallestScale && value.get<double>() <= kLargestScale)) {
+    if (!value.is_number() || !(value.number() >= kSmallestScale && value.number() <= kLargestScale)) {
       return complain(fmt::format("\"interface_scale\" must be a number from {} to {}, got {}", kSmallestScale,
-                                  kLargestScale, value.dump()));
+                                  kLargestScale, to_text(value)));
     }
-    loaded_.preferences.interface_scale = value.get<double>();
+    loaded_.preferences.interface_scale = value.number();
   }
 
   void read_keys(const Json& keys) {
     if (!keys.is_object()) return complain("\"keys\" must be an object, as in {\"undo\": \"Ctrl+Z\"}");
     std::vector<KeyChoice> choices;
-    for (const auto& [action, value] : keys.items()) {
+    for (const auto& [action, value] : keys.members()) {
       KeyChoice choice{action, {}};
-      if (value.is_string() && !value.get<std::string>().empty()) choice.chords.push_back(value);
-      bool good = value.is_string() || value.is_array() || value.is_null();
+      if (value.is_text() && !value.text().empty()) choice.chords.push_back(value.text());
+      bool good = value.is_text() || value.is_array() || value.is_null();
       if (value.is_array()) {
-        for (const Json& item : value) {
-          good = good && item.is_string();
-          if (item.is_string()) choice.chords.push_back(item);
+        for (const Json& item : value.items()) {
+          good = good && item.is_text();
+          if (item.is_text()) choice.chords.push_back(item.text());
         }
       }
       if (good) {
         choices.push_back(choice);
       } else {
-        complain(fmt::format("keys: \"{}\" must be a key or a list of keys, got {}", action, value.dump()));
+        complain(fmt::format("keys: \"{}\" must be a key or a list of keys, got {}", action, to_text(value)));
       }
     }
     for (const std::string& message : choose_keys(loaded_.preferences.keys, choices)) complain(message);
@@ -135,10 +139,10 @@ fs::path state_folder() { return folder_of("XDG_STATE_HOME", ".local/state"); }
 LoadedPreferences load_preferences(const fs::path& folder) {
   LoadedPreferences loaded;
   const fs::path path = folder / kConfigFile;
-  const Json config = read_json(path);
-  if (config.is_null()) return loaded;
-  if (config.is_object()) {
-    Reader(loaded).read(config);
+  const std::optional<Json> config = read_json(path);
+  if (config && config->is_null()) return loaded;
+  if (config && config->is_object()) {
+    Reader(loaded).read(*config);
     return loaded;
   }
   fs::path aside = path;
@@ -151,26 +155,33 @@ LoadedPreferences load_preferences(const fs::path& folder) {
 }
 
 void save_preferences(const fs::path& folder, const Preferences& preferences) {
-  Json config = read_json(folder / kConfigFile);
-  if (!config.is_object()) config = Json::object();
-  const auto put = [&](const char* key, const Json& value, const Json& otherwise) {
-    config.erase(key);
-    if (value != otherwise) config[key] = value;
-  };
-  put("navigation", preferences.navigation == NavigationPreset::maya ? "maya" : "blender", "blender");
-  put("up", preferences.up == UpAxis::z ? "z" : "y", "y");
-  put("backend", preferences.backend == BackendChoice::gpu ? "gpu" : "cpu", "cpu");
-  put("interface_scale", preferences.interface_scale, 1.0);
+  const std::array<std::pair<std::string_view, std::optional<Json>>, 4> own{
+      {{"navigation", preferences.navigation == NavigationPreset::maya ? std::optional<Json>("maya") : std::nullopt},
+       {"up", preferences.up == UpAxis::z ? std::optional<Json>("z") : std::nullopt},
+       {"backend", preferences.backend == BackendChoice::gpu ? std::optional<Json>("gpu") : std::nullopt},
+       {"interface_scale",
+        preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt}}};
+  Json config = Json::object();
+  const Json before = read_json(folder / kConfigFile).value_or(Json());
+  if (before.is_object()) {
+    for (const JsonMember& member : before.members()) {
+      const bool is_own = std::ranges::any_of(own, [&](const auto& each) { return each.first == member.key; });
+      if (!is_own) config.set(member.key, member.value);
+    }
+  }
+  for (const auto& [key, value] : own) {
+    if (value) config.set(key, *value);
+  }
   write_json(folder, kConfigFile, config);
 }
 
 std::vector<fs::path> load_recent(const fs::path& folder) {
   std::vector<fs::path> recent;
-  const Json list = read_json(folder / kRecentFile);
-  if (!list.is_array()) return recent;
-  for (const Json& item : list) {
+  const std::optional<Json> list = read_json(folder / kRecentFile);
+  if (!list || !list->is_array()) return recent;
+  for (const Json& item : list->items()) {
     std::error_code error;
-    if (item.is_string() && fs::exists(item.get<std::string>(), error)) recent.emplace_back(item.get<std::string>());
+    if (item.is_text() && fs::exists(item.text(), error)) recent.emplace_back(item.text());
     if (recent.size() == kMostRecent) break;
   }
   return recent;

@@ -4,23 +4,26 @@
 
 #include <array>
 #include <chrono>
-#include <nlohmann/json.hpp>
 #include <numbers>
 #include <thread>
 
+#include "knead/io/json.h"
 #include "knead/math/error.h"
 
 namespace knead::studio {
 
 namespace {
 
-using Json = nlohmann::json;
-
 [[noreturn]] void fail(const std::string& what) { throw InvalidInput(what); }
+
+Json member_or(const Json& object, std::string_view key, Json otherwise) {
+  const Json* found = object.find(key);
+  return found != nullptr ? *found : otherwise;
+}
 
 // The index of a word among the choices.
 std::size_t choice(const Json& value, std::initializer_list<std::string_view> choices) {
-  const auto word = value.get<std::string>();
+  const std::string& word = value.text();
   std::size_t index = 0;
   std::string all;
   for (const std::string_view each : choices) {
@@ -32,13 +35,20 @@ std::size_t choice(const Json& value, std::initializer_list<std::string_view> ch
 }
 
 Vec3d vector_of(const Json& value) {
-  const auto numbers = value.get<std::array<double, 3>>();
-  return {numbers[0], numbers[1], numbers[2]};
+  const std::vector<Json>& numbers = value.items();
+  if (numbers.size() != 3) fail(fmt::format("three numbers [x, y, z] are needed, not {}", to_text(value)));
+  return {numbers[0].number(), numbers[1].number(), numbers[2].number()};
+}
+
+std::array<bool, 3> flags_of(const Json& value) {
+  const std::vector<Json>& flags = value.items();
+  if (flags.size() != 3) fail(fmt::format("three of true and false are needed, not {}", to_text(value)));
+  return {flags[0].flag(), flags[1].flag(), flags[2].flag()};
 }
 
 Modifiers modifiers_of(const Json& line) {
   Modifiers result;
-  for (const Json& each : line.value("modifiers", Json::array())) {
+  for (const Json& each : member_or(line, "modifiers", Json::array()).items()) {
     const std::size_t which = choice(each, {"shift", "ctrl", "alt"});
     (which == 0 ? result.shift : which == 1 ? result.ctrl : result.alt) = true;
   }
@@ -60,10 +70,10 @@ class Script {
   Script(Studio& studio, const ScriptHost& host) : studio_(studio), host_(host) {}
 
   void run(const Json& line) {
-    if (!line.is_object() || line.empty()) fail("a line is a JSON object such as {\"key\": \"Ctrl+Z\"}");
+    if (!line.is_object() || line.members().empty()) fail("a line is a JSON object such as {\"key\": \"Ctrl+Z\"}");
     studio_.refresh();
     if (!pointer(line) && !settings(line) && !files(line) && !pauses(line)) {
-      fail(fmt::format("nothing is known by the keys of {}", line.dump()));
+      fail(fmt::format("nothing is known by the keys of {}", to_text(line)));
     }
   }
 
@@ -74,7 +84,8 @@ class Script {
   }
 
   Pixel place_of(const Json& value) const {
-    if (value.size() == 2) return {value.at(0).get<double>(), value.at(1).get<double>()};
+    const std::vector<Json>& numbers = value.items();
+    if (numbers.size() == 2) return {numbers[0].number(), numbers[1].number()};
     const auto pixel = pixel_of(studio_.screen(), vector_of(value));
     if (!pixel) fail("the place is behind the camera");
     return *pixel;
@@ -85,9 +96,9 @@ class Script {
   void drag(const Json& line) {
     const Modifiers modifiers = modifiers_of(line);
     const MouseButton button = button_of(line);
-    const int steps = line.value("steps", 10);
+    const int steps = static_cast<int>(member_or(line, "steps", 10).number());
     std::vector<Pixel> places;
-    for (const Json& place : line.at("drag")) places.push_back(place_of(place));
+    for (const Json& place : line.at("drag").items()) places.push_back(place_of(place));
     if (places.size() < 2) fail("a drag goes through two places or more");
     move_to(places.front(), modifiers);
     send(ButtonChanged{button, true, places.front().x, places.front().y, modifiers});
@@ -96,14 +107,14 @@ class Script {
         const double t = static_cast<double>(k) / steps;
         move_to({places[i].x + (places[i + 1].x - places[i].x) * t, places[i].y + (places[i + 1].y - places[i].y) * t},
                 modifiers);
-        if (line.contains("pause")) pause(line.at("pause").get<double>());
+        if (line.has("pause")) pause(line.at("pause").number());
       }
     }
     send(ButtonChanged{button, false, places.back().x, places.back().y, modifiers});
   }
 
   static MouseButton button_of(const Json& line) {
-    return static_cast<MouseButton>(choice(line.value("button", Json("left")), {"left", "middle", "right"}));
+    return static_cast<MouseButton>(choice(member_or(line, "button", "left"), {"left", "middle", "right"}));
   }
 
   void press(const Json& place, const Json& line, bool down) {
@@ -112,31 +123,33 @@ class Script {
   }
 
   bool pointer(const Json& line) {
-    if (line.contains("drag")) {
+    if (line.has("drag")) {
       drag(line);
-    } else if (line.contains("move")) {
+    } else if (line.has("move")) {
       move_to(place_of(line.at("move")), modifiers_of(line));
-    } else if (line.contains("press")) {
+    } else if (line.has("press")) {
       press(line.at("press"), line, true);
-    } else if (line.contains("release")) {
+    } else if (line.has("release")) {
       press(line.at("release"), line, false);
-    } else if (line.contains("click")) {
+    } else if (line.has("click")) {
       move_to(place_of(line.at("click")), modifiers_of(line));
       press(line.at("click"), line, true);
       press(line.at("click"), line, false);
-    } else if (line.contains("wheel")) {
-      send(WheelTurned{line.at("wheel").get<double>(), modifiers_of(line)});
-    } else if (line.contains("key")) {
-      const std::optional<Chord> chord = chord_of(line.at("key").get<std::string>());
-      if (!chord) fail(fmt::format("there is no key {}", line.at("key").dump()));
+    } else if (line.has("wheel")) {
+      send(WheelTurned{line.at("wheel").number(), modifiers_of(line)});
+    } else if (line.has("key")) {
+      const std::optional<Chord> chord = chord_of(line.at("key").text());
+      if (!chord) fail(fmt::format("there is no key {}", to_text(line.at("key"))));
       send(KeyChanged{chord->key, true, chord->modifiers});
       send(KeyChanged{chord->key, false, chord->modifiers});
-    } else if (line.contains("drop")) {
+    } else if (line.has("drop")) {
       std::vector<std::filesystem::path> paths;
-      for (const Json& file : line.at("drop")) paths.emplace_back(file.get<std::string>());
+      for (const Json& file : line.at("drop").items()) paths.emplace_back(file.text());
       send(FilesDropped{paths});
-    } else if (line.contains("size")) {
-      send(Resized{line.at("size").at(0).get<int>(), line.at("size").at(1).get<int>()});
+    } else if (line.has("size")) {
+      const std::vector<Json>& size = line.at("size").items();
+      if (size.size() != 2) fail("a size is two numbers [width, height]");
+      send(Resized{static_cast<int>(size[0].number()), static_cast<int>(size[1].number())});
     } else {
       return false;
     }
@@ -144,17 +157,17 @@ class Script {
   }
 
   bool settings(const Json& line) {
-    if (line.contains("tool")) {
-      const int tool = static_cast<int>(tool_named(line.at("tool").get<std::string>()));
+    if (line.has("tool")) {
+      const int tool = static_cast<int>(tool_named(line.at("tool").text()));
       studio_.perform(static_cast<Action>(static_cast<int>(Action::tool_ball) + tool));
-    } else if (line.contains("set")) {
-      for (const auto& [key, value] : line.at("set").items()) set(key, value);
-    } else if (line.contains("view")) {
-      for (const auto& [key, value] : line.at("view").items()) set_view(key, value);
-    } else if (line.contains("show")) {
-      for (const auto& [key, value] : line.at("show").items()) show(key, value);
-    } else if (line.contains("stamp")) {
-      const auto name = line.at("stamp").get<std::string>();
+    } else if (line.has("set")) {
+      for (const auto& [key, value] : line.at("set").members()) set(key, value);
+    } else if (line.has("view")) {
+      for (const auto& [key, value] : line.at("view").members()) set_view(key, value);
+    } else if (line.has("show")) {
+      for (const auto& [key, value] : line.at("show").members()) show(key, value);
+    } else if (line.has("stamp")) {
+      const std::string& name = line.at("stamp").text();
       const auto names = shape_names();
       const bool is_known = std::find(names.begin(), names.end(), name) != names.end();
       is_known ? studio_.use_stamp(shape_kind(name)) : studio_.use_stamp(std::filesystem::path(name));
@@ -168,17 +181,17 @@ class Script {
   void set(const std::string& key, const Json& value) {
     ToolSettings& to = studio_.settings();
     if (key == "radius") {
-      to.radius = value.get<double>();
+      to.radius = value.number();
     } else if (key == "inner_ratio") {
-      to.inner_ratio = value.get<double>();
+      to.inner_ratio = value.number();
     } else if (key == "depth") {
-      to.depth = value.get<double>();
+      to.depth = value.number();
     } else if (key == "capsule_length") {
-      to.capsule_length = value.get<double>();
+      to.capsule_length = value.number();
     } else if (key == "stamp_size") {
-      to.stamp_size = value.get<double>();
+      to.stamp_size = value.number();
     } else if (key == "exponent") {
-      to.exponent = value.get<int>();
+      to.exponent = static_cast<int>(value.number());
     } else if (key == "drag") {
       to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
@@ -186,17 +199,17 @@ class Script {
     } else if (key == "handle" || key == "mark") {
       to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
     } else if (key == "on_surface") {
-      to.on_surface = value.get<bool>();
+      to.on_surface = value.flag();
     } else if (key == "paint_in") {
-      to.paint_in = value.get<bool>();
+      to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
-      to.uses_barrel = value.get<bool>();
+      to.uses_barrel = value.flag();
     } else if (key == "mirror") {
-      to.mirror = value.get<std::array<bool, 3>>();
+      to.mirror = flags_of(value);
     } else if (key == "remesh") {
-      to.remesh = value.get<bool>();
+      to.remesh = value.flag();
     } else if (key == "max_edge") {
-      to.remesh_settings.max_edge = value.get<double>();
+      to.remesh_settings.max_edge = value.number();
     } else {
       fail(fmt::format("there is no setting '{}'", key));
     }
@@ -205,13 +218,13 @@ class Script {
   void set_view(const std::string& key, const Json& value) {
     View& view = studio_.navigation().view;
     if (key == "yaw_deg") {
-      view.yaw = value.get<double>() * std::numbers::pi / 180;
+      view.yaw = value.number() * std::numbers::pi / 180;
     } else if (key == "pitch_deg") {
-      view.pitch = value.get<double>() * std::numbers::pi / 180;
+      view.pitch = value.number() * std::numbers::pi / 180;
     } else if (key == "target") {
       view.target = vector_of(value);
     } else if (key == "height") {
-      view.height = value.get<double>();
+      view.height = value.number();
     } else {
       fail(fmt::format("the view has no '{}'", key));
     }
@@ -228,7 +241,7 @@ class Script {
                                                                    {"statistics", &view.statistics}}};
     for (const auto& [name, flag] : flags) {
       if (name == key) {
-        *flag = value.get<bool>();
+        *flag = value.flag();
         return;
       }
     }
@@ -237,40 +250,40 @@ class Script {
     } else if (key == "cut_normal") {
       view.cut_normal = vector_of(value);
     } else if (key == "cut_offset") {
-      view.cut_offset = value.get<double>();
+      view.cut_offset = value.number();
     } else {
       fail(fmt::format("there is no '{}' to be shown", key));
     }
   }
 
   bool files(const Json& line) {
-    const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).get<std::string>()); };
-    if (line.contains("open")) {
+    const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
+    if (line.has("open")) {
       studio_.open(path("open"));
       settle();
-    } else if (line.contains("new")) {
-      studio_.open_made(shape_kind(line.at("new").get<std::string>()), line.value("vertices", std::size_t{0}));
+    } else if (line.has("new")) {
+      studio_.open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());
       settle();
-    } else if (line.contains("recover")) {
+    } else if (line.has("recover")) {
       if (studio_.abandoned().empty()) fail("no work was left behind");
       studio_.recover(studio_.abandoned().front().folder);
       settle();
-    } else if (line.contains("save")) {
+    } else if (line.has("save")) {
       studio_.save(path("save"));
-    } else if (line.contains("export")) {
+    } else if (line.has("export")) {
       studio_.export_shape(path("export"), true);
-    } else if (line.contains("picture")) {
+    } else if (line.has("picture")) {
       if (!host_.picture) fail("pictures cannot be taken here");
       settle();
       host_.picture(path("picture"));
-    } else if (line.contains("edit")) {
+    } else if (line.has("edit")) {
       std::string session = "{\"knead\": 1}\n";
-      for (const Json& stroke : line.at("strokes")) session += stroke.dump() + "\n";
-      studio_.edit(line.at("edit").get<std::size_t>(), parse_session(session, "edit").strokes);
-    } else if (line.contains("look_at")) {
+      for (const Json& stroke : line.at("strokes").items()) session += to_text(stroke) + "\n";
+      studio_.edit(line.at("edit").whole(), parse_session(session, "edit").strokes);
+    } else if (line.has("look_at")) {
       const Json& entry = line.at("look_at");
-      studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.get<std::size_t>()));
-    } else if (line.contains("close")) {
+      studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.whole()));
+    } else if (line.has("close")) {
       studio_.close();
     } else {
       return false;
@@ -287,9 +300,9 @@ class Script {
   static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }
 
   bool pauses(const Json& line) {
-    if (line.contains("sleep")) {
-      pause(line.at("sleep").get<double>());
-    } else if (line.contains("wait")) {
+    if (line.has("sleep")) {
+      pause(line.at("sleep").number());
+    } else if (line.has("wait")) {
       settle();
       if (host_.after_event) host_.after_event();
     } else {
@@ -310,9 +323,7 @@ void run_script(std::istream& script, const std::string& name, Studio& studio, c
   for (std::size_t number = 1; std::getline(script, text); ++number) {
     if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      runner.run(Json::parse(text));
-    } catch (const Json::exception& error) {
-      throw InvalidInput({name, number}, error.what());
+      runner.run(parse_json(text));
     } catch (const InvalidInput& error) {
       throw InvalidInput({name, number}, error.what());
     }

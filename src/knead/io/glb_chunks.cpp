@@ -52,7 +52,7 @@ Document open_document(std::string_view bytes, const GlbLayout& layout, const st
   Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, {}};
   document.source = {name, document.text, json.begin};
   if (layout.bin) document.bin = bytes.substr(layout.chunks[*layout.bin].begin, layout.chunks[*layout.bin].size);
-  document.json = parse_json(document.text, json.begin, name);
+  document.json = parse_object(document.text, json.begin, name);
   const Value asset = document.root().at("asset");
   for (const char* key : {"version", "minVersion"}) {
     const std::optional<Value> version = asset.find(key);

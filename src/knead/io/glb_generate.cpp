@@ -27,51 +27,63 @@ std::vector<std::uint32_t> triangle_indices(const Mesh& mesh, const SplitVertice
   return indices;
 }
 
+constexpr int kVertices = 34962;  // OpenGL's ARRAY_BUFFER
+constexpr int kIndices = 34963;   // and ELEMENT_ARRAY_BUFFER
+
+// How an accessor's elements lie in the buffer.
+struct Packing {
+  int target = kVertices;
+  bool is_normalized = false;
+  int stride = 0;  // bytes from one element to the next; 0: as many as an element has
+};
+
 class Generator {
  public:
   explicit Generator(const Mesh& mesh)
       : mesh_(mesh), held_(sort_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {}
 
   std::string run() {
-    json_ = {{"asset", {{"version", "2.0"}, {"generator", "Knead"}}}, {"scene", 0}};
-    json_["scenes"].push_back({{"nodes", {0}}});
-    json_["nodes"].push_back(Ordered::object());
-    if (!mesh_.positions.empty()) {
-      json_["nodes"][0]["mesh"] = 0;
-      json_["meshes"][0]["primitives"].push_back(primitive());
-      json_["buffers"].push_back({{"byteLength", bin_.size()}});
+    Json json{{"asset", Json{{"version", "2.0"}, {"generator", "Knead"}}},
+              {"scene", 0},
+              {"scenes", list_of(Json{{"nodes", list_of(0)}})}};
+    if (mesh_.positions.empty()) {
+      json.set("nodes", list_of(Json::object()));
+    } else {
+      const Json mesh{{"primitives", list_of(primitive())}};
+      json.set("nodes", list_of(Json{{"mesh", 0}}));
+      json.set("meshes", list_of(mesh));
+      json.set("bufferViews", views_);
+      json.set("accessors", accessors_);
+      json.set("buffers", list_of(Json{{"byteLength", bin_.size()}}));
     }
     std::string chunks;
-    append_chunk(chunks, kJson, json_.dump());
+    append_chunk(chunks, kJson, to_text(json));
     if (!bin_.empty()) append_chunk(chunks, kBin, bin_);
     return with_header(chunks);
   }
 
  private:
-  using Ordered = nlohmann::ordered_json;
+  static Json list_of(Json item) { return std::vector<Json>{std::move(item)}; }
 
-  Ordered primitive() {
-    Ordered attributes;
-    attributes["POSITION"] = positions();
-    for (const Held& held : held_) attributes[held.key] = values(held);
-    Ordered primitive{{"attributes", std::move(attributes)}};
-    if (mesh_.face_count() == 0) {
-      primitive["mode"] = kPoints;
-    } else {
-      primitive["indices"] = indices();
-      primitive["mode"] = kTriangles;
-    }
+  Json primitive() {
+    Json attributes{{"POSITION", positions()}};
+    for (const Held& held : held_) attributes.set(held.key, values(held));
+    Json primitive{{"attributes", attributes}};
+    if (mesh_.face_count() > 0) primitive.set("indices", indices());
+    primitive.set("mode", mesh_.face_count() > 0 ? kTriangles : kPoints);
     return primitive;
   }
 
-  // The accessor of what was appended since `begin`.
-  std::size_t append_accessor(std::size_t begin, Ordered accessor, std::size_t target) {
+  // Adds an accessor of what was appended since `begin`, and its view. Returns the accessor's number.
+  std::size_t append_accessor(std::size_t begin, Json accessor, const Packing& packing) {
     bin_.resize((bin_.size() + 3) / 4 * 4, '\0');
-    const Ordered view{{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bin_.size() - begin}, {"target", target}};
-    accessor["bufferView"] = json_["bufferViews"].size();
-    json_["bufferViews"].push_back(view);
-    json_["accessors"].push_back(std::move(accessor));
-    return json_["accessors"].size() - 1;
+    Json view{{"buffer", 0}, {"byteOffset", begin}, {"byteLength", bin_.size() - begin}, {"target", packing.target}};
+    if (packing.stride > 0) view.set("byteStride", packing.stride);
+    accessor.set("bufferView", views_.items().size());
+    if (packing.is_normalized) accessor.set("normalized", true);
+    views_.push_back(std::move(view));
+    accessors_.push_back(std::move(accessor));
+    return accessors_.items().size() - 1;
   }
 
   std::size_t positions() {
@@ -91,9 +103,9 @@ class Generator {
                            {{"componentType", 5126},
                             {"count", split_.original.size()},
                             {"type", "VEC3"},
-                            {"min", Ordered::parse(least_text(floats, 3))},
-                            {"max", Ordered::parse(greatest_text(floats, 3))}},
-                           34962);
+                            {"min", parse_json(least_text(floats, 3))},
+                            {"max", parse_json(greatest_text(floats, 3))}},
+                           {kVertices});
   }
 
   std::size_t values(const Held& held) {
@@ -107,14 +119,12 @@ class Generator {
       append_element(held, i);
       bin_.resize((bin_.size() + 3) / 4 * 4, '\0');
     }
-    const std::size_t accessor = append_accessor(begin,
-                                                 {{"componentType", is_bytes ? 5121 : (is_shorts ? 5123 : 5126)},
-                                                  {"count", split_.original.size()},
-                                                  {"type", n == 1 ? "SCALAR" : fmt::format("VEC{}", n)}},
-                                                 34962);
-    if (is_bytes || is_shorts) json_["accessors"].back()["normalized"] = true;
-    if ((is_bytes || is_shorts) && n == 3) json_["bufferViews"].back()["byteStride"] = is_bytes ? 4 : 8;
-    return accessor;
+    const bool is_integer = is_bytes || is_shorts;
+    return append_accessor(begin,
+                           {{"componentType", is_bytes ? 5121 : (is_shorts ? 5123 : 5126)},
+                            {"count", split_.original.size()},
+                            {"type", n == 1 ? "SCALAR" : fmt::format("VEC{}", n)}},
+                           {kVertices, is_integer, is_integer && n == 3 ? (is_bytes ? 4 : 8) : 0});
   }
 
   void append_element(const Held& held, std::size_t i) {
@@ -188,14 +198,15 @@ class Generator {
       bin_ += static_cast<char>(index >> 24);
     }
     return append_accessor(
-        begin, {{"componentType", is_short ? 5123 : 5125}, {"count", indices.size()}, {"type", "SCALAR"}}, 34963);
+        begin, {{"componentType", is_short ? 5123 : 5125}, {"count", indices.size()}, {"type", "SCALAR"}}, {kIndices});
   }
 
   const Mesh& mesh_;
   std::vector<Held> held_;
   SplitVertices split_;
   std::vector<Vec3d> surface_normals_;
-  Ordered json_;
+  Json views_ = Json::array();
+  Json accessors_ = Json::array();
   std::string bin_;
 };
 

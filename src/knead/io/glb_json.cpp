@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <set>
 
 #include "knead/io/cursor.h"
 #include "knead/io/text.h"
@@ -13,48 +12,6 @@
 
 namespace knead::glb {
 namespace {
-
-constexpr std::size_t kDeepest = 128;
-
-// Goes through JSON for keys that an object has twice and for deep nesting. What is no JSON is left to the parser,
-// whose own hook would take a time that grows with the square of an array's length.
-class Inspection : public nlohmann::json_sax<Json> {
- public:
-  explicit Inspection(const std::string& name) : name_(name) {}
-
-  bool null() override { return true; }
-  bool boolean(bool) override { return true; }
-  bool number_integer(Json::number_integer_t) override { return true; }
-  bool number_unsigned(Json::number_unsigned_t) override { return true; }
-  bool number_float(Json::number_float_t, const Json::string_t&) override { return true; }
-  bool string(Json::string_t&) override { return true; }
-  bool binary(Json::binary_t&) override { return true; }
-  bool start_object(std::size_t) override { return start(); }
-  bool end_object() override { return end(); }
-  bool start_array(std::size_t) override { return start(); }
-  bool end_array() override { return end(); }
-  bool parse_error(std::size_t, const std::string&, const Json::exception&) override { return false; }
-
-  bool key(Json::string_t& key) override {
-    if (keys_.back().insert(key).second) return true;
-    throw InvalidInput(Place{name_}, fmt::format("the JSON gives the key {} twice; repair the file", in_quotes(key)));
-  }
-
- private:
-  bool start() {
-    keys_.emplace_back();
-    if (keys_.size() <= kDeepest) return true;
-    throw InvalidInput(Place{name_}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepest));
-  }
-
-  bool end() {
-    keys_.pop_back();
-    return true;
-  }
-
-  const std::string& name_;
-  std::vector<std::set<std::string>> keys_;  // of what is open; none in an array
-};
 
 bool is_space(char c) { return is_blank(c) || is_line_end(c); }
 
@@ -95,24 +52,30 @@ std::size_t value_end(std::string_view text, std::size_t i) {
 
 }  // namespace
 
-Json parse_json(std::string_view text, std::size_t begin, const std::string& name) {
+Json parse_object(std::string_view text, std::size_t begin, const std::string& name) {
+  using Kind = JsonError::Kind;
   try {
-    Inspection inspection(name);
-    Json::sax_parse(text.begin(), text.end(), &inspection);
-    Json json = Json::parse(text.begin(), text.end());
+    Json json = parse_json(text);
     if (!json.is_object()) fail_at_byte(name, begin, "the JSON is not an object; repair the file");
     return json;
-  } catch (const Json::parse_error& error) {
-    fail_at_byte(name, begin + error.byte, "this is not JSON; the file is damaged");
-  } catch (const Json::out_of_range&) {
-    throw InvalidInput(Place{name}, "the JSON has a number that is too large; repair the file");
+  } catch (const JsonError& error) {
+    if (error.kind() == Kind::not_json || error.kind() == Kind::incomplete) {
+      fail_at_byte(name, begin + error.byte(), "this is not JSON; the file is damaged");
+    }
+    if (error.kind() == Kind::too_large) {
+      throw InvalidInput(Place{name}, "the JSON has a number that is too large; repair the file");
+    }
+    if (error.kind() == Kind::too_deep) {
+      throw InvalidInput(Place{name}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepestJson));
+    }
+    throw InvalidInput(Place{name}, fmt::format("the JSON gives the key {} twice; repair the file",
+                                                in_quotes(error.key().value_or(""))));
   }
 }
 
 std::optional<Value> Value::find(const char* key) const {
-  if (!json_->is_object()) return std::nullopt;
-  const auto found = json_->find(key);
-  if (found == json_->end()) return std::nullopt;
+  const Json* found = json_->find(key);
+  if (found == nullptr) return std::nullopt;
   return Value(*found, *source_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
 }
 
@@ -124,12 +87,12 @@ Value Value::at(const char* key) const {
 
 std::size_t Value::size() const {
   if (!json_->is_array()) fail("must be an array; repair the file");
-  return json_->size();
+  return json_->items().size();
 }
 
 Value Value::item(std::size_t i) const {
   if (i >= size()) fail(fmt::format("there is no item {}, only {} (counted from 0); repair the file", i, size()));
-  return {(*json_)[i], *source_, fmt::format("{}[{}]", path_, i)};
+  return {json_->items()[i], *source_, fmt::format("{}[{}]", path_, i)};
 }
 
 Value Value::item(const char* key, std::size_t i) const { return at(key).item(i); }
@@ -141,12 +104,12 @@ std::size_t Value::count(const char* key) const {
 
 double Value::number() const {
   if (!json_->is_number()) fail("must be a number; repair the file");
-  return json_->get<double>();
+  return json_->number();
 }
 
 std::size_t Value::whole() const {
   constexpr double kMost = 9007199254740992.0;
-  const double value = json_->is_number() ? json_->get<double>() : -1;
+  const double value = json_->is_number() ? json_->number() : -1;
   if (!(value >= 0 && value <= kMost && value == std::floor(value))) {
     fail("must be a whole number from 0 on; repair the file");
   }
@@ -167,15 +130,15 @@ std::vector<double> Value::numbers(std::size_t count) const {
 }
 
 std::string Value::text() const {
-  if (!json_->is_string()) fail("must be text; repair the file");
-  return json_->get<std::string>();
+  if (!json_->is_text()) fail("must be text; repair the file");
+  return json_->text();
 }
 
 bool Value::flag(const char* key) const {
   const std::optional<Value> found = find(key);
   if (!found) return false;
-  if (!found->json().is_boolean()) found->fail("must be true or false; repair the file");
-  return found->json().get<bool>();
+  if (!found->json().is_flag()) found->fail("must be true or false; repair the file");
+  return found->json().flag();
 }
 
 void Value::fail(const std::string& what) const {
@@ -220,7 +183,7 @@ std::vector<Member> members(std::string_view text, const Span& container) {
     Member member;
     if (is_object) {
       const std::size_t end = string_end(text, i);
-      member.key = Json::parse(text.substr(i, end - i)).get<std::string>();
+      member.key = parse_json(text.substr(i, end - i)).text();
       i = skip_space(text, skip_space(text, end) + 1);  // after the colon
     }
     member.value = {i, value_end(text, i)};

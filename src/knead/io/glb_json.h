@@ -1,19 +1,18 @@
 // The JSON of a GLB file: read strictly, and found again in the text. Internal to the GLB reader and writer.
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "knead/io/json.h"
+
 namespace knead::glb {
 
-using Json = nlohmann::json;
-
-// The text as JSON. Throws InvalidInput for what is no JSON object, for a key given twice and for nesting deeper than
-// 128; `begin`, the byte of the file where the text begins, is for messages.
-Json parse_json(std::string_view text, std::size_t begin, const std::string& name);
+// Returns the text as a JSON object. Throws InvalidInput for what parse_json refuses and for other values than objects;
+// `begin`, the byte of the file where the text begins, is for messages.
+Json parse_object(std::string_view text, std::size_t begin, const std::string& name);
 
 // Where the text that a value was read from stands: for messages.
 struct Source {

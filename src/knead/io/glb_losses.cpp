@@ -26,7 +26,7 @@ void add_primitive_losses(const glb::Value& primitive, std::set<std::string>& lo
   if (primitive.count("targets") > 0) losses.insert("morph targets are left out");
   const std::size_t mode = primitive.whole("mode").value_or(glb::kTriangles);
   if (mode != glb::kPoints && mode < glb::kTriangles) losses.insert("lines are left out");
-  for (const auto& [key, accessor] : primitive.at("attributes").json().items()) {
+  for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
     if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
   }
 }

@@ -17,11 +17,12 @@ std::map<std::size_t, std::size_t> count_views(const Json& value) {
     const Json& next = *waiting.back();
     waiting.pop_back();
     if (next.is_object()) {
-      const auto view = next.find("bufferView");
-      if (view != next.end() && view->is_number_unsigned()) ++count[view->get<std::size_t>()];
+      const Json* view = next.find("bufferView");
+      if (view != nullptr && view->is_whole()) ++count[view->whole()];
+      for (const JsonMember& member : next.members()) waiting.push_back(&member.value);
+    } else if (next.is_array()) {
+      for (const Json& item : next.items()) waiting.push_back(&item);
     }
-    if (!next.is_structured()) continue;
-    for (const Json& item : next) waiting.push_back(&item);
   }
   return count;
 }
@@ -29,7 +30,7 @@ std::map<std::size_t, std::size_t> count_views(const Json& value) {
 bool uses_known_extensions(const Value& root) {
   for (std::size_t i = 0; i < root.count("extensionsUsed"); ++i) {
     const Json& name = root.item("extensionsUsed", i).json();
-    if (!name.is_string() || !is_understood(name.get<std::string>())) return false;
+    if (!name.is_text() || !is_understood(name.text())) return false;
   }
   return true;
 }
@@ -38,10 +39,10 @@ bool uses_known_extensions(const Value& root) {
 std::optional<Span> range_of(const Document& document, const Json& view) {
   const auto whole = [&](const char* key, std::size_t otherwise) -> std::optional<std::size_t> {
     if (!view.is_object()) return std::nullopt;
-    const auto found = view.find(key);
-    if (found == view.end()) return otherwise;
-    if (!found->is_number_unsigned()) return std::nullopt;
-    return found->get<std::size_t>();
+    const Json* found = view.find(key);
+    if (found == nullptr) return otherwise;
+    if (!found->is_whole()) return std::nullopt;
+    return found->whole();
   };
   const std::optional<std::size_t> buffer = whole("buffer", 0);
   const std::optional<std::size_t> begin = whole("byteOffset", 0);

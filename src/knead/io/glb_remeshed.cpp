@@ -211,7 +211,7 @@ class Remesher {
       const bool is_new = accessor != change.accessors.end();
       if (!is_new && change.has_faces) continue;
       if (!result.empty()) result += ',';
-      result += Json(attribute.key).dump();
+      result += to_text(attribute.key);
       result += ':';
       const Span& old = attribute.value;
       result += is_new ? std::to_string(accessor->second) : std::string(text.substr(old.begin, old.end - old.begin));
@@ -295,7 +295,7 @@ std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
   for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
     for (const std::size_t p : layout.blocks[b].primitives) {
       const glb::Value primitive = document.root().item("meshes", layout.blocks[b].mesh).item("primitives", p);
-      for (const auto& [key, accessor] : primitive.at("attributes").json().items()) {
+      for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
         if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out where the shape changes");
       }
       const bool is_triangles = primitive.whole("mode").value_or(glb::kTriangles) >= glb::kTriangles;

@@ -1,5 +1,6 @@
 // Writing a GLB file back: its bytes with some numbers replaced.
 #include <fmt/format.h>
+#include <algorithm>
 
 #include <array>
 #include <cstring>

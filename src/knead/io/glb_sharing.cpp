@@ -16,8 +16,8 @@ using Uses = std::map<std::size_t, std::vector<AccessorUse>>;
 template <class Visit>
 void for_each_index(const std::optional<Value>& object, Visit visit) {
   if (!object || !object->json().is_object()) return;
-  for (const auto& [key, value] : object->json().items()) {
-    if (value.is_number_unsigned()) visit(value.template get<std::size_t>(), key);
+  for (const auto& [key, value] : object->json().members()) {
+    if (value.is_whole()) visit(value.whole(), key);
   }
 }
 

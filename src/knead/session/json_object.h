@@ -4,18 +4,16 @@
 #pragma once
 
 #include <initializer_list>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "knead/io/json.h"
 #include "knead/math/error.h"
 #include "knead/math/vec3.h"
 
 namespace knead::session_detail {
-
-using Json = nlohmann::json;
 
 // What is at one key of an object, or an item of it; knows its name for messages.
 class JsonValue {
@@ -50,7 +48,7 @@ class JsonObject {
   // Fails for any other key than these, which a message lists.
   void allow(std::initializer_list<std::string_view> keys) const;
 
-  bool has(std::string_view key) const { return value_.contains(key); }
+  bool has(std::string_view key) const { return value_.has(key); }
   JsonValue at(std::string_view key) const;  // fails where the key is missing
 
   double number(std::string_view key) const { return at(key).number(); }
@@ -69,8 +67,8 @@ class JsonObject {
   std::string what_;
 };
 
-// One line as JSON. Throws InvalidInput for anything but JSON, a key given twice and a number too large for a double.
-// Where the text ends before its JSON does: nothing.
+// Returns one line as JSON, or nothing if the text ends before its JSON does. Throws InvalidInput for whatever else
+// parse_json refuses.
 std::optional<Json> parse_line(std::string_view line, const Place& place);
 
 }  // namespace knead::session_detail

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "knead/flow/simd.h"
+#include "knead/io/json.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/flipped.h"
@@ -82,30 +82,25 @@ void add_remesh(const ReplayResult& result, Report& report) {
   remesh.volume_error_uncompensated = *report.volume_error - *remesh.compensated_volume;
 }
 
-template <class T>
-nlohmann::ordered_json or_null(const std::optional<T>& value) {
-  return value ? nlohmann::ordered_json(*value) : nlohmann::ordered_json(nullptr);
-}
-
-nlohmann::ordered_json json_of(const RemeshReport& remesh) {
+Json json_of(const RemeshReport& remesh) {
   return {{"splits", remesh.splits},
           {"collapses", remesh.collapses},
           {"flips", remesh.flips},
-          {"missing_volume", or_null(remesh.missing_volume)},
-          {"compensated_volume", or_null(remesh.compensated_volume)},
-          {"volume_error_uncompensated", or_null(remesh.volume_error_uncompensated)},
+          {"missing_volume", remesh.missing_volume},
+          {"compensated_volume", remesh.compensated_volume},
+          {"volume_error_uncompensated", remesh.volume_error_uncompensated},
           {"complete", remesh.complete}};
 }
 
-nlohmann::ordered_json json_of(const Certificate& certificate) {
-  nlohmann::ordered_json strokes = nlohmann::ordered_json::array();
+Json json_of(const Certificate& certificate) {
+  Json strokes = Json::array();
   for (const StrokeDistance& stroke : certificate.strokes) {
-    strokes.push_back({{"line", stroke.line},
-                       {"points", stroke.points},
-                       {"distance_rms", stroke.rms},
-                       {"distance_max", stroke.max},
-                       {"carried_back_rms", stroke.back_rms},
-                       {"carried_back_max", stroke.back_max}});
+    strokes.push_back(Json{{"line", stroke.line},
+                           {"points", stroke.points},
+                           {"distance_rms", stroke.rms},
+                           {"distance_max", stroke.max},
+                           {"carried_back_rms", stroke.back_rms},
+                           {"carried_back_max", stroke.back_max}});
   }
   return {{"crossings_before", certificate.crossings_before},
           {"crossings_after", certificate.crossings_after},
@@ -116,14 +111,14 @@ nlohmann::ordered_json json_of(const Certificate& certificate) {
           {"closed_after", certificate.closed_after},
           {"euler_before", certificate.euler_before},
           {"euler_after", certificate.euler_after},
-          {"volume_error", or_null(certificate.volume_error)},
+          {"volume_error", certificate.volume_error},
           {"volume_error_integration", certificate.volume_error_integration},
-          {"volume_error_sampling", or_null(certificate.volume_error_sampling)},
+          {"volume_error_sampling", certificate.volume_error_sampling},
           {"motion_outside", certificate.motion_outside},
-          {"smallest_angle_before", or_null(certificate.smallest_angle_before)},
-          {"smallest_angle_after", or_null(certificate.smallest_angle_after)},
-          {"touched_angle_before", or_null(certificate.touched_angle_before)},
-          {"touched_angle_after", or_null(certificate.touched_angle_after)},
+          {"smallest_angle_before", certificate.smallest_angle_before},
+          {"smallest_angle_after", certificate.smallest_angle_after},
+          {"touched_angle_before", certificate.touched_angle_before},
+          {"touched_angle_after", certificate.touched_angle_after},
           {"distance_rms", certificate.distance_rms},
           {"distance_max", certificate.distance_max},
           {"carried_back_rms", certificate.carried_back_rms},
@@ -157,7 +152,7 @@ Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOpt
 
 std::string to_json(const Report& report) {
   const ReportSeconds& seconds = report.seconds;
-  nlohmann::ordered_json json{
+  Json json{
       {"vertices", report.vertices},
       {"faces", report.faces},
       {"moved_vertices", report.moved_vertices},
@@ -169,7 +164,7 @@ std::string to_json(const Report& report) {
       {"evaluations", report.evaluations},
       {"rejected_steps", report.rejected_steps},
       {"seconds",
-       {{"read", seconds.read}, {"deform", seconds.deform}, {"write", seconds.write}, {"total", seconds.total}}},
+       Json{{"read", seconds.read}, {"deform", seconds.deform}, {"write", seconds.write}, {"total", seconds.total}}},
       {"threads", report.threads},
       {"simd", report.simd},
       {"backend", report.backend},
@@ -177,18 +172,18 @@ std::string to_json(const Report& report) {
       {"tolerance", report.tolerance},
       {"volume_before", report.volume_before},
       {"volume_after", report.volume_after},
-      {"volume_error", or_null(report.volume_error)},
+      {"volume_error", report.volume_error},
       {"area_before", report.area_before},
       {"area_after", report.area_after},
       {"max_displacement", report.max_displacement},
       {"flipped_triangles", report.flipped_triangles},
-      {"self_intersections_before", or_null(report.self_intersections_before)},
-      {"self_intersections_after", or_null(report.self_intersections_after)},
+      {"self_intersections_before", report.self_intersections_before},
+      {"self_intersections_after", report.self_intersections_after},
   };
-  if (report.penetration) json["penetration"] = *report.penetration;
-  if (report.remesh) json["remesh"] = json_of(*report.remesh);
-  if (report.certificate) json["certificate"] = json_of(*report.certificate);
-  return json.dump(2) + "\n";
+  if (report.penetration) json.set("penetration", *report.penetration);
+  if (report.remesh) json.set("remesh", json_of(*report.remesh));
+  if (report.certificate) json.set("certificate", json_of(*report.certificate));
+  return to_indented_text(json);
 }
 
 }  // namespace knead

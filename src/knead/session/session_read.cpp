@@ -12,7 +12,6 @@ namespace knead {
 
 namespace {
 
-using session_detail::Json;
 using session_detail::JsonObject;
 using session_detail::JsonValue;
 

@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <span>
 
+#include "knead/io/json.h"
 #include "knead/session/session.h"
 
 namespace knead {
@@ -19,9 +19,7 @@ std::string text_of(int value) { return fmt::format("{}", value); }
 
 std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", text_of(v.x), text_of(v.y), text_of(v.z)); }
 
-std::string text_of(const std::string& text) {
-  return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
+std::string text_of(const std::string& text) { return to_text(Json(text)); }
 
 std::string text_of(const PaintSample& sample) {
   return fmt::format(R"({{"point": {}, "normal": {}}})", text_of(sample.point), text_of(sample.normal));

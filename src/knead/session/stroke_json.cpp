@@ -133,7 +133,7 @@ StampStroke read_stamp(const JsonObject& line, const Place& /*place*/) {
 void read_radius(const JsonObject& line, std::optional<double>& radius, bool& automatic) {
   if (!line.has("radius")) return;
   const JsonValue value = line.at("radius");
-  automatic = value.json().is_string() && value.text() == "auto";
+  automatic = value.json().is_text() && value.text() == "auto";
   if (automatic) return;
   if (!value.json().is_number()) value.fail("a number, or \"auto\"");
   radius = value.number();
