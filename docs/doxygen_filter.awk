@@ -44,10 +44,10 @@ function says_nothing(line) {
 # Prints a line of code; a comment at its end documents what stands before.
 function print_code(line,   code, comment) {
   if (says_nothing(line)) { print ""; return }
-  if (match(line, /  \/\/ /) && line !~ /^[ }]*\/\// && line !~ /^#/ && line !~ /[{}][ ]*\/\//) {
+  if (match(line, /  \/\/ /) && line !~ /^#/) {
     code = substr(line, 1, RSTART - 1)
-    comment = substr(line, RSTART + 5)
-    line = code "  ///< " escaped(comment)
+    sub(/ *$/, "", code)
+    if (code !~ /^ *}?$/ && code !~ /{$/) line = code "  ///< " escaped(substr(line, RSTART + 5))
   }
   print line
 }
