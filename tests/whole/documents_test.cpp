@@ -1,8 +1,13 @@
-// What the documents show must work: every session line in them is a session, and the example is applied.
+// What the documents show must work: session lines can be read, links lead somewhere, and the example is applied.
 #include <gtest/gtest.h>
 
+#include <cctype>
+#include <filesystem>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
@@ -23,6 +28,61 @@ TEST(Documents, ShowOnlySessionLinesThatAreOnes) {
     }
   }
   EXPECT_GT(lines, 8);
+}
+
+std::vector<std::filesystem::path> all_documents() {
+  const std::filesystem::path root = KNEAD_SOURCE;
+  std::vector<std::filesystem::path> documents{root / "README.md", root / "CHANGELOG.md", root / "CONTRIBUTING.md"};
+  for (const char* folder : {"docs", "docs/decisions"}) {
+    for (const auto& entry : std::filesystem::directory_iterator(root / folder)) {
+      if (entry.path().extension() == ".md") documents.push_back(entry.path());
+    }
+  }
+  return documents;
+}
+
+// The anchors of a page's headings, as GitHub makes them.
+std::set<std::string> anchors_of(const std::filesystem::path& document) {
+  std::set<std::string> anchors;
+  std::istringstream text(file_bytes(document));
+  for (std::string line; std::getline(text, line);) {
+    if (line.empty() || line[0] != '#') continue;
+    std::string anchor;
+    for (const char c : line.substr(line.find_first_not_of("# "))) {
+      if (c == ' ') anchor += '-';
+      if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_') {
+        anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+      }
+    }
+    anchors.insert(anchor);
+  }
+  return anchors;
+}
+
+TEST(Documents, EveryLinkLeadsToAFileAndAHeading) {
+  const std::regex link(R"(\]\(([^)#:]*)(#([^)]*))?\))");
+  int links = 0;
+  for (const std::filesystem::path& document : all_documents()) {
+    const std::string text = file_bytes(document);
+    for (std::sregex_iterator it(text.begin(), text.end(), link); it != std::sregex_iterator(); ++it) {
+      const std::filesystem::path target = (*it)[1].length() > 0 ? document.parent_path() / (*it)[1].str() : document;
+      const std::string anchor = (*it)[3];
+      ++links;
+      EXPECT_TRUE(std::filesystem::exists(target)) << document << ": " << it->str();
+      if (!anchor.empty()) {
+        EXPECT_EQ(anchors_of(target).count(anchor), 1u) << document << ": " << it->str();
+      }
+    }
+  }
+  EXPECT_GT(links, 100);
+}
+
+TEST(Documents, TheIndexNamesEveryDocument) {
+  const std::string index = file_bytes(std::filesystem::path(KNEAD_SOURCE) / "docs/README.md");
+  for (const std::filesystem::path& document : all_documents()) {
+    const std::string name = document.filename().string();
+    EXPECT_NE(index.find(name + ")"), std::string::npos) << document;
+  }
 }
 
 TEST(Documents, TheExampleBendsTwoFingersOfTheHand) {
