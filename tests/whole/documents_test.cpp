@@ -85,6 +85,19 @@ TEST(Documents, TheIndexNamesEveryDocument) {
   }
 }
 
+TEST(Documents, AskForTheVersionOfThisProject) {
+  const std::string request = "find_package(knead ";
+  int found = 0;
+  for (const std::filesystem::path& document : all_documents()) {
+    const std::string text = file_bytes(document);
+    for (std::size_t at = text.find(request); at != std::string::npos; at = text.find(request, at + 1)) {
+      ++found;
+      EXPECT_EQ(text.substr(at).rfind(request + KNEAD_VERSION, 0), 0u) << document << ": not " KNEAD_VERSION;
+    }
+  }
+  EXPECT_GT(found, 0);
+}
+
 TEST(Documents, TheExampleBendsTwoFingersOfTheHand) {
   const Mesh hand = make_shape(ShapeKind::hand);
   const Session session = read_session(std::filesystem::path(KNEAD_SOURCE) / "examples/peace.knead");

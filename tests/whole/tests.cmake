@@ -5,4 +5,5 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/volume_test.cpp
   LIBRARIES
   fmt::fmt)
-target_compile_definitions(knead_whole_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}")
+target_compile_definitions(knead_whole_test PRIVATE KNEAD_SOURCE="${PROJECT_SOURCE_DIR}"
+                           KNEAD_VERSION="${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
