@@ -46,7 +46,7 @@ TEST(CountFlipped, AFlapFoldedOverItsNeighbours) {
   EXPECT_EQ(count_flipped(grid, after, grid.positions), 0u);
 }
 
-// As it is defined, with the normals of all vertices.
+// Counts by the definition, with the normals of all vertices.
 std::size_t flipped_by_definition(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
   const auto opposes = [&](const Triangle& t, std::span<const Vec3d> positions, const std::vector<Vec3d>& normals) {
     const Vec3d normal = cross(positions[t[1]] - positions[t[0]], positions[t[2]] - positions[t[0]]);

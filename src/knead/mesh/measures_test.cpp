@@ -24,7 +24,7 @@ struct Known {
   double diagonal;
 };
 
-// As published with the meshes.
+// The figures published with the meshes.
 const Known kKnown[] = {
     {"armadillo_173k_constructed.ply", 172966, 345928, 0, 0, 0, 0, 1, 2, 0.0685591, 1.511},
     {"armadillo_43k.ply", 43243, 86482, 0, 0, 0, 0, 1, 2, 0.0686187, 1.512},

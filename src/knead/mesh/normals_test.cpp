@@ -121,7 +121,7 @@ TEST(TransportNormals, HardEdgesStayHard) {
   EXPECT_NEAR(norm(transport_normals(cube, over, authored, corner_normal)[1] - Vec3d{0, 0, -1}), 0, 1e-15);
 }
 
-// A tangent at each vertex: some direction across the normal.
+// A tangent at each vertex: any direction orthogonal to the normal.
 std::vector<Vec3d> tangents_across(const std::vector<Vec3d>& normals) {
   std::vector<Vec3d> tangents;
   for (const Vec3d& n : normals) tangents.push_back(any_orthogonal(n));
@@ -144,7 +144,7 @@ TEST(TransportTangents, TurnWithARotation) {
   }
 }
 
-// A turn about the normal is what normals alone cannot show.
+// Normals alone do not show a rotation about the normal.
 TEST(TransportTangents, TurnAboutTheNormal) {
   const Mesh fan = make_mesh({{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {-1, 0.5, 0}, {0, -1, 0}},
                              {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 1}});

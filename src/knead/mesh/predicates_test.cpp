@@ -36,7 +36,7 @@ int exact_orient3d(const Points& p) {
   return Rational(n.x * d.x + n.y * d.y + n.z * d.z).sign();
 }
 
-// Points that are hard to decide about: on a plane or a line of a small grid, some coordinates a few units in the last
+// Difficult points: on a plane or a line of a small grid, some coordinates a few units in the last
 // place away, all of them times `scale`.
 class HardPoints {
  public:
@@ -69,7 +69,7 @@ class HardPoints {
 // The ends of the stated range: the coordinates above are between 1e-9 and 20.
 constexpr std::array kScales{1.0, 0x1p-218, 0x1p245};
 
-// How often each sign came up: a test in which one is missing shows little.
+// How often each sign occurred: a test without one of them shows little.
 struct Tally {
   std::array<int, 3> counts{};
   void add(int sign) { ++counts[static_cast<std::size_t>(sign + 1)]; }

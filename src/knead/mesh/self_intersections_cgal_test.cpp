@@ -1,4 +1,4 @@
-// The pairs found are those of CGAL, on scans and on surfaces made to be hard.
+// Compares the pairs with those of CGAL, on scans and on difficult surfaces.
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
@@ -25,7 +25,7 @@ Pair ordered(std::uint32_t a, std::uint32_t b) { return {std::min(a, b), std::ma
 
 Point to_cgal(const Vec3d& p) { return {p.x, p.y, p.z}; }
 
-// CGAL's own function; nothing where its mesh cannot hold the triangles.
+// Calls CGAL's function; returns nothing if CGAL's mesh cannot hold the triangles.
 std::optional<Pairs> of_cgal_mesh(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
   SurfaceMesh mesh;
   for (const Vec3d& p : positions) mesh.add_vertex(to_cgal(p));
@@ -42,8 +42,7 @@ std::optional<Pairs> of_cgal_mesh(std::span<const Triangle> triangles, std::span
   return pairs;
 }
 
-// The rule of that function for two triangles, with CGAL's predicates, for triangles by number: it does not ask for a
-// surface that CGAL's mesh can hold.
+// Applies the rule of that function to two triangles, with CGAL's predicates. It needs no CGAL mesh.
 class CgalRule {
  public:
   CgalRule(std::span<const Triangle> triangles, std::span<const Vec3d> positions)
@@ -136,7 +135,7 @@ TEST(Cgal, HasTheSamePairsOfDirtyShapes) {
   }
 }
 
-// Corners on a coarse grid: every way of touching, overlapping and being degenerate comes up.
+// Corners on a coarse grid: produces every case of touching, overlapping and degenerate triangles.
 TEST(Cgal, HasTheSamePairsOfTrianglesOnAGrid) {
   std::mt19937 random(1);
   const auto pick = [&](std::uint32_t count) {

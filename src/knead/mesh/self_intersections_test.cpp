@@ -20,7 +20,7 @@ SelfIntersections of(const Mesh& mesh, const SelfIntersectionOptions& options = 
   return self_intersections(triangulate(mesh), mesh.positions, options);
 }
 
-// The same without a tree.
+// Finds the pairs without a tree.
 std::vector<Pair> by_every_pair(const Mesh& mesh) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   const auto corners = [&](const Triangle& t) {

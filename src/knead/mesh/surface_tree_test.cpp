@@ -184,7 +184,7 @@ TEST(SurfaceTree, StopsAtTheGivenDistance) {
   EXPECT_FALSE(tree.first_hit({0.5, 0.3, 2}, {0, 0, -2}, 0.4999));
 }
 
-// Rays along edges, diagonals and through corners, which all pass over rounding's brink.
+// Rays along edges, along diagonals and through corners: the cases that depend on rounding.
 TEST(SurfaceTree, EntersAsOftenAsItLeaves) {
   for (const Mesh& mesh : {unit_cube(), quad_torus(8, 8), make_shape(ShapeKind::sphere, 42)}) {
     const Soup soup = soup_of(mesh);

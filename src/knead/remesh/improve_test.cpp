@@ -12,7 +12,7 @@
 namespace knead::remesh_detail {
 namespace {
 
-// A ball whose vertices are stirred about on it: bad triangles everywhere.
+// A sphere whose vertices are moved randomly along it: bad triangles everywhere.
 Surface stirred_ball() {
   const Mesh ball = make_shape(ShapeKind::sphere, 2500);
   std::mt19937_64 random(3);

@@ -52,7 +52,7 @@ TEST(Remesh, AStrongPullKeepsVolumeTopologyAndGoodTriangles) {
 
 TEST(Remesh, ShorterChordsComeCloserToTheTrueImage) {
   const Deformed ball = pulled_ball();
-  // Where a surface that is refined much further stands, unimproved.
+  // A surface that is refined much further and not improved: the reference.
   RemeshSettings fine;
   fine.max_chord = 1e-5;
   fine.iterations = 0;
@@ -75,9 +75,9 @@ TEST(Remesh, ShorterChordsComeCloserToTheTrueImage) {
     return std::sqrt(squares / count);
   };
   const double coarse = distance(1e-3);
-  const double usual = distance(kDefaultMaxChord);
-  EXPECT_LT(usual, 1e-4);
-  EXPECT_LT(usual, coarse / 1.5);
+  const double by_default = distance(kDefaultMaxChord);
+  EXPECT_LT(by_default, 1e-4);
+  EXPECT_LT(by_default, coarse / 1.5);
 }
 
 TEST(Remesh, WhatIsNotTouchedKeepsVerticesOrderAndBits) {
@@ -171,7 +171,7 @@ TEST(Remesh, CreasesAreSplitAlongAndStayWhereTheFlowTakesThem) {
   advect(inverse(bent.flow()), back, exact);
   const double diagonal = bounding_box(bar.positions).diagonal();
   for (const Vec3d& p : back) {
-    // The bar is [-3, 3] x [-0.5, 0.5]^2: on an edge of it two coordinates are at their limits.
+    // The bar is [-3, 3] x [-0.5, 0.5]^2: at its edges two coordinates are at their limits.
     std::array<double, 3> off{std::abs(3 - std::abs(p.x)), std::abs(0.5 - std::abs(p.y)),
                               std::abs(0.5 - std::abs(p.z))};
     std::sort(off.begin(), off.end());
@@ -187,7 +187,7 @@ TEST(Remesh, ASmoothShapeHasNoCreasesAndABoxHasItsTwelve) {
   EXPECT_NEAR(length, 4 * (6 + 1 + 1), 1e-9);
 }
 
-// Colours and texture coordinates that are linear in the place before: interpolation must keep them so.
+// Colours and texture coordinates that are linear in the position before: interpolation must keep them linear.
 TEST(Remesh, AttributesFollowTheSurface) {
   Mesh ball = make_shape(ShapeKind::sphere, 2000);
   Attribute place{"place", Domain::vertex, NumberType::float64, 3, {}};
@@ -207,7 +207,7 @@ TEST(Remesh, AttributesFollowTheSurface) {
   ASSERT_EQ(places.values.size(), 3 * result.mesh.vertex_count());
   ASSERT_EQ(result.mesh.attributes[1].values.size(), 2 * result.mesh.corner_vertex.size());
   ASSERT_EQ(result.mesh.attributes[2].values.size(), result.mesh.face_count());
-  // Carried along the flow, the interpolated place must be where the vertex is.
+  // The flow must move the interpolated position to the vertex.
   std::vector<Vec3d> carried;
   for (std::size_t v = 0; v < result.mesh.vertex_count(); ++v) {
     carried.push_back({places.values[3 * v], places.values[3 * v + 1], places.values[3 * v + 2]});
@@ -283,7 +283,7 @@ TEST(Remesh, CoincidentBoundariesStayTogether) {
     halves.add_face(renamed);
   }
   const Remeshed result = Deformed(halves, pull({0, 0, 1}, {0.1, 0, 1.9}, 0.2, 0.9)).remeshed();
-  // Every boundary edge has one of the other half with the same places.
+  // Every boundary edge has a counterpart with the same positions in the other half.
   using Place = std::array<double, 3>;
   std::map<std::pair<Place, Place>, int> uses;
   const auto place = [&](std::uint32_t v) {
@@ -320,7 +320,7 @@ TEST(Remesh, CrossingsOfCoarseSamplingAreRefinedAway) {
   EXPECT_GT(smallest_moved_angle(result), 5);
 }
 
-// What is hopeless is left soon; what is told is true of what is left.
+// If crossings cannot be removed, remesh() gives up early, and its counts describe the result that it returns.
 TEST(Remesh, WhereHundredsCrossTheCountsAreThoseOfTheResult) {
   const Mesh ball = make_shape(ShapeKind::sphere, 162);
   const auto crumple = [](std::span<Vec3d> points) {  // no flow does this: it folds space

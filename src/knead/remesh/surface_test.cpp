@@ -46,7 +46,7 @@ Mesh mesh_of(const Surface& s) {
   return mesh;
 }
 
-// What must hold of the links between half-edges, edges and vertices.
+// Checks the links between half-edges, edges and vertices.
 void expect_sound(const Surface& s) {
   std::vector<std::set<std::uint32_t>> uses(s.halfedge.size());
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
@@ -133,7 +133,7 @@ TEST(Surface, SplitsGiveTheMeanAtTheNewCorners) {
 }
 
 TEST(Surface, ThinPlacesAreNotPinchedByACollapse) {
-  // Three vertices about a waist that is no face, with a tip of four more on each side.
+  // Three vertices form a waist without a face; on each side of it are four more.
   Mesh mesh;
   mesh.positions = {{0, 0, 2}, {0, 0, -2}, {1, 0, 0}, {-0.5, 0.9, 0}, {-0.5, -0.9, 0}};
   for (std::uint32_t i = 0; i < 3; ++i) {
