@@ -15,9 +15,10 @@ function escaped(text,   piece, count, i, result) {
       gsub(/>/, "\\&gt;", piece[i])
       gsub(/[@#%~]/, "\\\\&", piece[i])
       gsub(/\*/, "\\&lowast;", piece[i])
-      # Not the end of the first sentence.
+      # A dot that does not end the first sentence, which is the brief description.
       gsub(/Eq\. /, "Eq.\\&nbsp;", piece[i])
       gsub(/e\.g\. /, "e.g.\\&nbsp;", piece[i])
+      gsub(/\.\(/, "\\&#46;(", piece[i])
     }
     result = result (i > 1 ? "`" : "") piece[i]
   }
