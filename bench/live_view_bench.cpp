@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "knead/gl/context.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/shapes.h"
-#include "knead/render/context.h"
 #include "knead/render/image.h"
 #include "knead/render/live_view.h"
 
@@ -92,7 +92,7 @@ void measure_drawing(const Mesh& mesh, int samples) {
 
 int main(int argc, char** argv) {
   const Mesh mesh = argc > 1 ? read_shape(argv[1]).mesh : make_shape(ShapeKind::sphere, 438'000);
-  const OffscreenContext context;
+  const gl::OffscreenContext context;
   fmt::print("{}; {} vertices, {} x {}\n", context.description(), mesh.vertex_count(), kWidth, kHeight);
   {
     LiveView view;

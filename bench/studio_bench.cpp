@@ -13,9 +13,9 @@
 
 #include "card_shape.h"
 #include "drawn_shape.h"
+#include "knead/gl/context.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
-#include "knead/render/context.h"
 #include "knead/session/workbench.h"
 
 namespace {
@@ -106,7 +106,7 @@ void print(const char* drag, const char* mover, const Figures& figures) {
 
 int main(int argc, char** argv) {
   const Mesh mesh = argc > 1 ? read_shape(argv[1]).mesh : make_shape(ShapeKind::sphere, 438'000);
-  const render::OffscreenContext context;
+  const gl::OffscreenContext context;
   fmt::print("{}; {} vertices\n", context.description(), mesh.vertex_count());
   const Scene scenes[] = {
       {"whole shape between", 0.02, 1.2}, {"a third of the shape", 0.05, 0.35}, {"a brush", 0.02, 0.08}};

@@ -16,8 +16,9 @@ io:      math mesh
 remesh:  math mesh
 tool:    math field flow mesh
 session: math field flow mesh io remesh tool
-gpu:     math field flow
-render:  math field flow mesh
+gl:      math
+gpu:     math field flow gl
+render:  math field flow mesh gl
 '
 
 # shellcheck disable=SC2016  # awk's own dollar signs

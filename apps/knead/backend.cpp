@@ -17,7 +17,7 @@ ChosenBackend choose_backend(const std::string& name, bool quiet) {
   const auto use = std::make_shared<BackendUse>();
   Backend gpu = gpu::backend_or_cpu([use, quiet](const std::string& why) {
     use->has_failed = true;
-    if (!quiet) print_message(fmt::format("note: {}; here the CPU does it", why));
+    if (!quiet) print_message(fmt::format("note: {}; the CPU moves the points instead", why));
   });
   Backend move = [use, gpu = std::move(gpu)](const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
     use->was_called = true;

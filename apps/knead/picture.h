@@ -7,7 +7,7 @@
 
 #include "knead/math/vec3.h"
 #include "knead/mesh/mesh.h"
-#include "knead/render/drawn_tool.h"
+#include "knead/render/tool_picture.h"
 
 namespace knead::command {
 

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "drawn_shape.h"
-#include "knead/render/context.h"
+#include "knead/gl/context.h"
 #include "studio_fixture.h"
 
 namespace knead::studio {
@@ -21,7 +21,7 @@ class CardShapeTest : public StudioTest {
   void SetUp() override {
     StudioTest::SetUp();
     try {
-      context_ = std::make_unique<render::OffscreenContext>();
+      context_ = std::make_unique<gl::OffscreenContext>();
     } catch (const std::runtime_error& error) {
       GTEST_SKIP() << error.what();
     }
@@ -56,7 +56,7 @@ class CardShapeTest : public StudioTest {
     return most / studio.shown().diagonal;
   }
 
-  std::unique_ptr<render::OffscreenContext> context_;
+  std::unique_ptr<gl::OffscreenContext> context_;
   std::optional<render::LiveView> view_;
   std::optional<CardShape> card_;
 };

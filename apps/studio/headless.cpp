@@ -7,8 +7,8 @@
 
 #include "card_shape.h"
 #include "drawn_shape.h"
+#include "knead/gl/context.h"
 #include "knead/io/atomic_file.h"
-#include "knead/render/context.h"
 #include "knead/render/live_view.h"
 #include "script.h"
 #include "view/overlay.h"
@@ -19,7 +19,7 @@ namespace {
 
 // The context comes first, and goes last.
 struct Canvas {
-  render::OffscreenContext context;
+  gl::OffscreenContext context;
   render::LiveView view;
   Overlay overlay;
   DrawnShape shape;

@@ -19,6 +19,7 @@ namespace knead::gpu {
 
 namespace {
 
+constexpr int kComputing = 43;  // the version of OpenGL with compute shaders
 constexpr std::size_t kGroup = layout::kGroup;
 static_assert(kGroup == Gpu::kGroup);
 constexpr std::size_t kCountWords = static_cast<std::size_t>(layout::kCountStripes) * layout::kCounters;
@@ -44,24 +45,22 @@ Range make_range(std::span<const Vec3d> points, std::size_t begin) {
   Range range;
   range.begin = begin;
   range.count = points.size();
-  range.points = make_buffer(points.data(), points.size_bytes());
-  range.steps = make_buffer(nullptr, points.size() * sizeof(std::uint32_t));
-  range.bounds = make_buffer(balls.bounds.data(), balls.bounds.size() * sizeof(double));
-  range.radii = make_buffer(balls.radii.data(), balls.radii.size() * sizeof(float));
+  range.points = gl::make_storage(points.data(), points.size_bytes());
+  range.steps = gl::make_storage(nullptr, points.size() * sizeof(std::uint32_t));
+  range.bounds = gl::make_storage(balls.bounds.data(), balls.bounds.size() * sizeof(double));
+  range.radii = gl::make_storage(balls.radii.data(), balls.radii.size() * sizeof(float));
   return range;
 }
 
-void bind(GLuint place, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, place, buffer.get()); }
-
 // The packed segments in buffers.
 struct SegmentBuffers {
-  Buffer numbers;
-  Buffer places;
-  Buffer table;
+  gl::Buffer numbers;
+  gl::Buffer places;
+  gl::Buffer table;
 
   SegmentBuffers(const PackedSegments& packed, bool in_double, Transfers& transfers) {
     if (in_double) {
-      numbers = make_buffer(packed.numbers.data(), packed.numbers.size() * sizeof(double));
+      numbers = gl::make_storage(packed.numbers.data(), packed.numbers.size() * sizeof(double));
     } else {
       const std::vector<float> rounded = [&] {
         std::vector<float> result(packed.numbers.size());
@@ -69,10 +68,10 @@ struct SegmentBuffers {
                        [](double x) { return static_cast<float>(x); });
         return result;
       }();
-      numbers = make_buffer(rounded.data(), rounded.size() * sizeof(float));
+      numbers = gl::make_storage(rounded.data(), rounded.size() * sizeof(float));
     }
-    places = make_buffer(packed.places.data(), packed.places.size() * sizeof(double));
-    table = make_buffer(packed.table.data(), packed.table.size() * sizeof(std::int32_t));
+    places = gl::make_storage(packed.places.data(), packed.places.size() * sizeof(double));
+    table = gl::make_storage(packed.table.data(), packed.table.size() * sizeof(std::int32_t));
     transfers.sent += 3;
     transfers.bytes_sent += packed.numbers.size() * (in_double ? sizeof(double) : sizeof(float)) +
                             packed.places.size() * sizeof(double) + packed.table.size() * sizeof(std::int32_t);
@@ -89,8 +88,7 @@ AdvectResult result_of(std::span<const std::uint32_t> words) {
     if (words[at + 6] != 0) result.status = AdvectStatus::step_limit;
     if (words[at + 7] != 0) {
       throw GpuError(
-          "the graphics driver stops loops as long as these path lines need (Mesa's does on the CPU); use the cpu "
-          "backend");
+          "the graphics driver stops loops as long as these path lines need (Mesa's does on the CPU); use the CPU");
     }
   }
   return result;
@@ -116,9 +114,10 @@ GpuPoints::GpuPoints(GpuPoints&&) noexcept = default;
 GpuPoints& GpuPoints::operator=(GpuPoints&&) noexcept = default;
 std::size_t GpuPoints::size() const { return state_->size; }
 
-Gpu::State::State(const GpuOptions& options) : context(options.in_current_context) {
+Gpu::State::State(const GpuOptions& options)
+    : context(options.in_current_context ? gl::Context::adopt_current(kComputing) : gl::Context::open(kComputing)) {
   unrolled = options.unrolled.value_or(!context.is_software());
-  const CurrentContext current(context);
+  const gl::CurrentContext current(context);
   GLint64 bytes = 0;
   GLint groups = 0;
   glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &bytes);
@@ -131,18 +130,18 @@ Gpu::State::State(const GpuOptions& options) : context(options.in_current_contex
 
 Gpu::State::~State() {
   try {
-    const CurrentContext current(context);
+    const gl::CurrentContext current(context);
     programs.clear();
   } catch (const GpuError&) {
     for (auto& [kind, program] : programs) program.forget();
   }
 }
 
-const Program& Gpu::State::program_of(const ShaderKind& kind) {
+const gl::Program& Gpu::State::program_of(const ShaderKind& kind) {
   const auto found =
       std::find_if(programs.begin(), programs.end(), [&](const auto& known) { return known.first == kind; });
   if (found != programs.end()) return found->second;
-  programs.emplace_back(kind, make_compute_program(shader_source(kind)));
+  programs.emplace_back(kind, gl::make_compute_program(shader_source(kind)));
   return programs.back().second;
 }
 
@@ -162,27 +161,27 @@ struct Calls {
     kind.unrolled = gpu.unrolled;
     const PackedSegments packed = pack(segments, options);
     if (packed.numbers.size() * sizeof(double) > gpu.most_bytes) {
-      throw GpuError("the graphics driver takes no point set as large as this flow's; use the cpu backend");
+      throw GpuError("the graphics driver takes no point set as large as this flow's; use the CPU");
     }
     const SegmentBuffers buffers(packed, kind.in_double, gpu.transfers);
-    const Program& program = gpu.program_of(kind);
+    const gl::Program& program = gpu.program_of(kind);
     glUseProgram(program.get());
-    glUniform1i(glGetUniformLocation(program.get(), "segment_count"), packed.count);
-    bind(4, buffers.numbers);
-    bind(5, buffers.places);
-    bind(6, buffers.table);
-    bind(7, points.counts);
+    glUniform1i(uniform(program, "segment_count"), packed.count);
+    gl::bind_storage(4, buffers.numbers);
+    gl::bind_storage(5, buffers.places);
+    gl::bind_storage(6, buffers.table);
+    gl::bind_storage(7, points.counts);
     for (const Range& range : points.ranges) {
       if (are_cancelled()) return false;
-      glUniform1ui(glGetUniformLocation(program.get(), "point_count"), static_cast<GLuint>(range.count));
-      bind(0, range.points);
-      bind(1, range.steps);
-      bind(2, range.bounds);
-      bind(3, range.radii);
+      glUniform1ui(uniform(program, "point_count"), static_cast<GLuint>(range.count));
+      gl::bind_storage(0, range.points);
+      gl::bind_storage(1, range.steps);
+      gl::bind_storage(2, range.bounds);
+      gl::bind_storage(3, range.radii);
       glDispatchCompute(static_cast<GLuint>((range.count + kGroup - 1) / kGroup), 1, 1);
       glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
       if (waits) glFinish();
-      require_no_error();
+      gl::require_no_error();
       if (waits && options.progress != nullptr) options.progress->done += range.count * segments.size();
     }
     return true;
@@ -190,8 +189,8 @@ struct Calls {
 };
 
 void clear_counts(GpuPoints::State& points) {
-  for (const Range& range : points.ranges) clear_words(range.steps);
-  clear_words(points.counts);
+  for (const Range& range : points.ranges) gl::clear_storage(range.steps);
+  gl::clear_storage(points.counts);
 }
 
 AdvectResult read_counts(Gpu::State& gpu, const GpuPoints::State& points) {
@@ -212,16 +211,16 @@ Transfers Gpu::transfers() const { return state_->transfers; }
 GpuPoints Gpu::upload(std::span<const Vec3d> points) {
   auto uploaded = std::make_unique<GpuPoints::State>(state_->context);
   uploaded->size = points.size();
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   for (std::size_t begin = 0; begin < points.size(); begin += state_->most_points) {
     const auto own = points.subspan(begin, std::min(state_->most_points, points.size() - begin));
     uploaded->ranges.push_back(make_range(own, begin));
     state_->count_sent(own.size_bytes());
   }
-  uploaded->counts = make_buffer(nullptr, kCountWords * sizeof(std::uint32_t));
+  uploaded->counts = gl::make_storage(nullptr, kCountWords * sizeof(std::uint32_t));
   clear_counts(*uploaded);
   glFinish();
-  require_no_error();
+  gl::require_no_error();
   return GpuPoints(std::move(uploaded));
 }
 
@@ -230,7 +229,7 @@ void Gpu::write(GpuPoints& points, std::size_t first, std::span<const Vec3d> pos
   if (end > points.size() || first % kGroup != 0 || (end % kGroup != 0 && end != points.size())) {
     throw InvalidInput("give whole groups of 64 of the GPU's points");
   }
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
     const std::size_t begin = std::max(first, range.begin);
     const std::size_t stop = std::min(end, range.begin + range.count);
@@ -238,27 +237,28 @@ void Gpu::write(GpuPoints& points, std::size_t first, std::span<const Vec3d> pos
     const auto own = positions.subspan(begin - first, stop - begin);
     const Balls balls(own);
     const std::size_t place = begin - range.begin;
-    write_buffer(range.points, place * sizeof(Vec3d), own.size_bytes(), own.data());
-    write_buffer(range.bounds, place / kGroup * 4 * sizeof(double), balls.bounds.size() * sizeof(double),
-                 balls.bounds.data());
-    write_buffer(range.radii, place / kGroup * sizeof(float), balls.radii.size() * sizeof(float), balls.radii.data());
+    gl::write_storage(range.points, place * sizeof(Vec3d), own.size_bytes(), own.data());
+    gl::write_storage(range.bounds, place / kGroup * 4 * sizeof(double), balls.bounds.size() * sizeof(double),
+                      balls.bounds.data());
+    gl::write_storage(range.radii, place / kGroup * sizeof(float), balls.radii.size() * sizeof(float),
+                      balls.radii.data());
     state_->count_sent(own.size_bytes());
   }
-  require_no_error();
+  gl::require_no_error();
 }
 
 void Gpu::assign(GpuPoints& to, const GpuPoints& from) const {
   if (to.size() != from.size()) throw InvalidInput("the GPU's points differ in number");
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   for (std::size_t i = 0; i < from.state_->ranges.size(); ++i) {
     const Range& source = from.state_->ranges[i];
     const Range& target = to.state_->ranges[i];
     const std::size_t groups = (source.count + kGroup - 1) / kGroup;
-    copy_buffer(source.points, target.points, source.count * sizeof(Vec3d));
-    copy_buffer(source.bounds, target.bounds, groups * 4 * sizeof(double));
-    copy_buffer(source.radii, target.radii, groups * sizeof(float));
+    gl::copy_storage(source.points, target.points, source.count * sizeof(Vec3d));
+    gl::copy_storage(source.bounds, target.bounds, groups * 4 * sizeof(double));
+    gl::copy_storage(source.radii, target.radii, groups * sizeof(float));
   }
-  require_no_error();
+  gl::require_no_error();
 }
 
 std::vector<GpuBuffer> Gpu::buffers(const GpuPoints& points) {
@@ -269,7 +269,7 @@ std::vector<GpuBuffer> Gpu::buffers(const GpuPoints& points) {
 
 AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   const Calls calls{*state_, options};
   clear_counts(*points.state_);
   std::span<const Segment> rest = flow.segments;
@@ -281,7 +281,7 @@ AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOption
     result = read_counts(*state_, *points.state_);
     if (!is_done || calls.are_cancelled()) result.status = AdvectStatus::cancelled;
   }
-  require_no_error();
+  gl::require_no_error();
   if (options.steps.empty()) return result;
   std::vector<std::uint32_t> steps;
   for (const Range& range : points.state_->ranges) {
@@ -294,7 +294,7 @@ AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOption
 
 void Gpu::enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   const Calls calls{*state_, options, false};
   for (std::span<const Segment> rest = flow.segments; !rest.empty();) {
     const std::size_t length = pack_length(rest, options);
@@ -304,20 +304,20 @@ void Gpu::enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& opti
 }
 
 AdvectResult Gpu::collect(GpuPoints& points) {
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   const AdvectResult result = read_counts(*state_, *points.state_);
   clear_counts(*points.state_);
-  require_no_error();
+  gl::require_no_error();
   return result;
 }
 
 void Gpu::download(const GpuPoints& points, std::span<Vec3d> result) {
   if (result.size() != points.size()) throw InvalidInput("give a place for each of the GPU's points");
-  const CurrentContext current(state_->context);
+  const gl::CurrentContext current(state_->context);
   for (const Range& range : points.state_->ranges) {
     state_->read(range.points, 0, range.count * sizeof(Vec3d), result.data() + range.begin);
   }
-  require_no_error();
+  gl::require_no_error();
 }
 
 AdvectResult Gpu::advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
@@ -369,9 +369,7 @@ Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, c
     } catch (const GpuError& error) {
       why = error.what();
     } catch (const std::bad_alloc&) {  // less is needed without the GPU
-      why =
-          "there is too little memory for what goes to the GPU; close other programs, or use the cpu "
-          "backend";
+      why = "there is too little memory for what goes to the GPU; close other programs, or use the CPU";
     }
     state->has_failed = true;
     state->gpu.reset();

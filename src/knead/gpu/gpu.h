@@ -12,7 +12,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/flow/backend.h"
-#include "knead/gpu/gpu_error.h"
+#include "knead/gl/context.h"
 
 namespace knead::gpu {
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "knead/gpu/context.h"
-#include "knead/gpu/gl_buffers.h"
+#include "knead/gl/context.h"
+#include "knead/gl/objects.h"
 #include "knead/gpu/gpu_fixture.h"
 #include "knead/gpu/gpu_surface.h"
 #include "knead/gpu/provoked_failures.h"
@@ -48,8 +48,7 @@ Flow two_moves() {
 }
 
 EGLDisplay gpu_display() {
-  const Context context(false);
-  const CurrentContext current(context);
+  const gl::OffscreenContext context(43);
   return eglGetCurrentDisplay();
 }
 
@@ -63,8 +62,8 @@ std::string failure_of(Call call) {
   return "none";
 }
 
-const char* const kNoAnswer = "the GPU does not answer; start again, or use the cpu backend";
-const char* const kReset = "the GPU was lost (its driver was reset); start again, or use the cpu backend";
+const char* const kNoAnswer = "the GPU does not answer; start again, or use the CPU";
+const char* const kReset = "the GPU was lost (its driver was reset); start again, or use the CPU";
 
 // A backend, what it said, and how it is called.
 struct WatchedBackend {
@@ -118,13 +117,13 @@ TEST_F(GpuFailuresTest, ALostGpuLeavesOtherContextsAlone) {
   if (other == lost || eglInitialize(other, nullptr, nullptr) == EGL_FALSE) GTEST_SKIP() << "there is but one display";
   const EGLContext context = eglCreateContext(other, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, nullptr);
   ASSERT_EQ(eglMakeCurrent(other, EGL_NO_SURFACE, EGL_NO_SURFACE, context), EGL_TRUE);
-  std::vector<Buffer> own;
-  for (int i = 0; i < 20; ++i) own.push_back(make_buffer(nullptr, 64));
+  std::vector<gl::Buffer> own;
+  for (int i = 0; i < 20; ++i) own.push_back(gl::make_storage(nullptr, 64));
   ASSERT_EQ(eglTerminate(lost), EGL_TRUE);
   points.reset();
   close();
   EXPECT_EQ(eglGetCurrentContext(), context);
-  for (const Buffer& buffer : own) EXPECT_EQ(glIsBuffer(buffer.get()), GL_TRUE);
+  for (const gl::Buffer& buffer : own) EXPECT_EQ(glIsBuffer(buffer.get()), GL_TRUE);
   own.clear();
   eglMakeCurrent(other, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(other, context);
@@ -197,7 +196,7 @@ TEST_F(GpuFailuresTest, TheCpuTakesOverWhereTheCardHasTooLittleMemory) {
   EXPECT_TRUE(watched.said.empty());
   starve_buffers(1 << 25);
   const std::string expected =
-      "the GPU has too little memory left for 48 MB more; close what else uses it, or use the cpu backend";
+      "the GPU has too little memory left for 48 MB more; close other programs that use it, or use the CPU";
   EXPECT_EQ(failure_of([&] { gpu().upload(points); }), expected);
   auto small = few;
   EXPECT_EQ(gpu().advect(two_moves(), small, default_options(1)).status, AdvectStatus::done);  // it is not lost

@@ -45,8 +45,8 @@ void main() {
 )";
 
 // The least of some calls.
-double seconds_of(const Program& program, int rounds) {
-  glUniform1i(glGetUniformLocation(program.get(), "rounds"), rounds);
+double seconds_of(const gl::Program& program, int rounds) {
+  glUniform1i(uniform(program, "rounds"), rounds);
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kRepetitions; ++i) {
     glFinish();
@@ -55,20 +55,20 @@ double seconds_of(const Program& program, int rounds) {
     glFinish();
     least = std::min(least, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
-  require_no_error();
+  gl::require_no_error();
   return least;
 }
 
 }  // namespace
 
 double Gpu::multiply_add_gflops() {
-  const CurrentContext current(state_->context);
-  const Program program = make_compute_program(kShader);
-  const Buffer result = make_buffer(nullptr, kWorkGroups * kThreadsToAWorkGroup * sizeof(float));
+  const gl::CurrentContext current(state_->context);
+  const gl::Program program = gl::make_compute_program(kShader);
+  const gl::Buffer result = gl::make_storage(nullptr, kWorkGroups * kThreadsToAWorkGroup * sizeof(float));
   glUseProgram(program.get());
-  glUniform1f(glGetUniformLocation(program.get(), "factor"), 0.999F);
-  glUniform1f(glGetUniformLocation(program.get(), "summand"), 0.001F);
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, result.get());
+  glUniform1f(uniform(program, "factor"), 0.999F);
+  glUniform1f(uniform(program, "summand"), 0.001F);
+  gl::bind_storage(0, result);
   // By what twice as many rounds take longer, since a call may take long in itself, and compiles what is new.
   int rounds = 1;
   double seconds = seconds_of(program, rounds);

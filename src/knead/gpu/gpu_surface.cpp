@@ -34,7 +34,7 @@ constexpr std::size_t bytes_of(std::size_t candidates) { return kHeaderBytes + c
 struct Part {
   std::size_t begin = 0;
   std::size_t count = 0;
-  Buffer triangles;
+  gl::Buffer triangles;
 
   std::size_t groups() const { return (count + kTrianglesToAWorkGroup - 1) / kTrianglesToAWorkGroup; }
 };
@@ -45,25 +45,21 @@ std::size_t groups_of(const std::vector<Part>& parts) {
   return sum;
 }
 
-void bind(std::size_t place, const Buffer& buffer) {
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, static_cast<GLuint>(place), buffer.get());
+void set(const gl::Program& program, const char* name, std::size_t value) {
+  glUniform1ui(uniform(program, name), static_cast<GLuint>(value));
 }
 
-void set(const Program& program, const char* name, std::size_t value) {
-  glUniform1ui(glGetUniformLocation(program.get(), name), static_cast<GLuint>(value));
+void set(const gl::Program& program, const char* name, const Vec3d& value) {
+  glUniform3d(uniform(program, name), value.x, value.y, value.z);
 }
 
-void set(const Program& program, const char* name, const Vec3d& value) {
-  glUniform3d(glGetUniformLocation(program.get(), name), value.x, value.y, value.z);
-}
-
-void bind_points(const Program& program, const GpuPoints::State& points) {
+void bind_points(const gl::Program& program, const GpuPoints::State& points) {
   if (points.ranges.size() > kSurfaceRanges) {
-    throw GpuError("the graphics driver's buffers are too small for a surface of so many points; use the cpu backend");
+    throw GpuError("the graphics driver's buffers are too small for a surface of so many points; use the CPU");
   }
   set(program, "points_to_a_range", points.ranges.front().count);
   for (std::size_t i = 0; i < kSurfaceRanges; ++i) {
-    bind(i, points.ranges[std::min(i, points.ranges.size() - 1)].points);
+    gl::bind_storage(static_cast<GLuint>(i), points.ranges[std::min(i, points.ranges.size() - 1)].points);
   }
 }
 
@@ -92,12 +88,12 @@ struct GpuSurface::State {
   Gpu::State& gpu;
   std::size_t points = 0;  // that the triangles need
   std::vector<Part> parts{};
-  Program volume{};
-  Program sum{};
-  Program candidates{};
-  Buffer group_sums{};
-  Buffer result{};
-  Buffer found{};
+  gl::Program volume{};
+  gl::Program sum{};
+  gl::Program candidates{};
+  gl::Buffer group_sums{};
+  gl::Buffer result{};
+  gl::Buffer found{};
   std::size_t capacity = 256;  // of `found`
 
   explicit State(Gpu::State& of) : gpu(of) {}
@@ -113,15 +109,15 @@ struct GpuSurface::State {
 
   // Sends all triangles through the program that is in use.
   template <class Before>
-  void dispatch(const Program& program, Before before) const {
+  void dispatch(const gl::Program& program, Before before) const {
     for (const Part& part : parts) {
-      bind(kTrianglesPlace, part.triangles);
+      gl::bind_storage(kTrianglesPlace, part.triangles);
       set(program, "triangle_count", part.count);
       before(part);
       glDispatchCompute(static_cast<GLuint>(part.groups()), 1, 1);
     }
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-    require_no_error();
+    gl::require_no_error();
   }
 
   void find_candidates(const GpuPoints::State& of, const Vec3d& origin, const Vec3d& direction) const;
@@ -130,34 +126,34 @@ struct GpuSurface::State {
 
 void GpuSurface::State::open(std::span<const Triangle> triangles) {
   for (const Triangle& t : triangles) points = std::max<std::size_t>(points, std::max({t[0], t[1], t[2]}) + 1ULL);
-  const CurrentContext current(gpu.context);
+  const gl::CurrentContext current(gpu.context);
   constexpr std::size_t most_groups = 65535;  // that every driver takes in a call
   const std::size_t groups = gpu.most_bytes / sizeof(Triangle) / kTrianglesToAWorkGroup;
   const std::size_t most = std::clamp<std::size_t>(groups, 1, most_groups) * kTrianglesToAWorkGroup;
   for (std::size_t begin = 0; begin < triangles.size(); begin += most) {
     const auto own = triangles.subspan(begin, std::min(most, triangles.size() - begin));
-    parts.push_back({begin, own.size(), make_buffer(own.data(), own.size_bytes())});
+    parts.push_back({begin, own.size(), gl::make_storage(own.data(), own.size_bytes())});
     gpu.count_sent(own.size_bytes());
   }
-  volume = make_compute_program(volume_source());
-  sum = make_compute_program(sum_source());
-  candidates = make_compute_program(candidates_source());
-  group_sums = make_buffer(nullptr, groups_of(parts) * sizeof(double));
-  result = make_buffer(nullptr, sizeof(double));
-  found = make_buffer(nullptr, bytes_of(capacity));
-  require_no_error();
+  volume = gl::make_compute_program(volume_source());
+  sum = gl::make_compute_program(sum_source());
+  candidates = gl::make_compute_program(candidates_source());
+  group_sums = gl::make_storage(nullptr, groups_of(parts) * sizeof(double));
+  result = gl::make_storage(nullptr, sizeof(double));
+  found = gl::make_storage(nullptr, bytes_of(capacity));
+  gl::require_no_error();
 }
 
 GpuSurface::State::~State() {
   try {
-    const CurrentContext current(gpu.context);
+    const gl::CurrentContext current(gpu.context);
     parts.clear();
-    for (Program* program : {&volume, &sum, &candidates}) *program = {};
-    for (Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
+    for (gl::Program* program : {&volume, &sum, &candidates}) *program = {};
+    for (gl::Buffer* buffer : {&group_sums, &result, &found}) *buffer = {};
   } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
     for (Part& part : parts) part.triangles.forget();
-    for (Program* program : {&volume, &sum, &candidates}) program->forget();
-    for (Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
+    for (gl::Program* program : {&volume, &sum, &candidates}) program->forget();
+    for (gl::Buffer* buffer : {&group_sums, &result, &found}) buffer->forget();
   }
 }
 
@@ -171,11 +167,11 @@ GpuSurface& GpuSurface::operator=(GpuSurface&&) noexcept = default;
 double GpuSurface::volume(const GpuPoints& points, const Vec3d& origin) const {
   state_->require(*points.state_);
   if (state_->parts.empty()) return 0;
-  const CurrentContext current(state_->gpu.context);
-  const Program& program = state_->volume;
+  const gl::CurrentContext current(state_->gpu.context);
+  const gl::Program& program = state_->volume;
   glUseProgram(program.get());
   bind_points(program, *points.state_);
-  bind(kResultPlace, state_->group_sums);
+  gl::bind_storage(kResultPlace, state_->group_sums);
   set(program, "origin", origin);
   std::size_t first_group = 0;
   state_->dispatch(program, [&](const Part& part) {
@@ -184,13 +180,13 @@ double GpuSurface::volume(const GpuPoints& points, const Vec3d& origin) const {
   });
   glUseProgram(state_->sum.get());
   set(state_->sum, "count", first_group);
-  bind(0, state_->group_sums);
-  bind(kResultPlace, state_->result);
+  gl::bind_storage(0, state_->group_sums);
+  gl::bind_storage(kResultPlace, state_->result);
   glDispatchCompute(1, 1, 1);
   glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
   double volume6 = 0;
   state_->gpu.read(state_->result, 0, sizeof(double), &volume6);
-  require_no_error();
+  gl::require_no_error();
   return volume6 / 6;
 }
 
@@ -198,13 +194,13 @@ void GpuSurface::State::find_candidates(const GpuPoints::State& of, const Vec3d&
   const std::size_t axis = TriangleRay(origin, direction).axis();
   const double along = direction[axis];
   glUseProgram(candidates.get());
-  clear_words(found);
+  gl::clear_storage(found);
   bind_points(candidates, of);
-  bind(kResultPlace, found);
+  gl::bind_storage(kResultPlace, found);
   set(candidates, "origin", origin);
   set(candidates, "shear", Vec3d{direction[(axis + 1) % 3] / along, direction[(axis + 2) % 3] / along, 1 / along});
   set(candidates, "capacity", capacity);
-  glUniform1i(glGetUniformLocation(candidates.get(), "axis"), static_cast<GLint>(axis));
+  glUniform1i(uniform(candidates, "axis"), static_cast<GLint>(axis));
   dispatch(candidates, [&](const Part& part) { set(candidates, "first_triangle", part.begin); });
 }
 
@@ -217,16 +213,16 @@ std::vector<Candidate> GpuSurface::State::read_candidates() {
   } block;
   static_assert(sizeof(Block) == bytes_of(kReadAtOnce));
   gpu.read(found, 0, sizeof(Block), &block);
-  require_no_error();
+  gl::require_no_error();
   if (block.count > capacity) {
-    found = make_buffer(nullptr, bytes_of(block.count));
+    found = gl::make_storage(nullptr, bytes_of(block.count));
     capacity = block.count;
     return {};
   }
   std::vector<Candidate> all(block.first.begin(), block.first.end());
   all.resize(block.count);
   if (block.count > kReadAtOnce) gpu.read(found, kHeaderBytes, all.size() * sizeof(Candidate), all.data());
-  require_no_error();
+  gl::require_no_error();
   return all;
 }
 
@@ -234,7 +230,7 @@ std::optional<GpuHit> GpuSurface::first_hit(const GpuPoints& points, const Vec3d
                                             const Vec3d& direction) const {
   state_->require(*points.state_);
   if (state_->parts.empty()) return std::nullopt;
-  const CurrentContext current(state_->gpu.context);
+  const gl::CurrentContext current(state_->gpu.context);
   std::vector<Candidate> candidates;
   for (std::size_t room = 0; room != state_->capacity;) {  // once more where there was not enough
     room = state_->capacity;

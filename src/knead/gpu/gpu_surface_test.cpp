@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "knead/gpu/context.h"
+#include "knead/gl/context.h"
 #include "knead/gpu/gpu_fixture.h"
 #include "knead/math/error.h"
 #include "knead/mesh/dirty_shapes.h"
@@ -236,8 +236,7 @@ TEST_F(GpuSurfaceTest, InTheContextThatIsCurrent) {
   const std::vector<Triangle> triangles = triangulate(mesh);
   const GpuSurface own(gpu(), triangles);
   const double volume = own.volume(gpu().upload(mesh.positions), {});
-  const Context context(false);
-  const CurrentContext current(context);
+  const gl::OffscreenContext context(43);
   GpuOptions options;
   options.in_current_context = true;
   Gpu adopting(options);

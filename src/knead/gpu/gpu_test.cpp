@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "knead/gpu/context.h"
+#include "knead/gl/context.h"
 #include "knead/gpu/gpu_fixture.h"
 #include "knead/math/error.h"
 #include "support/random_segments.h"
@@ -184,8 +184,7 @@ TEST_F(GpuPointsTest, InTheContextThatIsCurrent) {
   GpuOptions options;
   options.in_current_context = true;
   EXPECT_THROW(Gpu{options}, GpuError);  // there is none
-  const Context context(false);
-  const CurrentContext current(context);
+  const gl::OffscreenContext context(43);
   Gpu adopting(options);
   EXPECT_EQ(adopting.description(), gpu().description());
   GpuPoints uploaded = adopting.upload(points);

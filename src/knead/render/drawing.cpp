@@ -6,23 +6,23 @@
 
 namespace knead::render {
 
-void set(const Program& program, const char* name, const Vec3d& v) {
+void set(const gl::Program& program, const char* name, const Vec3d& v) {
   glUniform3f(uniform(program, name), static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z));
 }
 
-void set(const Program& program, const char* name, double x) {
+void set(const gl::Program& program, const char* name, double x) {
   glUniform1f(uniform(program, name), static_cast<float>(x));
 }
 
-void set(const Program& program, const char* name, const Color& c) {
+void set(const gl::Program& program, const char* name, const Color& c) {
   glUniform3f(uniform(program, name), c.red, c.green, c.blue);
 }
 
-void set_with_alpha(const Program& program, const char* name, const Color& c) {
+void set_with_alpha(const gl::Program& program, const char* name, const Color& c) {
   glUniform4f(uniform(program, name), c.red, c.green, c.blue, c.alpha);
 }
 
-void use(const Program& program, const View& view, int width, int height) {
+void use(const gl::Program& program, const View& view, int width, int height) {
   glUseProgram(program.get());
   set(program, "eye", view.eye);
   set(program, "forward", view.frame.forward);
@@ -35,26 +35,26 @@ void use(const Program& program, const View& view, int width, int height) {
   glUniform4f(uniform(program, "clip"), 0, 0, 0, 1);
 }
 
-void use(const Program& program, const Pass& pass) { use(program, pass.view, pass.width, pass.height); }
+void use(const gl::Program& program, const Pass& pass) { use(program, pass.view, pass.width, pass.height); }
 
-void use_clipped(const Program& program, const Pass& pass) {
+void use_clipped(const gl::Program& program, const Pass& pass) {
   use(program, pass);
   if (!pass.clipped) return;
   glUniform4fv(uniform(program, "clip"), 1, pass.clip.data());
   glEnable(GL_CLIP_DISTANCE0);
 }
 
-void set_simple_light(const Program& program, const View& view) {
+void set_simple_light(const gl::Program& program, const View& view) {
   set(program, "sky_up", view.ground_up);
   set(program, "key", normalized(view.frame.up * 0.9 - view.frame.right * 0.6 - view.frame.forward * 0.8));
 }
 
-void set_ground(const Program& program, const Pass& pass, const GpuOccluder& occluder) {
+void set_ground(const gl::Program& program, const Pass& pass, const OccluderBuffers& occluder) {
   const Vec3f up(pass.view.ground_up);
   glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
 }
 
-void draw(const GpuSurface& surface) {
+void draw(const SurfaceBuffers& surface) {
   if (surface.count == 0) return;
   glBindVertexArray(surface.layout.get());
   if (surface.points) {
@@ -94,7 +94,7 @@ void clear_depth() {
 
 namespace {
 
-Program compile(const ShaderSource& source) { return make_program(source.vertex, source.fragment); }
+gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
 
 void describe_attribute(GLuint location, GLint components, GLenum type, std::size_t stride, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
@@ -103,11 +103,11 @@ void describe_attribute(GLuint location, GLint components, GLenum type, std::siz
                         static_cast<GLsizei>(stride), start);
 }
 
-GpuSurface upload_positions(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& indices) {
-  GpuSurface surface;
-  surface.layout = make_vertex_array();
-  surface.vertices = make_buffer(GL_ARRAY_BUFFER, positions.data(), positions.size() * sizeof(Vec3f));
-  surface.indices = make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size() * sizeof(std::uint32_t));
+SurfaceBuffers upload_positions(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& indices) {
+  SurfaceBuffers surface;
+  surface.layout = gl::make_vertex_array();
+  surface.vertices = gl::make_buffer(GL_ARRAY_BUFFER, positions.data(), positions.size() * sizeof(Vec3f));
+  surface.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size() * sizeof(std::uint32_t));
   describe_attribute(0, 3, GL_FLOAT, sizeof(Vec3f), 0);
   surface.points = indices.empty();
   surface.count = static_cast<GLsizei>(surface.points ? positions.size() : indices.size());
@@ -127,15 +127,16 @@ Programs::Programs()
       glass(compile(glass_source())),
       copy(compile(copy_source())),
       resolve(compile(resolve_source())),
-      nothing(make_vertex_array()),
-      plain_depth(make_plain_depth_sampler()) {}
+      nothing(gl::make_vertex_array()),
+      plain_depth(gl::make_plain_depth_sampler()) {}
 
-GpuSurface upload(const DrawSurface& surface) {
-  GpuSurface result;
-  result.layout = make_vertex_array();
-  result.vertices = make_buffer(GL_ARRAY_BUFFER, surface.vertices.data(), surface.vertices.size() * sizeof(DrawVertex));
+SurfaceBuffers upload(const DrawSurface& surface) {
+  SurfaceBuffers result;
+  result.layout = gl::make_vertex_array();
+  result.vertices =
+      gl::make_buffer(GL_ARRAY_BUFFER, surface.vertices.data(), surface.vertices.size() * sizeof(DrawVertex));
   result.indices =
-      make_buffer(GL_ELEMENT_ARRAY_BUFFER, surface.indices.data(), surface.indices.size() * sizeof(std::uint32_t));
+      gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, surface.indices.data(), surface.indices.size() * sizeof(std::uint32_t));
   describe_attribute(0, 3, GL_FLOAT, sizeof(DrawVertex), offsetof(DrawVertex, position));
   describe_attribute(1, 3, GL_FLOAT, sizeof(DrawVertex), offsetof(DrawVertex, normal));
   describe_attribute(2, 4, GL_UNSIGNED_BYTE, sizeof(DrawVertex), offsetof(DrawVertex, color));
@@ -145,9 +146,9 @@ GpuSurface upload(const DrawSurface& surface) {
   return result;
 }
 
-GpuOccluder upload(const Occluder& occluder, double point_radius) {
-  GpuOccluder result{upload_positions(occluder.positions, occluder.indices), upload_positions(occluder.points, {}),
-                     occluder.center, occluder.radius, occluder.ground};
+OccluderBuffers upload(const Occluder& occluder, double point_radius) {
+  OccluderBuffers result{upload_positions(occluder.positions, occluder.indices), upload_positions(occluder.points, {}),
+                         occluder.center, occluder.radius, occluder.ground};
   result.points.point_radius = point_radius;
   return result;
 }

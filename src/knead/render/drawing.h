@@ -5,21 +5,21 @@
 
 namespace knead::render {
 
-void set(const Program& program, const char* name, const Vec3d& v);
-void set(const Program& program, const char* name, double x);
-void set(const Program& program, const char* name, const Color& c);
-void set_with_alpha(const Program& program, const char* name, const Color& c);
+void set(const gl::Program& program, const char* name, const Vec3d& v);
+void set(const gl::Program& program, const char* name, double x);
+void set(const gl::Program& program, const char* name, const Color& c);
+void set_with_alpha(const gl::Program& program, const char* name, const Color& c);
 
 // Makes the program current and tells it of the camera; the last also of the clipping plane, if there is one.
-void use(const Program& program, const View& view, int width, int height);
-void use(const Program& program, const Pass& pass);
-void use_clipped(const Program& program, const Pass& pass);
+void use(const gl::Program& program, const View& view, int width, int height);
+void use(const gl::Program& program, const Pass& pass);
+void use_clipped(const gl::Program& program, const Pass& pass);
 
 // The light of things that neither cast nor catch shadows.
-void set_simple_light(const Program& program, const View& view);
-void set_ground(const Program& program, const Pass& pass, const GpuOccluder& occluder);
+void set_simple_light(const gl::Program& program, const View& view);
+void set_ground(const gl::Program& program, const Pass& pass, const OccluderBuffers& occluder);
 
-void draw(const GpuSurface& surface);
+void draw(const SurfaceBuffers& surface);
 void draw_full_screen(const Pass& pass);
 
 // Everything off, depth test by GL_LESS once it is enabled.

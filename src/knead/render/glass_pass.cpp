@@ -8,11 +8,11 @@ constexpr double kLineWidth = 1.6;  // in pixels, of the line where glass meets 
 
 }  // namespace
 
-void draw_rods(const Pass& pass, const GBuffer& buffer, const Texture& color, const GpuSurface& rods) {
+void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods) {
   if (rods.count == 0) return;
-  const Framebuffer target = make_framebuffer({&color, &buffer.normal}, &buffer.depth);
+  const gl::Framebuffer target = gl::make_framebuffer({&color, &buffer.normal}, &buffer.depth);
   reset_state(pass.width, pass.height);
-  const Program& program = pass.programs.rod;
+  const gl::Program& program = pass.programs.rod;
   use(program, pass);
   set_simple_light(program, pass.view);
   glEnable(GL_DEPTH_TEST);
@@ -36,9 +36,9 @@ void draw_rods(const Pass& pass, const GBuffer& buffer, const Texture& color, co
 namespace {
 
 // Draws the layer behind `before` into the bound framebuffer; tells whether there was one.
-bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<GpuSurface>& surfaces,
-                const Texture& before) {
-  const Program& program = pass.programs.glass;
+bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces,
+                const gl::Texture& before) {
+  const gl::Program& program = pass.programs.glass;
   use(program, pass);
   set_simple_light(program, pass.view);
   glEnable(GL_DEPTH_TEST);
@@ -52,7 +52,7 @@ bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<GpuSu
   GLuint query = 0;
   glGenQueries(1, &query);
   glBeginQuery(GL_SAMPLES_PASSED, query);
-  for (const GpuSurface& surface : surfaces) {
+  for (const SurfaceBuffers& surface : surfaces) {
     set_with_alpha(program, "glass", surface.color);
     draw(surface);
   }
@@ -65,15 +65,16 @@ bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<GpuSu
 
 }  // namespace
 
-Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<GpuSurface>& surfaces) {
-  Texture over = make_texture(pass.width, pass.height, GL_RGBA16F);
-  const Framebuffer over_target = make_framebuffer({&over}, nullptr);
+gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces) {
+  gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
   clear(0, 0, 0, 0);
   if (surfaces.empty()) return over;
-  const Texture layer = make_texture(pass.width, pass.height, GL_RGBA16F);
-  const Texture depths[2] = {make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
-                             make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F)};
-  const Framebuffer targets[2] = {make_framebuffer({&layer}, &depths[0]), make_framebuffer({&layer}, &depths[1])};
+  const gl::Texture layer = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Texture depths[2] = {gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
+                                 gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F)};
+  const gl::Framebuffer targets[2] = {gl::make_framebuffer({&layer}, &depths[0]),
+                                      gl::make_framebuffer({&layer}, &depths[1])};
   reset_state(pass.width, pass.height);
   glClearDepth(0);
   glClear(GL_DEPTH_BUFFER_BIT);  // depths[1]: nothing is drawn yet

@@ -7,7 +7,7 @@ namespace knead::render {
 namespace {
 
 // To 0..1 in a light's map, by columns; depth 0 is nearest to the light.
-std::array<float, 12> light_matrix(const Vec3d& direction, const GpuOccluder& occluder) {
+std::array<float, 12> light_matrix(const Vec3d& direction, const OccluderBuffers& occluder) {
   const Vec3d u = any_orthogonal(direction);
   const Vec3d rows[3] = {u * (0.5 / occluder.radius), cross(direction, u) * (0.5 / occluder.radius),
                          direction * (-0.5 / occluder.radius)};
@@ -25,7 +25,7 @@ struct LightBatch {
   std::vector<Vec3f> radiances;
 };
 
-LightBatch make_batch(std::span<const Light> lights, const GpuOccluder& occluder) {
+LightBatch make_batch(std::span<const Light> lights, const OccluderBuffers& occluder) {
   LightBatch batch;
   for (const Light& light : lights) {
     const auto matrix = light_matrix(Vec3d(light.direction), occluder);
@@ -36,8 +36,9 @@ LightBatch make_batch(std::span<const Light> lights, const GpuOccluder& occluder
   return batch;
 }
 
-void draw_shadow_maps(const Pass& pass, const LightBatch& batch, const GpuOccluder& occluder, const Texture& maps) {
-  const Program& program = pass.programs.shadow;
+void draw_shadow_maps(const Pass& pass, const LightBatch& batch, const OccluderBuffers& occluder,
+                      const gl::Texture& maps) {
+  const gl::Program& program = pass.programs.shadow;
   glUseProgram(program.get());
   reset_state(kShadowMapSize, kShadowMapSize);
   glEnable(GL_DEPTH_TEST);
@@ -55,9 +56,9 @@ void draw_shadow_maps(const Pass& pass, const LightBatch& batch, const GpuOcclud
   }
 }
 
-void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch, const GpuOccluder& occluder,
-               const Texture& maps) {
-  const Program& program = pass.programs.lighting;
+void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch, const OccluderBuffers& occluder,
+               const gl::Texture& maps) {
+  const gl::Program& program = pass.programs.lighting;
   const bool shadows = pass.options.ambient_occlusion && occluder.radius > 0;
   const auto count = static_cast<GLsizei>(batch.directions.size());
   use(program, pass);
@@ -86,17 +87,17 @@ void add_light(const Pass& pass, const GBuffer& buffer, const LightBatch& batch,
 
 }  // namespace
 
-Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
-                   const GpuOccluder& occluder) {
+gl::Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
+                       const OccluderBuffers& occluder) {
   const int groups = pass.options.supersampling * pass.options.supersampling;
   const int lights_per_pass = kLightsPerPass / groups * groups;
   const auto per_pass = static_cast<std::size_t>(lights_per_pass);
   const bool shadows = pass.options.ambient_occlusion && occluder.radius > 0;
-  Texture light = make_texture(pass.width, pass.height, GL_RGBA32F);
-  const Framebuffer light_target = make_framebuffer({&light}, nullptr);
+  gl::Texture light = gl::make_texture(pass.width, pass.height, GL_RGBA32F);
+  const gl::Framebuffer light_target = gl::make_framebuffer({&light}, nullptr);
   clear(0, 0, 0, 0);
-  const Texture maps = make_shadow_array(shadows ? kShadowMapSize : 1, kLightsPerPass);
-  const Framebuffer shadow_target = make_framebuffer({}, nullptr);
+  const gl::Texture maps = gl::make_shadow_array(shadows ? kShadowMapSize : 1, kLightsPerPass);
+  const gl::Framebuffer shadow_target = gl::make_framebuffer({}, nullptr);
   for (std::size_t begin = 0; begin < lights.size(); begin += per_pass) {
     const std::size_t count = std::min(per_pass, lights.size() - begin);
     const LightBatch batch = make_batch(std::span(lights).subspan(begin, count), occluder);

@@ -1,9 +1,10 @@
 #include "knead/render/live_compute.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "knead/gl/context.h"
 
 namespace knead::render {
 namespace {
@@ -78,30 +79,9 @@ void main() {
 }
 )";
 
-void require_compute() {
-  if (epoxy_gl_version() < 43) {
-    throw std::runtime_error("live view: no OpenGL 4.3, which compute shaders need; install a newer driver");
-  }
+gl::Buffer make_storage(std::span<const std::uint32_t> words) {
+  return gl::make_storage(words.data(), words.size_bytes());
 }
-
-Buffer make_storage(const void* data, std::size_t bytes) {
-  GLint64 most = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  while (glGetError() != GL_NO_ERROR) {
-  }
-  Buffer buffer = make_buffer(GL_SHADER_STORAGE_BUFFER, bytes < 16 ? nullptr : data, std::max<std::size_t>(bytes, 16));
-  if (bytes < 16 && data != nullptr) {
-    glBufferSubData(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizeiptr>(bytes), data);
-  }
-  if (static_cast<GLint64>(bytes) > most || glGetError() != GL_NO_ERROR) {
-    throw std::runtime_error("live view: the graphics driver has no room for the surface of a shape of this size");
-  }
-  return buffer;
-}
-
-Buffer make_storage(std::span<const std::uint32_t> words) { return make_storage(words.data(), words.size_bytes()); }
-
-void bind(GLuint place, const Buffer& buffer) { glBindBufferBase(GL_SHADER_STORAGE_BUFFER, place, buffer.get()); }
 
 void dispatch(std::uint32_t count) {
   constexpr std::uint32_t row = 32768;
@@ -120,14 +100,16 @@ std::vector<std::uint32_t> sources_of(const LiveMesh& mesh) {
 
 LiveCompute::LiveCompute(const LiveMesh& mesh)
     : drawn_count_(static_cast<std::uint32_t>(mesh.vertices().size())), has_rings_(!mesh.rings().list.empty()) {
-  require_compute();
-  place_ = make_compute_program(std::string(kThings) + kPlace);
-  shade_ = make_compute_program(std::string(kThings) + kShade);
-  placed_ = make_storage(nullptr, mesh.vertex_count() * sizeof(Vec3f));
+  gl::require_version(43);
+  while (glGetError() != GL_NO_ERROR) {  // of earlier calls
+  }
+  place_ = gl::make_compute_program(std::string(kThings) + kPlace);
+  shade_ = gl::make_compute_program(std::string(kThings) + kShade);
+  placed_ = gl::make_storage(nullptr, mesh.vertex_count() * sizeof(Vec3f));
   source_ = make_storage(sources_of(mesh));
   ring_begin_ = make_storage(mesh.rings().begin);
   ring_list_ = make_storage(mesh.rings().list);
-  make_storage(nullptr, drawn_count_ * sizeof(LiveVertex));  // whether the driver takes as much for the drawn ones
+  gl::make_storage(nullptr, drawn_count_ * sizeof(LiveVertex));  // whether the driver takes as much for the drawn ones
 }
 
 void LiveCompute::move(std::span<const PointBuffer> points, const Placement& placement,
@@ -135,7 +117,7 @@ void LiveCompute::move(std::span<const PointBuffer> points, const Placement& pla
   glUseProgram(place_.get());
   glUniform3d(uniform(place_, "center"), placement.center.x, placement.center.y, placement.center.z);
   glUniform1d(uniform(place_, "scale"), placement.scale);
-  bind(1, placed_);
+  gl::bind_storage(1, placed_);
   for (const PointBuffer& part : points) {
     const std::uint32_t count = part.vertices.end - part.vertices.begin;
     glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 0, part.buffer);
@@ -147,11 +129,11 @@ void LiveCompute::move(std::span<const PointBuffer> points, const Placement& pla
   glUseProgram(shade_.get());
   glUniform1ui(uniform(shade_, "count"), drawn_count_);
   glUniform1i(uniform(shade_, "has_rings"), has_rings_ ? GL_TRUE : GL_FALSE);
-  bind(0, placed_);
-  bind(1, source_);
-  bind(2, ring_begin_);
-  bind(3, ring_list_);
-  bind(4, drawn.vertices);
+  gl::bind_storage(0, placed_);
+  gl::bind_storage(1, source_);
+  gl::bind_storage(2, ring_begin_);
+  gl::bind_storage(3, ring_list_);
+  gl::bind_storage(4, drawn.vertices);
   dispatch(drawn_count_);
   glMemoryBarrier(GL_VERTEX_ATTRIB_ARRAY_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
 }

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "knead/render/gl_objects.h"
+#include "knead/gl/objects.h"
 #include "knead/render/live_gpu.h"
 #include "knead/render/live_mesh.h"
 #include "knead/render/live_view.h"
@@ -21,12 +21,12 @@ class LiveCompute {
   void move(std::span<const PointBuffer> points, const Placement& placement, const LiveBuffers& drawn) const;
 
  private:
-  Program place_;
-  Program shade_;
-  Buffer placed_;      // three floats per vertex of the mesh
-  Buffer source_;      // per drawn vertex: the vertex of the mesh
-  Buffer ring_begin_;  // as Rings
-  Buffer ring_list_;
+  gl::Program place_;
+  gl::Program shade_;
+  gl::Buffer placed_;      // three floats per vertex of the mesh
+  gl::Buffer source_;      // per drawn vertex: the vertex of the mesh
+  gl::Buffer ring_begin_;  // as Rings
+  gl::Buffer ring_list_;
   std::uint32_t drawn_count_ = 0;
   bool has_rings_ = false;  // else a cloud
 };

@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "knead/gl/objects.h"
 #include "knead/math/error.h"
-#include "knead/render/gl_objects.h"
 #include "knead/render/live_view_fixture.h"
 
 namespace knead::render {
@@ -21,11 +21,11 @@ class LiveComputeTest : public LiveViewTest {
 
   // In buffers of so many vertices each.
   void move_on_gpu(const std::vector<Vec3d>& positions, std::size_t most = 1U << 20) {
-    std::vector<Buffer> buffers;
+    std::vector<gl::Buffer> buffers;
     std::vector<PointBuffer> parts;
     for (std::size_t begin = 0; begin < positions.size(); begin += most) {
       const auto own = std::span(positions).subspan(begin, std::min(most, positions.size() - begin));
-      buffers.push_back(make_buffer(GL_SHADER_STORAGE_BUFFER, own.data(), own.size_bytes()));
+      buffers.push_back(gl::make_buffer(GL_SHADER_STORAGE_BUFFER, own.data(), own.size_bytes()));
       const auto first = static_cast<std::uint32_t>(begin);
       parts.push_back({buffers.back().get(), {first, first + static_cast<std::uint32_t>(own.size())}});
     }

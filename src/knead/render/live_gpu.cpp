@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 
+#include "knead/gl/context.h"
 #include "knead/math/error.h"
 #include "knead/render/live_shaders.h"
 #include "knead/render/matcap.h"
@@ -13,10 +14,10 @@ namespace {
 
 constexpr int kMatcapSize = 256;
 
-Program compile(const ShaderSource& source) { return make_program(source.vertex, source.fragment); }
+gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
 
-Texture make_matcap() {
-  Texture texture = make_texture(kMatcapSize, kMatcapSize, GL_RGBA8);
+gl::Texture make_matcap() {
+  gl::Texture texture = gl::make_texture(kMatcapSize, kMatcapSize, GL_RGBA8);
   const std::vector<Bytes4> picture = matcap_picture(kMatcapSize);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kMatcapSize, kMatcapSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
@@ -25,34 +26,25 @@ Texture make_matcap() {
   return texture;
 }
 
-bool draws_in_software() {
-  const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  const std::string name = text == nullptr ? "" : text;
-  for (const char* kind : {"llvmpipe", "softpipe", "swrast", "SwiftShader", "SWR"}) {
-    if (name.find(kind) != std::string::npos) return true;
-  }
-  return false;
-}
-
 void describe_floats(GLuint location, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);
   glVertexAttribPointer(location, 3, GL_FLOAT, GL_FALSE, sizeof(LiveVertex), start);
 }
 
-Buffer make_indices(std::span<const std::uint32_t> indices) {
-  return make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size_bytes());
+gl::Buffer make_indices(std::span<const std::uint32_t> indices) {
+  return gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size_bytes());
 }
 
 LiveBuffers make_buffers(std::span<const LiveVertex> vertices, std::span<const Bytes4> colors,
                          std::span<const std::uint32_t> triangles, std::span<const std::uint32_t> edges) {
   LiveBuffers buffers;
-  buffers.layout = make_vertex_array();
-  buffers.vertices = make_buffer(GL_ARRAY_BUFFER, vertices.data(), vertices.size_bytes());
+  buffers.layout = gl::make_vertex_array();
+  buffers.vertices = gl::make_buffer(GL_ARRAY_BUFFER, vertices.data(), vertices.size_bytes());
   describe_floats(0, offsetof(LiveVertex, position));
   describe_floats(1, offsetof(LiveVertex, normal));
   if (!colors.empty()) {
-    buffers.colors = make_buffer(GL_ARRAY_BUFFER, colors.data(), colors.size_bytes());
+    buffers.colors = gl::make_buffer(GL_ARRAY_BUFFER, colors.data(), colors.size_bytes());
     glEnableVertexAttribArray(2);
     glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(Bytes4), nullptr);
   }
@@ -77,9 +69,9 @@ LivePrograms::LivePrograms()
       rod(compile(live_rod_source())),
       glass(compile(live_glass_source())),
       present(compile(live_present_source())),
-      nothing(make_vertex_array()),
+      nothing(gl::make_vertex_array()),
       matcap(make_matcap()),
-      in_software(draws_in_software()) {}
+      in_software(gl::is_software()) {}
 
 LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors) {
   return make_buffers(mesh.vertices(), colors, mesh.triangles(), mesh.edges());
@@ -143,19 +135,19 @@ void draw_points(const LiveBuffers& buffers) {
 
 namespace {
 
-Renderbuffer make_renderbuffer(int width, int height, int samples, GLenum format) {
+gl::Renderbuffer make_renderbuffer(int width, int height, int samples, GLenum format) {
   GLuint name = 0;
   glGenRenderbuffers(1, &name);
-  Renderbuffer buffer(name);
+  gl::Renderbuffer buffer(name);
   glBindRenderbuffer(GL_RENDERBUFFER, name);
   glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
   return buffer;
 }
 
-Texture make_depth_texture(int width, int height) {
+gl::Texture make_depth_texture(int width, int height) {
   GLuint name = 0;
   glGenTextures(1, &name);
-  Texture texture(name);
+  gl::Texture texture(name);
   glBindTexture(GL_TEXTURE_2D, name);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
@@ -190,14 +182,14 @@ LiveTargets make_live_targets(int width, int height, int samples) {
   const int most = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
   targets.color = make_renderbuffer(width, height, most, GL_RGBA8);
   targets.depth = make_renderbuffer(width, height, most, GL_DEPTH24_STENCIL8);
-  targets.many = make_framebuffer({}, nullptr);
+  targets.many = gl::make_framebuffer({}, nullptr);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());
   glDrawBuffer(GL_COLOR_ATTACHMENT0);
   require_complete();
-  targets.one_color = make_texture(width, height, GL_RGBA8);
+  targets.one_color = gl::make_texture(width, height, GL_RGBA8);
   targets.one_depth = make_depth_texture(width, height);
-  targets.one = make_framebuffer({&targets.one_color}, nullptr);
+  targets.one = gl::make_framebuffer({&targets.one_color}, nullptr);
   glFramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, targets.one_depth.get(), 0);
   require_complete();
   return targets;

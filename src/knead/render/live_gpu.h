@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "knead/render/gl_objects.h"
+#include "knead/gl/objects.h"
 #include "knead/render/live_mesh.h"
 #include "knead/render/live_view.h"
 #include "knead/render/surface.h"
@@ -13,17 +13,17 @@
 namespace knead::render {
 
 struct LivePrograms {
-  std::array<Program, 3> shape;  // by Material
-  Program cloud;
-  Program wire;
-  Program depth;
-  Program cut;
-  Program background;
-  Program rod;
-  Program glass;
-  Program present;
-  VertexArray nothing;  // for vertices made by the vertex program
-  Texture matcap;
+  std::array<gl::Program, 3> shape;  // by Material
+  gl::Program cloud;
+  gl::Program wire;
+  gl::Program depth;
+  gl::Program cut;
+  gl::Program background;
+  gl::Program rod;
+  gl::Program glass;
+  gl::Program present;
+  gl::VertexArray nothing;  // for vertices made by the vertex program
+  gl::Texture matcap;
   bool in_software = false;  // the driver has no GPU
 
   LivePrograms();
@@ -31,11 +31,11 @@ struct LivePrograms {
 
 // The buffers of a LiveMesh, or of rods, which have no edges.
 struct LiveBuffers {
-  VertexArray layout;
-  Buffer vertices;
-  Buffer colors;  // red, green, blue, influence
-  Buffer triangles;
-  Buffer edges;
+  gl::VertexArray layout;
+  gl::Buffer vertices;
+  gl::Buffer colors;  // red, green, blue, influence
+  gl::Buffer triangles;
+  gl::Buffer edges;
   GLsizei vertex_count = 0;
   GLsizei triangle_indices = 0;
   GLsizei edge_indices = 0;
@@ -58,12 +58,12 @@ struct LiveTargets {
   int width = 0;
   int height = 0;
   int samples_wanted = 0;  // the driver may have given others
-  Renderbuffer color;
-  Renderbuffer depth;  // and stencil
-  Framebuffer many;
-  Texture one_color;
-  Texture one_depth;
-  Framebuffer one;
+  gl::Renderbuffer color;
+  gl::Renderbuffer depth;  // and stencil
+  gl::Framebuffer many;
+  gl::Texture one_color;
+  gl::Texture one_depth;
+  gl::Framebuffer one;
 };
 
 // Throws InvalidInput where the driver has no memory for them, or no pictures of this size.

@@ -13,7 +13,7 @@ namespace {
 constexpr double kLineWidth = 1.3;  // in pixels, to either side, of the line where glass meets a shape
 constexpr Color kBackColor{0.50f, 0.56f, 0.64f, 1};
 
-void use_live(const Program& program, const LiveFrame& frame) {
+void use_live(const gl::Program& program, const LiveFrame& frame) {
   use(program, frame.view, frame.width, frame.height);
   const CameraFrame& axes = frame.view.frame;
   set_simple_light(program, frame.view);
@@ -21,7 +21,7 @@ void use_live(const Program& program, const LiveFrame& frame) {
   set(program, "influence", frame.scene.show_influence ? 1.0 : 0.0);
 }
 
-void use_live_clipped(const Program& program, const LiveFrame& frame) {
+void use_live_clipped(const gl::Program& program, const LiveFrame& frame) {
   use_live(program, frame);
   if (!frame.cut) return;
   const Vec3f normal(frame.cut->normal);
@@ -45,7 +45,7 @@ bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
 }
 
 void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
-  const Program& program = frame.programs.shape.at(static_cast<std::size_t>(frame.scene.material));
+  const gl::Program& program = frame.programs.shape.at(static_cast<std::size_t>(frame.scene.material));
   use_live_clipped(program, frame);
   bind_texture(program, "ball", 0, GL_TEXTURE_2D, frame.programs.matcap);
   set(program, "back_srgb", kBackColor);
@@ -63,7 +63,7 @@ void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
 }
 
 void draw_wires(const LiveFrame& frame, const LiveShape& shape) {
-  const Program& program = frame.programs.wire;
+  const gl::Program& program = frame.programs.wire;
   use_live_clipped(program, frame);
   set(program, "edge_samples", shape.mesh.mean_edge() / frame.view.pixel);
   blend_premultiplied();
@@ -76,7 +76,7 @@ void draw_wires(const LiveFrame& frame, const LiveShape& shape) {
 }
 
 void draw_cloud(const LiveFrame& frame, const LiveShape& shape) {
-  const Program& program = frame.programs.cloud;
+  const gl::Program& program = frame.programs.cloud;
   use_live_clipped(program, frame);
   const auto count = static_cast<double>(std::max(1, shape.buffers.vertex_count));
   const double radius = std::clamp(0.9 / std::sqrt(count), 0.003, 0.04);
@@ -105,7 +105,7 @@ void count_openings(const LiveFrame& frame, const LiveShape& shape) {
 
 void draw_cut_face(const LiveFrame& frame) {
   const LiveCut& cut = *frame.cut;
-  const Program& program = frame.programs.cut;
+  const gl::Program& program = frame.programs.cut;
   use_live(program, frame);
   const Vec3d& center = frame.bounds.center;
   const Vec3d across = any_orthogonal(cut.normal);
@@ -162,7 +162,7 @@ void draw_live_shape(const LiveFrame& frame, const LiveShape& shape) {
 
 void draw_live_background(const LiveFrame& frame) {
   if (frame.scene.background_top == frame.scene.background_bottom) return;
-  const Program& program = frame.programs.background;
+  const gl::Program& program = frame.programs.background;
   use_live(program, frame);
   set(program, "top_srgb", frame.scene.background_top);
   set(program, "bottom_srgb", frame.scene.background_bottom);
@@ -176,7 +176,7 @@ void draw_live_background(const LiveFrame& frame) {
 
 void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods) {
   if (rods.triangle_indices == 0) return;
-  const Program& program = frame.programs.rod;
+  const gl::Program& program = frame.programs.rod;
   use_live(program, frame);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_BACK);
@@ -199,7 +199,7 @@ void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods) {
   glDisable(GL_CULL_FACE);
 }
 
-void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const Texture& depths) {
+void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths) {
   struct Side {
     const LiveGlass* glass;
     GLenum hidden;
@@ -211,7 +211,7 @@ void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces
     sides.push_back({&glass, GL_BACK, glass.near});
   }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.distance > b.distance; });
-  const Program& program = frame.programs.glass;
+  const gl::Program& program = frame.programs.glass;
   use_live(program, frame);
   bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, depths);
   set(program, "pixel_size", frame.view.pixel);

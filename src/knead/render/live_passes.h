@@ -56,7 +56,7 @@ struct LiveGlass {
 };
 
 // Backs and fronts from far to near. depths: of what is solid.
-void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const Texture& depths);
+void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths);
 
 // Leaves the depth test and blending off.
 void present_live(const LivePrograms& programs, const LiveTargets& targets);

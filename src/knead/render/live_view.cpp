@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
+#include "knead/gl/context.h"
 #include "knead/math/error.h"
 #include "knead/render/drawing.h"
 #include "knead/render/live_compute.h"
@@ -98,7 +98,7 @@ struct LiveView::State {
   std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the GPU
   std::optional<Box> box_on_gpu;       // renderer units; while the shape's places are those on the GPU
   int samples = 1;
-  bool tells_loss = false;
+  bool reports_loss = false;
   Placement placement;
   LiveMesh mesh;
   LiveBuffers buffers;
@@ -181,10 +181,10 @@ struct FramebufferGuard {
 }  // namespace
 
 LiveView::LiveView(int samples) {
-  if (epoxy_gl_version() < 33) throw std::runtime_error("live view: OpenGL below 3.3; install a newer driver");
+  gl::require_version(33);
   state_ = std::make_unique<State>();
   state_->samples = samples;
-  state_->tells_loss = epoxy_gl_version() >= 45 || epoxy_has_gl_extension("GL_KHR_robustness");
+  state_->reports_loss = gl::reports_loss();
 }
 LiveView::~LiveView() = default;
 LiveView::LiveView(LiveView&&) noexcept = default;
@@ -310,7 +310,7 @@ UploadCounts LiveView::counts() const { return state_->counts; }
 
 bool LiveView::draws_in_software() const { return state_->programs.in_software; }
 
-bool LiveView::is_lost() const { return state_->tells_loss && glGetGraphicsResetStatus() != GL_NO_ERROR; }
+bool LiveView::is_lost() const { return state_->reports_loss && glGetGraphicsResetStatus() != GL_NO_ERROR; }
 
 Box LiveView::box() const {
   const Box placed = state_->shape_box();

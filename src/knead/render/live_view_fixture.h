@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "knead/gl/context.h"
 #include "knead/math/box.h"
-#include "knead/render/context.h"
 #include "knead/render/live_test_shapes.h"
 #include "knead/render/live_view.h"
 #include "knead/render/test_context.h"
@@ -78,7 +78,7 @@ class LiveViewTest : public testing::Test {
  protected:
   void SetUp() override {
     if (!no_context().empty()) GTEST_SKIP() << no_context();
-    context_ = std::make_unique<OffscreenContext>();
+    context_ = std::make_unique<gl::OffscreenContext>();
     view_ = std::make_unique<LiveView>(1);
   }
   void TearDown() override {
@@ -92,7 +92,7 @@ class LiveViewTest : public testing::Test {
     return picture(scene);
   }
 
-  std::unique_ptr<OffscreenContext> context_;
+  std::unique_ptr<gl::OffscreenContext> context_;
   std::unique_ptr<LiveView> view_;
 };
 

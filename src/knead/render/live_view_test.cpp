@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "knead/gl/objects.h"
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
-#include "knead/render/gl_objects.h"
 #include "knead/render/live_mesh.h"
 #include "knead/render/live_view_fixture.h"
 #include "knead/render/renderer.h"
@@ -148,8 +148,8 @@ TEST_F(LiveViewTest, DrawsIntoTheBoundFramebuffer) {
   const Mesh hand = make_shape(ShapeKind::hand, 5000);
   const LiveScene scene = scene_of(hand);
   const Image image = picture_of(hand, scene);
-  const Texture color = make_texture(kWidth, kHeight, GL_RGBA8);
-  const Framebuffer target = make_framebuffer({&color}, nullptr);
+  const gl::Texture color = gl::make_texture(kWidth, kHeight, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
   view_->draw(scene, kWidth, kHeight);
   GLint bound = 0;
   glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &bound);

@@ -7,33 +7,34 @@ namespace knead::render {
 namespace {
 
 // Closes the shapes that are already drawn where the clipping plane has opened them.
-void draw_cuts(const Pass& pass, const std::vector<GpuSurface>& shapes, const Framebuffer& target) {
-  const Texture nearest = make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F);
-  const Framebuffer copy = make_framebuffer({}, &nearest);
+void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, const gl::Framebuffer& target) {
+  const gl::Texture nearest = gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F);
+  const gl::Framebuffer copy = gl::make_framebuffer({}, &nearest);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
   glBlitFramebuffer(0, 0, pass.width, pass.height, 0, 0, pass.width, pass.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
-  const Program& program = pass.programs.cap;
+  const gl::Program& program = pass.programs.cap;
   use_clipped(program, pass);
   bind_texture(program, "nearest_map", 0, GL_TEXTURE_2D, nearest);
   set(program, "cut_srgb", pass.cut);
-  for (const GpuSurface& shape : shapes) {
+  for (const SurfaceBuffers& shape : shapes) {
     if (!shape.points) draw(shape);
   }
 }
 
 }  // namespace
 
-GBuffer draw_shapes(const Pass& pass, const std::vector<GpuSurface>& shapes) {
-  GBuffer buffer{make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
-                 make_texture(pass.width, pass.height, GL_RGBA8), make_texture(pass.width, pass.height, GL_RGBA16F)};
-  const Framebuffer target = make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
+GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
+  GBuffer buffer{gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
+                 gl::make_texture(pass.width, pass.height, GL_RGBA8),
+                 gl::make_texture(pass.width, pass.height, GL_RGBA16F)};
+  const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
   reset_state(pass.width, pass.height);
   glEnable(GL_DEPTH_TEST);
   clear(0, 0, 0, 0);
   clear_depth();
-  for (const GpuSurface& shape : shapes) {
-    const Program& program = shape.points ? pass.programs.disc : pass.programs.clay;
+  for (const SurfaceBuffers& shape : shapes) {
+    const gl::Program& program = shape.points ? pass.programs.disc : pass.programs.clay;
     use_clipped(program, pass);
     set(program, "back_srgb", shape.color);
     set(program, "wire_width", pass.options.wireframe ? 1.1 * pass.options.supersampling : 0.0);
@@ -44,12 +45,12 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<GpuSurface>& shapes) {
   return buffer;
 }
 
-Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, const GpuOccluder& occluder,
-                      double ground_light) {
-  Texture color = make_texture(pass.width, pass.height, GL_RGBA16F);
-  const Framebuffer target = make_framebuffer({&color}, nullptr);
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const gl::Texture& light,
+                          const OccluderBuffers& occluder, double ground_light) {
+  gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
   reset_state(pass.width, pass.height);
-  const Program& program = pass.programs.backdrop;
+  const gl::Program& program = pass.programs.backdrop;
   use(program, pass);
   bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, buffer.depth);
   bind_texture(program, "light_map", 1, GL_TEXTURE_2D, light);
@@ -62,12 +63,12 @@ Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& li
   return color;
 }
 
-Image resolve(const Pass& pass, const Texture& base, const Texture& over) {
+Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over) {
   Image image{pass.options.width, pass.options.height, {}};
-  const Texture pixels = make_texture(image.width, image.height, GL_RGBA8);
-  const Framebuffer target = make_framebuffer({&pixels}, nullptr);
+  const gl::Texture pixels = gl::make_texture(image.width, image.height, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&pixels}, nullptr);
   reset_state(image.width, image.height);
-  const Program& program = pass.programs.resolve;
+  const gl::Program& program = pass.programs.resolve;
   use(program, pass);
   bind_texture(program, "base", 0, GL_TEXTURE_2D, base);
   bind_texture(program, "over", 1, GL_TEXTURE_2D, over);

@@ -3,8 +3,8 @@
 
 #include <vector>
 
+#include "knead/gl/objects.h"
 #include "knead/render/dome.h"
-#include "knead/render/gl_objects.h"
 #include "knead/render/occluder.h"
 #include "knead/render/renderer.h"
 
@@ -13,44 +13,44 @@ namespace knead::render {
 inline constexpr int kShadowMapSize = 1024;
 
 struct Programs {
-  Program clay;
-  Program cap;
-  Program disc;
-  Program shadow;
-  Program lighting;
-  Program backdrop;
-  Program rod;
-  Program glass;
-  Program copy;
-  Program resolve;
-  VertexArray nothing;  // for triangles made by the vertex program
-  Sampler plain_depth;  // reads shadow maps as they are
+  gl::Program clay;
+  gl::Program cap;
+  gl::Program disc;
+  gl::Program shadow;
+  gl::Program lighting;
+  gl::Program backdrop;
+  gl::Program rod;
+  gl::Program glass;
+  gl::Program copy;
+  gl::Program resolve;
+  gl::VertexArray nothing;  // for triangles made by the vertex program
+  gl::Sampler plain_depth;  // reads shadow maps as they are
 
   Programs();
 };
 
 // A surface on the GPU.
-struct GpuSurface {
-  VertexArray layout;
-  Buffer vertices;
-  Buffer indices;
+struct SurfaceBuffers {
+  gl::VertexArray layout;
+  gl::Buffer vertices;
+  gl::Buffer indices;
   GLsizei count = 0;
   bool points = false;
   double point_radius = 0;  // renderer units
   Color color;              // glass: tint; shapes: the colour of the back
 };
 
-GpuSurface upload(const DrawSurface& surface);
+SurfaceBuffers upload(const DrawSurface& surface);
 
-struct GpuOccluder {
-  GpuSurface triangles;
-  GpuSurface points;
+struct OccluderBuffers {
+  SurfaceBuffers triangles;
+  SurfaceBuffers points;
   Vec3d center;
   double radius = 0;
   double ground = 0;
 };
 
-GpuOccluder upload(const Occluder& occluder, double point_radius);
+OccluderBuffers upload(const Occluder& occluder, double point_radius);
 
 // What the passes have in common.
 struct Pass {
@@ -65,27 +65,27 @@ struct Pass {
 };
 
 struct GBuffer {
-  Texture depth;
-  Texture reflectance;
-  Texture normal;
+  gl::Texture depth;
+  gl::Texture reflectance;
+  gl::Texture normal;
 };
 
-GBuffer draw_shapes(const Pass& pass, const std::vector<GpuSurface>& shapes);
+GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes);
 
 // Radiance of the shapes; in alpha the light that the ground lacks.
-Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
-                   const GpuOccluder& occluder);
+gl::Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
+                       const OccluderBuffers& occluder);
 
 // Linear colour times alpha, of the lit shapes on the background.
-Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const Texture& light, const GpuOccluder& occluder,
-                      double ground_light);
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const gl::Texture& light,
+                          const OccluderBuffers& occluder, double ground_light);
 
 // Adds the rods to the colour, depth and normals.
-void draw_rods(const Pass& pass, const GBuffer& buffer, const Texture& color, const GpuSurface& rods);
+void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods);
 
 // All translucent surfaces in front of everything solid, one over the other.
-Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<GpuSurface>& surfaces);
+gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces);
 
-Image resolve(const Pass& pass, const Texture& base, const Texture& over);
+Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over);
 
 }  // namespace knead::render

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "knead/gl/context.h"
 #include "knead/math/error.h"
-#include "knead/render/context.h"
 #include "knead/render/renderer.h"
 #include "knead/render/test_context.h"
 
@@ -333,7 +333,7 @@ TEST_F(RenderTest, SameBitsTwice) {
   scene.surfaces.push_back({make_ball({0, 0, 1}, 0.5), kInnerRed});
   const Image image = render(scene, small_options());
   EXPECT_EQ(render(scene, small_options()), image);
-  const OffscreenContext context;
+  const gl::OffscreenContext context;
   Renderer renderer;
   EXPECT_EQ(renderer.render(scene, small_options()), image);
   EXPECT_EQ(renderer.render(scene, small_options()), image);

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
 
+#include "knead/gl/context.h"
 #include "knead/math/error.h"
-#include "knead/render/context.h"
 #include "knead/render/passes.h"
 #include "knead/render/rods.h"
 #include "knead/render/shaders.h"
@@ -45,9 +44,9 @@ std::vector<DrawSurface> shape_surfaces(const Scene& scene, const Placement& pla
   return surfaces;
 }
 
-std::vector<GpuSurface> upload_shapes(const Scene& scene, const std::vector<DrawSurface>& surfaces,
-                                      double point_radius) {
-  std::vector<GpuSurface> shapes;
+std::vector<SurfaceBuffers> upload_shapes(const Scene& scene, const std::vector<DrawSurface>& surfaces,
+                                          double point_radius) {
+  std::vector<SurfaceBuffers> shapes;
   for (const Shape& shape : scene.shapes) {
     if (shape.mesh == nullptr) continue;
     shapes.push_back(upload(surfaces[shapes.size()]));
@@ -57,8 +56,8 @@ std::vector<GpuSurface> upload_shapes(const Scene& scene, const std::vector<Draw
   return shapes;
 }
 
-std::vector<GpuSurface> upload_glass(const Scene& scene, const Placement& placement) {
-  std::vector<GpuSurface> surfaces;
+std::vector<SurfaceBuffers> upload_glass(const Scene& scene, const Placement& placement) {
+  std::vector<SurfaceBuffers> surfaces;
   for (const TranslucentSurface& surface : scene.surfaces) {
     if (surface.mesh.face_count() == 0) continue;
     surfaces.push_back(upload(make_surface(surface.mesh, {}, placement, {})));
@@ -67,11 +66,11 @@ std::vector<GpuSurface> upload_glass(const Scene& scene, const Placement& placem
   return surfaces;
 }
 
-GpuSurface upload_rods(const Scene& scene, const Placement& placement) {
+SurfaceBuffers upload_rods(const Scene& scene, const Placement& placement) {
   DrawSurface rods;
   for (const Arrow& arrow : scene.arrows) add_arrow(arrow, placement, rods);
   for (const Line& line : scene.lines) add_line(line, placement, rods);
-  GpuSurface result = upload(rods);
+  SurfaceBuffers result = upload(rods);
   if (rods.indices.empty()) result.count = 0;
   return result;
 }
@@ -111,7 +110,7 @@ struct FramebufferGuard {
 }  // namespace
 
 Renderer::Renderer() {
-  if (epoxy_gl_version() < 33) throw std::runtime_error("render: OpenGL below 3.3; install a newer driver");
+  gl::require_version(33);
   programs_ = std::make_unique<Programs>();
 }
 Renderer::~Renderer() = default;
@@ -131,22 +130,22 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const std::vector<DrawSurface> surfaces = shape_surfaces(scene, view.placement, options);
   const double point_radius =
       options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
-  const GpuOccluder occluder =
+  const OccluderBuffers occluder =
       upload(make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius);
   const int groups = options.supersampling * options.supersampling;
   const std::vector<Light> lights = studio_lights(view, options.light_samples, groups);
 
   const FramebufferGuard guard;
   const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
-  const Texture light = draw_light(pass, buffer, lights, occluder);
-  const Texture color = draw_backdrop(pass, buffer, light, occluder, unshadowed_light(lights, view.ground_up));
+  const gl::Texture light = draw_light(pass, buffer, lights, occluder);
+  const gl::Texture color = draw_backdrop(pass, buffer, light, occluder, unshadowed_light(lights, view.ground_up));
   draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
-  const Texture over = draw_glass(pass, buffer, upload_glass(scene, view.placement));
+  const gl::Texture over = draw_glass(pass, buffer, upload_glass(scene, view.placement));
   return resolve(pass, color, over);
 }
 
 Image render(const Scene& scene, const Options& options) {
-  const OffscreenContext context;
+  const gl::OffscreenContext context;
   return Renderer().render(scene, options);
 }
 

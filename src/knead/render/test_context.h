@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "knead/render/context.h"
+#include "knead/gl/context.h"
 
 namespace knead::render {
 
@@ -13,7 +13,7 @@ namespace knead::render {
 inline const std::string& no_context() {
   static const std::string reason = [] {
     try {
-      std::printf("OpenGL: %s\n", OffscreenContext().description().c_str());
+      std::printf("OpenGL: %s\n", gl::OffscreenContext().description().c_str());
       return std::string();
     } catch (const std::runtime_error& error) {
       return std::string(error.what());

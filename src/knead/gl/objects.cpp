@@ -1,12 +1,16 @@
-#include "knead/render/gl_objects.h"
+#include "knead/gl/objects.h"
 
+#include <algorithm>
 #include <array>
-#include <stdexcept>
+#include <cstdint>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "knead/gl/context.h"
 #include "knead/math/error.h"
 
-namespace knead::render {
+namespace knead::gl {
 
 void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
@@ -14,8 +18,15 @@ void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
 void delete_sampler(GLuint name) { glDeleteSamplers(1, &name); }
 void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
-void delete_shader(GLuint name) { glDeleteShader(name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
+
+namespace {
+
+[[noreturn]] void fail_with(GLenum error) {
+  throw GpuError(fmt::format("the graphics driver reports error {:#x}; update it, or use the CPU", error));
+}
+
+}  // namespace
 
 Buffer make_buffer(GLenum target, const void* data, std::size_t bytes) {
   GLuint name = 0;
@@ -23,6 +34,57 @@ Buffer make_buffer(GLenum target, const void* data, std::size_t bytes) {
   glBindBuffer(target, name);
   glBufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
   return Buffer(name);
+}
+
+Buffer make_storage(const void* data, std::size_t bytes) {
+  constexpr std::size_t least = 16;  // an empty buffer cannot be bound
+  GLint64 most = 0;
+  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
+  if (bytes > static_cast<std::uint64_t>(most)) {
+    throw GpuError(fmt::format("the graphics driver allows no buffer of {:.3g} MB; use a smaller shape, or the CPU",
+                               1e-6 * static_cast<double>(bytes)));
+  }
+  GLuint name = 0;
+  glGenBuffers(1, &name);
+  Buffer buffer(name);
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, name);
+  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(std::max(bytes, least)),
+               bytes < least ? nullptr : data, GL_DYNAMIC_DRAW);
+  if (bytes < least && data != nullptr) write_storage(buffer, 0, bytes, data);
+  const GLenum error = glGetError();
+  if (error == GL_OUT_OF_MEMORY) {
+    throw GpuError(fmt::format(
+        "the GPU has too little memory left for {:.3g} MB more; close other programs that use it, or use the CPU",
+        1e-6 * static_cast<double>(bytes)));
+  }
+  if (error != GL_NO_ERROR) fail_with(error);
+  return buffer;
+}
+
+void read_storage(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
+  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), to);
+}
+
+void write_storage(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from) {
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
+  glBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), from);
+}
+
+void copy_storage(const Buffer& from, const Buffer& to, std::size_t bytes) {
+  glBindBuffer(GL_COPY_READ_BUFFER, from.get());
+  glBindBuffer(GL_COPY_WRITE_BUFFER, to.get());
+  glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, 0, static_cast<GLsizeiptr>(bytes));
+}
+
+void clear_storage(const Buffer& buffer) {
+  const GLuint zero = 0;
+  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
+  glClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
+}
+
+void bind_storage(GLuint place, const Buffer& buffer) {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, place, buffer.get());
 }
 
 VertexArray make_vertex_array() {
@@ -56,7 +118,7 @@ void set_filter(GLenum target, GLenum filter, GLenum wrap) {
 
 void require_memory() {
   if (glGetError() == GL_OUT_OF_MEMORY) {
-    throw InvalidInput("render: not enough graphics memory for a picture of this size; make it smaller");
+    throw InvalidInput("not enough graphics memory for a picture of this size; make it smaller");
   }
 }
 
@@ -119,11 +181,13 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const
 
 namespace {
 
-using Shader = GlName<delete_shader>;
+void delete_shader(GLuint name) { glDeleteShader(name); }
+using Shader = Name<delete_shader>;
 
 [[noreturn]] void fail(const char* step, const std::string& log) {
-  throw std::runtime_error(std::string("render: the graphics driver could not ") + step +
-                           " a shader: " + log.substr(0, log.find('\n')));
+  const std::string reason = log.substr(0, log.find_first_of(std::string("\n\0", 2)));
+  throw GpuError(
+      fmt::format("the graphics driver could not {} a shader ({}); update it, or use the CPU", step, reason));
 }
 
 Shader make_shader(GLenum kind, const std::string& source) {
@@ -172,4 +236,16 @@ void bind_texture(const Program& program, const char* name, int unit, GLenum tar
   glUniform1i(uniform(program, name), unit);
 }
 
-}  // namespace knead::render
+void require_no_error() {
+  if (reports_loss() && glGetGraphicsResetStatus() != GL_NO_ERROR) {
+    throw GpuError("the GPU was lost (its driver was reset); start again, or use the CPU");
+  }
+  const GLenum error = glGetError();
+  if (error == GL_NO_ERROR) return;
+  if (error == GL_OUT_OF_MEMORY) {
+    throw GpuError("the GPU ran out of memory; close other programs that use it, or use the CPU");
+  }
+  fail_with(error);
+}
+
+}  // namespace knead::gl
