@@ -1,10 +1,7 @@
-// How long it takes to remesh one stroke that touches about 100,000 edges, and how long the structure beneath it takes,
-// beside OpenMesh's where that is found: making it of the triangles that the stroke touches, and splitting 30,000
-// edges. The times of these two, and every "CPU", are processor times of all threads.
+// How long it takes to remesh one stroke that touches about 100,000 edges. Every "CPU" is the processor time of all
+// threads.
 #include <benchmark/benchmark.h>
 
-#include <array>
-#include <ctime>
 #include <vector>
 
 #include "knead/flow/advect.h"
@@ -12,21 +9,12 @@
 #include "knead/math/box.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/shapes.h"
-#include "knead/remesh/patch.h"
 #include "knead/remesh/remesh.h"
-#include "knead/remesh/surface.h"
 #include "knead/tool/stroke.h"
-
-#ifdef KNEAD_HAS_OPENMESH
-#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
-#endif
 
 namespace {
 
 using namespace knead;
-using remesh_detail::kNone;
-using remesh_detail::Patch;
-using remesh_detail::Surface;
 
 // A part of a fine sphere, pulled out.
 struct Pull {
@@ -97,139 +85,5 @@ BENCHMARK_CAPTURE(remesh_stroke, split_only, false)
     ->UseRealTime()
     ->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(remesh_stroke, all, true)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-
-const Patch& patch() {
-  static const Patch kPatch =
-      remesh_detail::take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
-  return kPatch;
-}
-
-void take_out(benchmark::State& state) {
-  for (auto iteration : state) {
-    const Patch result =
-        remesh_detail::take_patch(pull().mesh, pull().after, Deformation{pull().deformation.carry}, pull().options);
-    benchmark::DoNotOptimize(result.surface.corner.data());
-  }
-}
-BENCHMARK(take_out)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
-
-// The ends of the edges that are split, spread over the patch.
-constexpr std::size_t kSplits = 30'000;
-
-std::vector<std::uint32_t> split_edges() {
-  const Surface& s = patch().surface;
-  std::vector<std::uint32_t> inner;
-  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
-    if (s.opposite[s.halfedge[e]] != kNone) inner.push_back(e);
-  }
-  const std::size_t stride = inner.size() / kSplits;
-  std::vector<std::uint32_t> chosen;
-  for (std::size_t i = 0; i < kSplits && stride > 0; ++i) chosen.push_back(inner[i * stride]);
-  return chosen;
-}
-
-// Runs work(structure) on a fresh structure each time; only work counts, in processor time, of one thread.
-template <class Make, class Work>
-void timed(benchmark::State& state, Make make, Work work) {
-  for (auto iteration : state) {
-    auto structure = make();
-    const std::clock_t begin = std::clock();
-    work(structure);
-    state.SetIterationTime(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC);
-    benchmark::DoNotOptimize(&structure);
-  }
-  state.counters["edges"] = static_cast<double>(patch().surface.halfedge.size());
-}
-
-// What connect() begins with: corners and places.
-Surface unconnected() {
-  Surface s;
-  s.corner = patch().surface.corner;
-  s.face_source = patch().surface.face_source;
-  s.before = patch().surface.before;
-  s.after = patch().surface.after;
-  return s;
-}
-
-void connect_ours(benchmark::State& state) {
-  timed(state, unconnected, [](Surface& s) { connect(s); });
-}
-BENCHMARK(connect_ours)->Unit(benchmark::kMillisecond)->UseManualTime();
-
-void split_ours(benchmark::State& state) {
-  const std::vector<std::uint32_t> edges = split_edges();
-  timed(
-      state, [] { return patch().surface; },
-      [&](Surface& s) {
-        for (const std::uint32_t e : edges) {
-          const std::uint32_t h = s.halfedge[e];
-          const std::uint32_t a = s.origin(h);
-          const std::uint32_t b = s.target(h);
-          split(s, h, (s.before[a] + s.before[b]) * 0.5, (s.after[a] + s.after[b]) * 0.5);
-        }
-      });
-}
-BENCHMARK(split_ours)->Unit(benchmark::kMillisecond)->UseManualTime();
-
-#ifdef KNEAD_HAS_OPENMESH
-struct Traits : public OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-};
-using OpenMeshSurface = OpenMesh::TriMesh_ArrayKernelT<Traits>;
-
-OpenMesh::Vec3d to_openmesh(const Vec3d& p) { return {p.x, p.y, p.z}; }
-
-// The same triangles, with the place after the deformation as a property.
-struct OpenMeshPatch {
-  OpenMeshSurface mesh;
-  OpenMesh::VPropHandleT<OpenMesh::Vec3d> after;
-
-  OpenMeshPatch() { mesh.add_property(after); }
-
-  void connect() {
-    const Surface& s = patch().surface;
-    mesh.reserve(s.vertex_count(), s.halfedge.size(), s.face_count());
-    for (std::size_t v = 0; v < s.vertex_count(); ++v) {
-      mesh.property(after, mesh.add_vertex(to_openmesh(s.before[v]))) = to_openmesh(s.after[v]);
-    }
-    for (std::size_t f = 0; f < s.face_count(); ++f) {
-      const auto [a, b, c] = s.triangle(f);
-      mesh.add_face(OpenMesh::VertexHandle(static_cast<int>(a)), OpenMesh::VertexHandle(static_cast<int>(b)),
-                    OpenMesh::VertexHandle(static_cast<int>(c)));
-    }
-  }
-};
-
-void connect_openmesh(benchmark::State& state) {
-  timed(
-      state, [] { return OpenMeshPatch{}; }, [](OpenMeshPatch& p) { p.connect(); });
-}
-BENCHMARK(connect_openmesh)->Unit(benchmark::kMillisecond)->UseManualTime();
-
-void split_openmesh(benchmark::State& state) {
-  OpenMeshPatch connected;
-  connected.connect();
-  std::vector<OpenMesh::EdgeHandle> edges;
-  for (const std::uint32_t e : split_edges()) {
-    const std::uint32_t h = patch().surface.halfedge[e];
-    edges.push_back(connected.mesh.edge_handle(
-        connected.mesh.find_halfedge(OpenMesh::VertexHandle(static_cast<int>(patch().surface.origin(h))),
-                                     OpenMesh::VertexHandle(static_cast<int>(patch().surface.target(h))))));
-  }
-  timed(
-      state, [&] { return connected; },
-      [&](OpenMeshPatch& p) {
-        for (const OpenMesh::EdgeHandle e : edges) {
-          const auto h = p.mesh.halfedge_handle(e, 0);
-          const auto a = p.mesh.from_vertex_handle(h);
-          const auto b = p.mesh.to_vertex_handle(h);
-          const auto m = p.mesh.add_vertex((p.mesh.point(a) + p.mesh.point(b)) * 0.5);
-          p.mesh.property(p.after, m) = (p.mesh.property(p.after, a) + p.mesh.property(p.after, b)) * 0.5;
-          p.mesh.split(e, m);
-        }
-      });
-}
-BENCHMARK(split_openmesh)->Unit(benchmark::kMillisecond)->UseManualTime();
-#endif
 
 }  // namespace

@@ -14,15 +14,15 @@
 #include "bench_measure.h"
 #include "bench_peers.h"
 #include "bench_scenes.h"
+#include "benchmark/counted.h"
+#include "benchmark/machine.h"
+#include "benchmark/reference.h"
 #include "command.h"
-#include "counted.h"
 #include "knead/flow/simd.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
-#include "machine.h"
 #include "output.h"
-#include "reference.h"
 
 namespace knead::command {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "bench_measure.h"
-#include "counted.h"
+#include "benchmark/counted.h"
 #include "knead/gpu/gpu.h"
 #include "knead/math/parallel.h"
 #include "output.h"

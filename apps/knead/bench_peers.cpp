@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "bench_measure.h"
-#include "kelvinlets.h"
+#include "benchmark/kelvinlets.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/box.h"
 #include "knead/mesh/measures.h"

@@ -1,4 +1,4 @@
-#include "kelvinlets.h"
+#include "benchmark/kelvinlets.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Moving points along the path lines of a flow on a GPU.
+// Moves points along the path lines of a flow on a GPU.
 #pragma once
 
 #include <cstddef>
@@ -17,31 +17,34 @@
 namespace knead::gpu {
 
 struct GpuOptions {
-  std::size_t most_points = 0;  // to a buffer; more go in several. 0: as many as the driver takes
-  // Whether the stages of a step are written out in the shaders. Nothing: on GPUs, where they then stay in registers,
-  // but not on the CPU, where the compiler takes longest.
+  // The largest number of points in one buffer; more points use several buffers. 0: as many as the driver allows.
+  std::size_t most_points = 0;
+  // True: the shaders write out the stages of a step, which then stay in registers. False: they loop, which compiles
+  // faster. By default true on a GPU and false where the CPU does the work of one.
   std::optional<bool> unrolled{};
-  // In the OpenGL context that is current where the GPU is made, instead of one of its own: what draws there then
-  // has the GPU's buffers. It must be current at every call, and when GPU and points are destroyed.
+  // True: works in the OpenGL context that is current when the Gpu is made, so that the buffers can be drawn there.
+  // That context must be current at every call, and when the Gpu and its points are destroyed. False: makes its own
+  // context.
   bool in_current_context = false;
 };
 
-// What went to and from the GPU's memory since it was opened; buffers without data and copies there not counted.
+// The data sent to and read from the GPU's memory since it was opened. Empty buffers and copies on the GPU do not
+// count.
 struct Transfers {
   std::uint64_t sent = 0;  // times
   std::uint64_t bytes_sent = 0;
-  std::uint64_t read = 0;  // back from the GPU, which waits for it each time
+  std::uint64_t read = 0;  // times; each waits for the GPU
   std::uint64_t bytes_read = 0;
 };
 
-// A part of the GPU's points: an OpenGL buffer with three doubles for each.
+// An OpenGL buffer that holds a part of the points: three doubles for each.
 struct GpuBuffer {
   unsigned int name = 0;
   std::size_t begin = 0;  // the first point
   std::size_t count = 0;
 };
 
-// Points in a GPU's memory, where flows move them. Must not outlive its GPU. Movable.
+// Points in a GPU's memory, where flows move them. Must not outlive their Gpu.
 class GpuPoints {
  public:
   ~GpuPoints();
@@ -61,60 +64,67 @@ class GpuPoints {
   std::unique_ptr<State> state_;
 };
 
-// A GPU with OpenGL 4.3, or Mesa's stand-in for one. Positions are double and fields are evaluated about the
-// tool's centre in options.precision, as on the CPU; every path line begins when a tool reaches it, and its steps are
-// bounded and chosen in the same way, by the same integrators. So a point is moved as advect moves it up to the
-// tolerance; on one GPU and driver its bits depend on that point alone, but from one GPU to another, and between
-// GPU and CPU, they differ: drivers round divisions and roots, and contract products with sums, as they like (where
-// it matters the shaders forbid it, which most drivers heed). Points that no tool touches keep their bits everywhere.
+// A GPU with OpenGL 4.3, or Mesa's driver that runs on the CPU. Opened by the constructor; needs no display.
 //
-// Calls may come from any thread, one at a time. All throw GpuError where the GPU fails; the points given are
-// then as they were. Shaders are compiled as segments need them, which takes some tenths of a second for each kind.
+// Accuracy: the same integrators and the same step control as `advect` on the CPU move each point, so that its error
+// stays within the tolerance. Positions are double; fields are evaluated relative to the tool's centre in
+// options.precision. Points that no tool touches keep their bits.
+//
+// Bits: on one GPU and driver the result for a point depends on that point alone. Results differ between GPUs, and from
+// the CPU, because drivers round divisions and roots differently and contract products with sums. The shaders forbid
+// contraction where it matters, which most drivers respect.
+//
+// Errors: every function throws GpuError if the GPU fails, and leaves the caller's points as they were.
+// Threads: calls may come from any thread, one at a time.
+// Cost: a shader is compiled for each new kind of segment, which takes some tenths of a second.
 class Gpu {
  public:
-  explicit Gpu(const GpuOptions& options = {});  // throws GpuError where there is none
+  explicit Gpu(const GpuOptions& options = {});  // throws GpuError if there is no GPU
   ~Gpu();
   Gpu(const Gpu&) = delete;
   Gpu& operator=(const Gpu&) = delete;
 
-  // Of the GPU and its driver, and whether it is the CPU in truth.
+  // Returns the names of the GPU and its driver.
   const std::string& description() const;
+  // Returns true if the CPU does the work of a GPU.
   bool is_software() const;
 
   Transfers transfers() const;
 
+  // Copies the points to the GPU.
   GpuPoints upload(std::span<const Vec3d> points);
 
-  // As knead::advect, of which options.threads is not looked at. Throws InvalidInput for what that throws it for, and
-  // for fields with functions of the caller's own. options.progress is asked between calls of shaders; on `cancelled`
-  // and `step_limit` the points are left part-way.
+  // Moves the points, as knead::advect does; ignores options.threads. Checks options.progress between calls of
+  // shaders. With the status `cancelled` or `step_limit` the points stop on their path lines. Throws InvalidInput where
+  // knead::advect does, and for fields that are functions of the caller.
   AdvectResult advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
+  // Copies the points to `result`, which has as many elements.
   void download(const GpuPoints& points, std::span<Vec3d> result);
 
-  // As advect, without waiting: what is done with the points next on the GPU finds them moved. Neither steps nor
-  // progress of the options are looked at.
+  // Starts to move the points, and does not wait: later operations on the GPU find them moved. Ignores options.steps
+  // and options.progress. Throws as advect.
   void enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
-  // What became of all that was enqueued since this was last asked. Waits.
+  // Waits for all enqueued flows, and returns their result since the last call.
   AdvectResult collect(GpuPoints& points);
 
-  // Other places for points [first, first + positions.size()): whole groups of kGroup, or up to the last point. Throws
-  // InvalidInput for others.
+  // Replaces the points [first, first + positions.size()), in whole groups of kGroup or up to the last point. Throws
+  // InvalidInput for other ranges.
   static constexpr std::size_t kGroup = 64;
   void write(GpuPoints& points, std::size_t first, std::span<const Vec3d> positions);
 
-  // A copy on the GPU, of as many points.
+  // Copies `from` to `to` on the GPU. Throws InvalidInput if they differ in size.
   void assign(GpuPoints& to, const GpuPoints& from) const;
 
-  // Where the points are, for what else is done with them in the GPU's context.
+  // Returns the buffers that hold the points, to use them in the Gpu's context.
   static std::vector<GpuBuffer> buffers(const GpuPoints& points);
 
-  // Multiply-adds of single precision a second times two, in units of 1e9, that the GPU reaches with nothing else to
-  // do. Takes some tenths of a second.
+  // Returns the greatest rate of multiply-adds in single precision, in 1e9 operations a second; a multiply-add counts
+  // as two. Takes some tenths of a second.
   double multiply_add_gflops();
 
-  // Upload, advect and download. Where the status is not `done` the points are as they were.
+  // Uploads, moves and downloads the points. They stay as they were unless the status is `done`.
   AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
   struct State;  // internal to the gpu room
@@ -124,8 +134,9 @@ class Gpu {
   std::unique_ptr<State> state_;
 };
 
-// Moves points by the GPU that is opened at the first call. From the first failure of the GPU on the CPU moves
-// them, after `on_failure` was told why: the points are never lost. So are flows with functions of the caller's own.
+// Returns a backend that opens a Gpu at its first call and moves points there. If the GPU fails, the backend calls
+// `on_failure` with the reason once, and moves these points and all later ones on the CPU. It also moves flows with
+// functions of the caller on the CPU.
 Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const GpuOptions& options = {});
 
 }  // namespace knead::gpu

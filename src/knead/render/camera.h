@@ -1,4 +1,4 @@
-// Where a picture is taken from.
+// The camera of a picture.
 #pragma once
 
 #include "knead/math/box.h"
@@ -9,8 +9,8 @@ namespace knead::render {
 enum class Projection { orthographic, perspective };
 
 // Looks from eye to target. The picture shows `height` units from bottom to top in the plane through the target, in
-// both projections, so that pictures taken with one camera have one scale. Valid: eye != target, height > 0, up not
-// zero; an up along the view is replaced by some orthogonal direction. up is also the normal of the ground.
+// both projections, so that both show it at the same scale. Valid: eye != target, height > 0, up not zero. If `up` is
+// parallel to the view, an orthogonal direction replaces it. `up` is also the normal of the ground.
 struct Camera {
   Projection projection = Projection::perspective;
   Vec3d eye{0, 0, 5};
@@ -26,6 +26,7 @@ struct CameraFrame {
   Vec3d forward;
 };
 
+// Returns the unit vectors of a valid camera.
 CameraFrame camera_frame(const Camera& camera);
 
 struct FitOptions {
@@ -34,7 +35,7 @@ struct FitOptions {
   double margin = 0.06;           // of the picture's height or width, whichever is tighter, on each side
 };
 
-// The camera that looks along `direction` (any length but zero) at the middle of the box and shows the whole box in a
+// Returns the camera that looks along `direction` (not zero) at the centre of the box and shows the whole box in a
 // picture of width / height = aspect. An empty box counts as the unit cube about the origin.
 Camera fit_camera(const Box& box, const Vec3d& direction, const Vec3d& up, double aspect,
                   const FitOptions& options = {});

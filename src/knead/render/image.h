@@ -1,4 +1,4 @@
-// A picture in memory, and how it leaves the program.
+// A picture in memory, and its encoding as PNG or JPEG.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ struct Image {
   friend bool operator==(const Image&, const Image&) = default;
 };
 
-// The bytes of a PNG file (8 bits, RGBA). Throws InvalidInput for an empty image.
+// Returns the bytes of a PNG file (8 bits, RGBA). Throws InvalidInput for an empty image.
 std::string encode_png(const Image& image);
 
-// The bytes of a JPEG file: small, but not every byte of the image; alpha is lost. quality: from 1 to 100. Throws
+// Returns the bytes of a JPEG file: small, but lossy and without alpha. quality: from 1 to 100. Throws
 // InvalidInput for an empty image or a quality outside its range.
 std::string encode_jpeg(const Image& image, int quality = 88);
 
-// The images in a row from left to right, aligned at their middles; what they do not cover is transparent where any
-// image has a transparent corner, else white. Throws InvalidInput for no images.
+// Returns the images in a row from left to right, centred vertically. The rest is transparent if any image has a
+// transparent corner, else white. Throws InvalidInput if there are no images.
 Image side_by_side(std::span<const Image> images);
 
 }  // namespace knead::render

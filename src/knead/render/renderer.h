@@ -1,8 +1,8 @@
 // Draws a scene with OpenGL: clay under a studio's soft light, with glassy tool surfaces.
 //
-// Light falls in from some hundred directions, each with its own shadow map, so that folds darken and the shape stands
-// in its own soft shadow: ambient occlusion without a screen-space guess. Translucent surfaces are sorted per pixel by
-// depth peeling (Everitt, "Interactive order-independent transparency", 2001).
+// Light comes from about a hundred directions, each with its own shadow map: this gives ambient occlusion in folds and
+// a soft shadow on the ground without screen-space approximations. Translucent surfaces are sorted per pixel by depth
+// peeling (Everitt, "Interactive order-independent transparency", 2001).
 #pragma once
 
 #include <memory>
@@ -27,19 +27,19 @@ struct Options {
   bool ground = true;             // the soft shadow on a ground plane under the shapes
   int light_samples = 128;        // directions of light; valid: 16 to 1024
   int supersampling = 2;          // samples per pixel along each side; valid: 1 to 4
-  double point_radius = 0;        // of a point cloud's discs, in scene units; 0: by the cloud's size and count
+  double point_radius = 0;  // of a point cloud's discs, in scene units; 0: from the cloud's size and number of points
 };
 
-// A picture of the scene, drawn in a context of its own that needs no window. The same bits on the same driver. Throws
-// InvalidInput for options or a camera outside their ranges, std::runtime_error where there is no OpenGL 3.3 to be had.
-// Cost: light_samples drawings of the shapes, and width * height * light_samples lookups.
+// Returns a picture of the scene, drawn in a new context without a window. One driver always returns the same bits.
+// Throws InvalidInput for options or a camera outside their ranges, and GpuError if there is no OpenGL 3.3. Cost: draws
+// the shapes light_samples times, and looks up width * height * light_samples texels.
 Image render(const Scene& scene, const Options& options);
 
-// The same for many pictures, or in a context that the caller owns and has made current: keeps its programs. Every call
-// leaves OpenGL's default framebuffer bound and its other state unspecified.
+// Renders many pictures in the OpenGL context that is current; keeps its compiled shaders. A call leaves OpenGL's
+// default framebuffer bound and other OpenGL state unspecified.
 class Renderer {
  public:
-  Renderer();  // throws std::runtime_error where the current context is below OpenGL 3.3
+  Renderer();  // throws GpuError if the current context is below OpenGL 3.3
   ~Renderer();
   Renderer(const Renderer&) = delete;
   Renderer& operator=(const Renderer&) = delete;

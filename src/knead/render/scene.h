@@ -1,4 +1,4 @@
-// What a picture shows, as plain values. Nothing here needs OpenGL.
+// The contents of a picture as plain values. Nothing here needs OpenGL.
 #pragma once
 
 #include <optional>
@@ -25,26 +25,26 @@ inline constexpr Color kClay{0.80f, 0.755f, 0.70f, 1};
 inline constexpr Color kInnerRed{0.88f, 0.08f, 0.06f, 0.36f};
 inline constexpr Color kOuterGreen{0.10f, 0.62f, 0.20f, 0.16f};
 
-// An opaque surface, or a point cloud where the mesh has no faces. The mesh is not owned: it must outlive the call of
-// render. A vertex or face that is not finite is left out. The inside (the back of the faces) has its own colour, so
-// that open shapes read well.
+// An opaque surface, or a point cloud if the mesh has no faces. The mesh is not owned and must outlive the call of
+// `render`. Vertices and faces that are not finite are left out. The inside (the back of the faces) has its own colour,
+// which makes open shapes easy to recognise.
 struct Shape {
   const Mesh* mesh = nullptr;
   Color color = kClay;
   Color back_color{0.50f, 0.56f, 0.64f, 1};
-  bool use_mesh_colors = false;      // the vertex attribute "color" where the mesh has one, instead of color
-  std::vector<Color> vertex_colors;  // one per vertex, or empty; goes before use_mesh_colors
+  bool use_mesh_colors = false;      // the vertex attribute "color", if the mesh has one, instead of color
+  std::vector<Color> vertex_colors;  // one per vertex, or empty; overrides use_mesh_colors
 };
 
-// A glassy shell, e.g. the surface r = r_inner of a tool: alpha is its opacity seen face on; the rim is denser. The
-// line where it meets a shape is drawn in the same colour.
+// A glassy shell, e.g. the surface r = inner of a tool. alpha is its opacity seen from the front; its rim is denser.
+// The line where it meets a shape has the same colour.
 struct TranslucentSurface {
   Mesh mesh;
   Color color = kInnerRed;
 };
 
-// Solid; its length includes the head. Where a shape hides it, it shines through faintly. Length or radius zero:
-// nothing.
+// A solid arrow; its length includes the head. It shines faintly through shapes that hide it. Nothing is drawn if its
+// length or radius is zero.
 struct Arrow {
   Vec3d from;
   Vec3d to;
@@ -52,7 +52,7 @@ struct Arrow {
   Color color{0.20f, 0.25f, 0.85f, 1};
 };
 
-// A round rod along a polyline (an axis, a path, a ring); shines through like an arrow.
+// A round rod along a polyline (an axis, a path, a ring). It shines through shapes like an arrow.
 struct Line {
   std::vector<Vec3d> points;
   double radius = 0.005;
@@ -60,7 +60,7 @@ struct Line {
   Color color{0.15f, 0.15f, 0.20f, 1};
 };
 
-// Takes away the side dot(normal, x) > offset. The cut through a closed shape is shown flat, in its own colour.
+// Removes the side dot(normal, x) > offset. The cut through a closed shape is a plane with its own colour.
 struct Clip {
   Vec3d normal{1, 0, 0};
   double offset = 0;
@@ -76,10 +76,10 @@ struct Scene {
   Camera camera;
 };
 
-// The points of a circle, for Line (closed). axis need not be a unit vector but is not zero.
+// Returns the points of a circle, for a closed Line. axis need not be a unit vector but is not zero.
 std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, int points = 96);
 
-// The box of the shapes, or of all that the scene shows, in its own coordinates.
+// Return the bounding box of the shapes, and of everything in the scene, in scene coordinates.
 Box shapes_box(const Scene& scene);
 Box scene_box(const Scene& scene);
 

@@ -1,4 +1,4 @@
-// The surfaces of point sets, remembered.
+// A cache of the surfaces of point sets.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,15 @@
 
 namespace knead::render {
 
-// While a tool is dragged its point sets only travel: their surfaces, which take long to find, travel along. Remembers
-// the few used last.
+// Keeps the few surfaces that were used last. A tool that is dragged only translates its point sets, so their surfaces,
+// which are slow to compute, can be translated, too.
 class SurfaceCache {
  public:
-  // region_surface of a field whose region is a point set, with the field's own centre and level > 0; where such a set
-  // was asked for before, apart from a shift (to 10^-6 of the level), that surface, shifted.
+  // Returns region_surface of a field whose region is a point set, about the field's own centre; level > 0. If the
+  // cache has the surface of a translated set (equal to 10^-6 of the level), translates that surface instead.
   Mesh surface(const Field& field, double level, const SurfaceDetail& detail);
 
-  // How many surfaces were not remembered.
+  // Returns how many surfaces were computed.
   std::size_t made() const { return made_; }
 
  private:

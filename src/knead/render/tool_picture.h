@@ -1,4 +1,4 @@
-// A tool as the paper draws it: the surface r = inner red, r = outer green, arrows for its motion.
+// Draws a tool as in the paper: the surface r = inner red, r = outer green, arrows for its motion.
 #pragma once
 
 #include <optional>
@@ -29,13 +29,14 @@ struct DrawnTool {
 
 struct ToolDrawing {
   SurfaceDetail detail{};
-  SurfaceCache* cache = nullptr;  // remembers surfaces from one picture to the next
+  SurfaceCache* cache = nullptr;  // keeps surfaces from one picture to the next, if not null
 };
 
-// Adds the tool of one stroke to the scene, drawn from the stroke's flow, with arrows that show the inner motion. On
-// its whole way: at its start; where it travels also, fainter, at its end, and the path in between. At a moment: where
-// it then is, and the path. The tool of a stamp is its shape; at a moment with the regions of its contacts. `around` is
-// the box of the deformed shape.
+// Adds the tool of one stroke to the scene, with arrows that show the inner motion.
+//   without a moment  the tool at its start and, if it moves, its path and, fainter, the tool at its end
+//   at a moment       the tool where it is then, and its path
+// The tool of a stamp is drawn as its shape, at a moment also with the regions of its contacts. `around` is the
+// bounding box of the deformed shape.
 void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how = {});
 
 }  // namespace knead::render
