@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Which room may include which: reads every #include of src/knead and apps and holds it against the table below.
+# Which room may include which: reads every #include of src/knead, apps, bench and examples and compares it with the
+# table below.
 #   include_table_test.sh [ROOT]       check the tree under ROOT (default: this repository)
 #   include_table_test.sh --self-test  prove that each kind of violation is found
 set -euo pipefail
@@ -7,6 +8,8 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 # room: the rooms it may include besides itself. Tests (*_test.cpp) may include any room and tests/support.
+# apps, bench and examples may include the public headers of any room: those that a CMakeLists.txt under src/knead
+# lists after FILE_SET HEADERS.
 readonly table='
 math:
 field:   math
@@ -22,7 +25,8 @@ render:  math field flow mesh gl
 '
 
 # shellcheck disable=SC2016  # awk's own dollar signs
-# Prints "FILE:LINE: what is wrong" for every include that the table does not allow.
+# Prints "FILE:LINE: what is wrong" for every include that the table does not allow. PUBLIC: the public headers, one on
+# each line.
 readonly checker='
 function complain(what) { printf "%s:%d: %s\n", FILENAME, FNR, what }
 function check_room(target) {
@@ -30,10 +34,14 @@ function check_room(target) {
   else if (room != "" && !is_test && target != room && !((room, target) in allowed))
     complain(room " must not include " target " (\"" path "\")")
 }
+function check_public() {
+  if (room == "" && !is_test && !(path in is_public)) complain("\"" path "\" is internal; include a public header")
+}
 function check_app(target) {
   if (app != target) complain((app == "" ? room : app) " must not include the application " target)
 }
 BEGIN {
+  for (n = split(ENVIRON["PUBLIC"], header, "\n"); n > 0; --n) is_public[header[n]]
   for (n = split(ENVIRON["TABLE"], line, "\n"); n > 0; --n) {
     if (split(line[n], half, ":") == 0) continue
     rooms[half[1]]
@@ -42,8 +50,9 @@ BEGIN {
 }
 FNR == 1 {
   split(FILENAME, part, "/")
-  room = part[1] == "src" ? part[3] : ""
+  room = part[1] == "src" && part[4] != "" ? part[3] : ""  # knead.h is in no room
   app = part[1] == "apps" ? part[2] : ""
+  is_bench = part[1] == "bench"
   is_test = FILENAME ~ /_test\.cpp$/
   if (room != "" && !(room in rooms)) complain("not in a room of the table")
 }
@@ -53,15 +62,24 @@ FNR == 1 {
   sub(/[">].*$/, "", path)
   split(path, part, "/")
   if (path ~ /(^|\/)\.\.\//) complain("\"" path "\": write the path from src/ or the own folder, not with ..")
-  else if (part[1] == "knead") check_room(part[2])
-  else if (part[1] == "apps") check_app(part[2])
+  else if (part[1] == "knead" && part[3] == "") check_public()
+  else if (part[1] == "knead") { check_room(part[2]); check_public() }
+  else if (part[1] == "apps" && !is_bench) check_app(part[2])
+  else if (part[1] == "bench" && app != "") complain("an application must not include \"" path "\"")
   else if (part[1] == "support") { if (!is_test) complain("only tests may include \"" path "\"") }
 }
 '
 
+# Prints the public headers of the tree as they are included.
+public_headers() {
+  (cd "$1/src" && find knead -name CMakeLists.txt | while read -r list; do
+    sed -n '/FILE_SET HEADERS/,/)/p' "$list" | { grep -o '[a-z0-9_/]*\.h\>' || true; } | sed "s|^|$(dirname "$list")/|"
+  done)
+}
+
 violations() {
-  (cd "$1" && find src/knead apps -mindepth 2 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
-    TABLE=$table xargs -0 -r awk "$checker")
+  (cd "$1" && find src/knead apps bench examples -mindepth 1 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
+    TABLE=$table PUBLIC=$(public_headers .) xargs -0 -r awk "$checker")
 }
 
 check() {
@@ -76,7 +94,7 @@ check() {
 # tests/include_table/violations is a tree in which every line that breaks the table ends in "// wrong".
 self_test() {
   local tree=$here/include_table/violations
-  diff <(cd "$tree" && grep -rn '// wrong$' src apps | cut -d: -f1,2 | sort) \
+  diff <(cd "$tree" && grep -rn '// wrong$' src apps bench examples | cut -d: -f1,2 | sort) \
     <(violations "$tree" | cut -d: -f1,2 | sort) ||
     { echo "expected (<) and found (>) violations differ, see above" >&2; return 1; }
 }

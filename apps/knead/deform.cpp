@@ -14,8 +14,7 @@
 #include "deform_options.h"
 #include "frames.h"
 #include "knead/io/atomic_file.h"
-#include "knead/io/authored_normals.h"
-#include "knead/io/materials.h"
+
 #include "knead/io/remeshed.h"
 #include "knead/session/report.h"
 #include "output.h"

@@ -8,7 +8,6 @@
 
 #include "command.h"
 #include "knead/io/json.h"
-#include "knead/io/materials.h"
 #include "knead/io/remeshed.h"
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"

@@ -42,18 +42,14 @@ inline std::string broken_mesh(const Mesh& mesh) {
 }
 
 // Whether the file holds coordinates as floats whatever the options.
-inline bool holds_floats(const ShapeFile& shape) {
-  if (const StlLayout* stl = std::get_if<StlLayout>(&shape.layout)) return stl->binary;
-  if (const OffLayout* off = std::get_if<OffLayout>(&shape.layout)) return off->binary;
-  return shape.format == "glb";
-}
+inline bool holds_floats(const ShapeFile& shape) { return stores_floats("shape." + shape.format, shape); }
 
 // Whether each position is read as the file holds it: in a GLB file, where its node leaves it.
 inline std::vector<bool> held_positions(const ShapeFile& shape) {
   std::vector<bool> held(shape.mesh.vertex_count(), true);
-  const GlbLayout* glb = std::get_if<GlbLayout>(&shape.layout);
+  const io_detail::GlbLayout* glb = io_detail::find_layout<io_detail::GlbLayout>(shape);
   if (glb == nullptr) return held;
-  for (const GlbBlock& block : glb->blocks) {
+  for (const io_detail::GlbBlock& block : glb->blocks) {
     const bool is_placed = !(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{});
     for (std::size_t i = block.first; is_placed && i < block.first + block.count; ++i) held[i] = false;
   }

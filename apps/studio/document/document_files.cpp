@@ -8,8 +8,7 @@
 
 #include "document/document.h"
 #include "knead/io/atomic_file.h"
-#include "knead/io/authored_normals.h"
-#include "knead/io/materials.h"
+
 #include "knead/io/remeshed.h"
 #include "knead/math/error.h"
 #include "knead/session/replay.h"

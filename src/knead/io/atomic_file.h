@@ -1,4 +1,4 @@
-// Files that are either whole or not there.
+// Writes files as a whole: after a failure the old file is still there.
 #pragma once
 
 #include <filesystem>
@@ -6,14 +6,14 @@
 
 namespace knead {
 
-// Replaces the contents of the file at `path`, or creates it: written under a temporary name in the same folder,
-// synced, renamed. A link is followed, and the permissions of an existing file are kept. On failure, and if the program
-// dies, the old file stays whole. What is no regular file (a pipe, a terminal, /dev/null) is written directly. Throws
-// IoError(write).
+// Replaces the contents of the file at `path`, or creates it. Writes a temporary file in the same folder, syncs it to
+// disk and renames it, so the old file stays intact if this fails or the program dies. Follows a link and keeps the
+// permissions of an existing file. Writes directly to a path that is not a regular file (a pipe, a terminal,
+// /dev/null). Throws IoError(write).
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-// Removes the temporary files of calls of write_file_atomically that are under way. Safe to call from a signal handler
-// of a program that then ends.
+// Removes the temporary files of the calls of write_file_atomically that have not returned yet. A signal handler may
+// call this before it ends the program.
 void discard_unfinished_files() noexcept;
 
 }  // namespace knead

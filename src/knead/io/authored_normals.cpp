@@ -4,10 +4,11 @@
 #include <array>
 #include <numeric>
 
-#include "knead/io/obj_normals.h"
+#include "knead/io/layout.h"
+#include "knead/io/obj/normals.h"
 #include "knead/mesh/normals.h"
 
-namespace knead {
+namespace knead::io_detail {
 namespace {
 
 using SeamKey = std::array<double, 9>;
@@ -63,21 +64,11 @@ void turn_tangents(const Mesh& before, std::span<const Vec3d> positions, std::sp
 
 }  // namespace
 
-std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
-  const Attribute* normal = source.mesh.find_attribute("normal");
-  if (normal == nullptr || normal->domain != Domain::vertex || normal->components != 3) return {};
-  std::vector<Vec3d> normals(source.mesh.vertex_count());
-  for (std::size_t i = 0; i < normals.size(); ++i) {
-    normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
-  }
-  return normals;
-}
-
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options) {
-  if (const ObjLayout* obj = std::get_if<ObjLayout>(&source.layout)) {
-    if (obj->corner_normal.empty()) return {};
-    return moved_corner_normals(source.mesh, *obj, positions);
+  if (const obj::Layout* layout = find_layout<obj::Layout>(source)) {
+    if (layout->corner_normal.empty()) return {};
+    return obj::moved_corner_normals(source.mesh, *layout, positions);
   }
   const std::vector<Vec3d> normals = vertex_normals_of(source);
   if (normals.empty()) return {};
@@ -101,4 +92,4 @@ Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const
   return mesh;
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -1,4 +1,4 @@
-// The normals that a file came with, after its shape has moved.
+// The normals of a file after its shape has moved.
 #pragma once
 
 #include <span>
@@ -6,19 +6,15 @@
 
 #include "knead/io/shape_file.h"
 
-namespace knead {
+namespace knead::io_detail {
 
-// One normal per vertex of the source ("normal" of vertices), or empty where it has none.
-std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
-
-// The authored normals of the source after its vertices moved: one per corner of an OBJ file, else one per vertex;
-// empty where there are none that follow the shape. Those of shapes with faces are turned by transport_normals;
-// vertices that share position and normal, as along a seam, turn together. Those of points are options.normals, if
-// given.
+// Returns the authored normals after the source's vertices moved: one per corner of an OBJ file, else one per vertex;
+// empty if the file has none that follow the shape. transport_normals turns those of shapes with faces; vertices with
+// the same position and normal, as along a seam, turn together. Normals of points are options.normals, if given.
 std::vector<Vec3d> moved_normals(const ShapeFile& source, std::span<const Vec3d> positions,
                                  const WriteOptions& options);
 
-// The source's mesh at the new positions, its normals and tangents with it.
+// Returns the source's mesh at the new positions, with its normals and tangents turned.
 Mesh moved_mesh(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options);
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -11,7 +11,7 @@
 #include "knead/math/error.h"
 #include "knead/math/vec3.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); }
 
@@ -38,4 +38,4 @@ inline void replace_floats(std::string& bytes, std::size_t at, const Vec3d& from
   }
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

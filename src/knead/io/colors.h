@@ -6,7 +6,7 @@
 
 #include "knead/mesh/mesh.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 // What a value of a color is multiplied with to be from 0 to 1.
 inline double unit_scale(NumberType type) {
@@ -19,4 +19,4 @@ inline double as_byte(double value, NumberType type) {
   return type == NumberType::uint8 ? value : std::round(std::clamp(value * unit_scale(type), 0.0, 1.0) * 255);
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace knead {
+namespace knead::io_detail {
 
 std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attribute) {
   const std::size_t n = static_cast<std::size_t>(attribute.components);
@@ -29,4 +29,4 @@ std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& n
   return std::nullopt;
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -5,7 +5,7 @@
 
 #include "knead/mesh/mesh.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 // An attribute of corners as one of vertices, if all corners at each vertex have the same values; vertices in no face
 // have 0.
@@ -14,4 +14,4 @@ std::optional<Attribute> merge_corners(const Mesh& mesh, const Attribute& attrib
 // The first attribute of that name and number of components that vertices have, or that corners have and vertices can.
 std::optional<Attribute> vertex_attribute(const Mesh& mesh, const std::string& name, int components);
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <system_error>
 
-namespace knead {
+namespace knead::io_detail {
 
 void fail_at_byte(const std::string& name, std::size_t position, const std::string& what) {
   throw InvalidInput(Place{name}, "byte " + std::to_string(position) + ": " + what);
@@ -74,4 +74,4 @@ std::size_t TextCursor::whole(std::string_view word, std::size_t most, const cha
   return static_cast<std::size_t>(value);
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

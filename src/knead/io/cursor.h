@@ -11,7 +11,7 @@
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 template <class T>
 T swap_bytes(T value) {
@@ -128,4 +128,4 @@ class TextCursor {
   std::size_t word_begin_ = 0;
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -10,7 +10,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/mesh.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 inline std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
@@ -67,4 +67,4 @@ class FaceBuilder {
   std::size_t repeated_ = 0;
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -11,9 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 // Throws InvalidInput also for what cannot be read without another file or a decoder: buffers outside of the file,
 // Draco and meshopt compression. Vertices and corners may not exceed 2^21 plus four for each byte of the file (a small
@@ -40,4 +41,8 @@ std::vector<std::string> glb_losses(const Mesh& mesh);
 // What a file made of the source's mesh alone leaves out.
 std::vector<std::string> glb_source_losses(const ShapeFile& source);
 
-}  // namespace knead
+std::string remeshed_glb(const NewMesh& shape, const WriteOptions& options);
+std::vector<std::string> glb_remesh_losses(const ShapeFile& source);
+std::vector<std::uint32_t> glb_face_labels(const ShapeFile& source);
+
+}  // namespace knead::io_detail

@@ -7,7 +7,7 @@
 
 #include "knead/io/cursor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 struct ComponentType {
@@ -177,4 +177,4 @@ std::vector<double> read_accessor(const Document& document, std::size_t index, c
   return numbers;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

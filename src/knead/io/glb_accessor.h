@@ -11,7 +11,7 @@
 #include "knead/io/glb_layout.h"
 #include "knead/mesh/mesh.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 inline constexpr std::size_t kJson = 0x4E4F534A;
 inline constexpr std::size_t kBin = 0x004E4942;
@@ -74,4 +74,4 @@ std::vector<double> read_accessor(const Document& document, std::size_t index, c
 // The vertices and corners that a file of that many bytes may have.
 inline std::size_t most_elements(std::size_t bytes) { return (std::size_t{1} << 21) + 4 * bytes; }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -7,7 +7,7 @@
 
 #include "knead/io/face_builder.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 struct Source {
@@ -166,4 +166,4 @@ std::vector<Attribute> read_attributes(const Document& document, const std::vect
   return attributes;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

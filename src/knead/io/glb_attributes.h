@@ -7,7 +7,7 @@
 
 #include "knead/io/glb_accessor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 // An attribute of a primitive that becomes one of the mesh.
 struct Semantic {
@@ -32,4 +32,4 @@ bool is_read(const std::string& key);
 // The direction of a vector; zero for zero and for what is not finite.
 Vec3d direction(const Vec3d& v);
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -4,7 +4,7 @@
 #include "knead/io/cursor.h"
 #include "knead/io/glb_accessor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 namespace {
 
@@ -62,4 +62,4 @@ Document open_document(std::string_view bytes, const GlbLayout& layout, const st
   return document;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -9,7 +9,7 @@
 
 #include "knead/io/cursor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 template <class Better>
@@ -212,4 +212,4 @@ std::string Edit::finish() {
   return with_header(chunks) + std::string(document_.bytes.substr(layout_.end));
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -8,7 +8,7 @@
 #include "knead/io/glb_accessor.h"
 #include "knead/io/glb_released.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 inline constexpr std::size_t kVertexData = 34962;  // targets of buffer views
 inline constexpr std::size_t kIndexData = 34963;
@@ -108,4 +108,4 @@ std::string greatest_text(const std::vector<float>& values, std::size_t componen
 void append_float(std::string& bytes, float value);
 void append_uint32(std::string& bytes, std::uint32_t value);
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -13,7 +13,7 @@
 #include "knead/mesh/normals.h"
 #include "knead/mesh/triangulate.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 // Triangles of file vertices; triangulate cuts each face by its corners' numbers here, so that corners stay apart.
@@ -211,10 +211,10 @@ class Generator {
 };
 
 }  // namespace
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb
 
-namespace knead {
+namespace knead::io_detail {
 
 std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { return glb::Generator(mesh).run(); }
 
-}  // namespace knead
+}  // namespace knead::io_detail

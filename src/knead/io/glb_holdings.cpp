@@ -7,7 +7,7 @@
 #include "knead/io/corner_values.h"
 #include "knead/io/glb_attributes.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 // "_NAME", the way that applications name their own attributes.
@@ -107,4 +107,4 @@ SplitVertices split_vertices(const Mesh& mesh, const std::vector<Held>& held) {
   return split;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

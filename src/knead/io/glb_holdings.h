@@ -7,7 +7,7 @@
 
 #include "knead/mesh/mesh.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 // An attribute and what it is called in the file.
 struct Held {
@@ -34,4 +34,4 @@ struct SplitVertices {
 // Corners that differ in an attribute get vertices of their own.
 SplitVertices split_vertices(const Mesh& mesh, const std::vector<Held>& held);
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -10,7 +10,7 @@
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 bool is_space(char c) { return is_blank(c) || is_line_end(c); }
@@ -221,4 +221,4 @@ std::string patched(std::string_view text, std::vector<Patch> patches) {
   return result;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -8,7 +8,7 @@
 
 #include "knead/io/json.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 // Returns the text as a JSON object. Throws InvalidInput for what parse_json refuses and for other values than objects;
 // `begin`, the byte of the file where the text begins, is for messages.
@@ -98,4 +98,4 @@ Patch appended_item(std::string_view text, const Span& array, const std::string&
 // The text with its patches, which do not overlap.
 std::string patched(std::string_view text, std::vector<Patch> patches);
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

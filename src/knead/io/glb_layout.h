@@ -8,7 +8,7 @@
 
 #include "knead/math/mat3.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 struct GlbChunk {
   std::uint32_t type = 0;
@@ -54,4 +54,4 @@ struct GlbLayout {
   std::vector<GlbFaces> faces;   // in the mesh's order; each goes on to where the next one begins
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -8,9 +8,10 @@
 #include "knead/io/glb_accessor.h"
 #include "knead/io/glb_attributes.h"
 #include "knead/io/glb_holdings.h"
+#include "knead/io/layout.h"
 #include "knead/io/text.h"
 
-namespace knead {
+namespace knead::io_detail {
 namespace {
 
 struct Kind {
@@ -50,7 +51,7 @@ std::vector<std::string> glb_losses(const Mesh& mesh) {
 }
 
 std::vector<std::string> glb_source_losses(const ShapeFile& source) {
-  const GlbLayout& layout = std::get<GlbLayout>(source.layout);
+  const GlbLayout& layout = layout_of<GlbLayout>(source);
   const glb::Document document = glb::open_document(source.bytes, layout, "source");
   const glb::Value root = document.root();
   std::vector<std::string> losses;
@@ -69,4 +70,4 @@ std::vector<std::string> glb_source_losses(const ShapeFile& source) {
   return losses;
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -1,4 +1,5 @@
 #include "knead/io/glb_new_vertices.h"
+#include "knead/io/number_types.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +8,7 @@
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
@@ -185,4 +186,4 @@ std::size_t NewVertices::append_attribute(const GlbBlock& block, const Semantic&
   return edit.append_elements(elements.bytes, is_padded ? stride : 0, kVertexData, elements.members(vertices.size()));
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -7,9 +7,9 @@
 
 #include "knead/io/glb_attributes.h"
 #include "knead/io/glb_edit.h"
-#include "knead/io/remeshed_formats.h"
+#include "knead/io/new_mesh.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 class NewVertices {
  public:
@@ -43,4 +43,4 @@ class NewVertices {
   std::vector<std::uint32_t> point_;   // of each vertex of the source in no face: the new mesh's, or kNone
 };
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

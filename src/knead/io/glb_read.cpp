@@ -9,9 +9,10 @@
 #include "knead/io/glb_attributes.h"
 #include "knead/io/glb_scene.h"
 #include "knead/io/glb_sharing.h"
+#include "knead/io/layout.h"
 #include "knead/io/text.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 class Reader {
@@ -30,7 +31,7 @@ class Reader {
     }
     shape_.mesh.attributes = read_attributes(document_, layout_.blocks, shape_.notes);
     append_notes();
-    shape_.layout = std::move(layout_);
+    set_layout(shape_, std::move(layout_));
   }
 
  private:
@@ -220,9 +221,9 @@ class Reader {
 };
 
 }  // namespace
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb
 
-namespace knead {
+namespace knead::io_detail {
 
 ShapeFile parse_glb(std::string bytes, const std::string& name) {
   ShapeFile shape;
@@ -232,4 +233,4 @@ ShapeFile parse_glb(std::string bytes, const std::string& name) {
   return shape;
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

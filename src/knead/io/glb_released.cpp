@@ -6,7 +6,7 @@
 
 #include "knead/io/glb_sharing.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 // By view, how often a value and all that is in it name it.
@@ -137,4 +137,4 @@ std::string Cuts::applied(std::string_view bytes) const {
   return result;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -9,7 +9,7 @@
 
 #include "knead/io/glb_accessor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 struct Released {
   std::vector<std::size_t> accessors;
@@ -45,4 +45,4 @@ class Cuts {
   std::vector<std::size_t> through_;  // how many bytes are left out up to the end of each
 };
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -8,10 +8,13 @@
 #include "knead/io/glb_edit.h"
 #include "knead/io/glb_new_vertices.h"
 #include "knead/io/glb_sharing.h"
-#include "knead/io/remeshed_formats.h"
+#include "knead/io/layout.h"
+#include "knead/io/new_mesh.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 // The number of a block's face list among all of the layout, by primitive.
@@ -21,7 +24,7 @@ class Remesher {
  public:
   Remesher(const NewMesh& shape, const Document& document)
       : shape_(shape),
-        layout_(std::get<GlbLayout>(shape.source.layout)),
+        layout_(layout_of<GlbLayout>(shape.source)),
         document_(document),
         vertices_(shape, document),
         edit_(document, layout_) {}
@@ -274,19 +277,29 @@ void refuse_bound_vertices(const GlbLayout& layout, const Document& document) {
 }
 
 }  // namespace
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb
 
-namespace knead {
+namespace knead::io_detail {
 
 std::string remeshed_glb(const NewMesh& shape, const WriteOptions& /*options*/) {
-  const GlbLayout& layout = std::get<GlbLayout>(shape.source.layout);
+  const GlbLayout& layout = layout_of<GlbLayout>(shape.source);
   const glb::Document document = glb::open_document(shape.source.bytes, layout, "source");
   glb::refuse_bound_vertices(layout, document);
   return glb::Remesher(shape, document).run();
 }
 
+std::vector<std::uint32_t> glb_face_labels(const ShapeFile& source) {
+  const GlbLayout& layout = layout_of<GlbLayout>(source);
+  std::vector<std::uint32_t> labels(source.mesh.face_count());
+  for (std::size_t i = 0; i < layout.faces.size(); ++i) {
+    const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(layout.faces[i].first);
+    std::fill(begin, labels.end(), static_cast<std::uint32_t>(i));
+  }
+  return labels;
+}
+
 std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
-  const GlbLayout& layout = std::get<GlbLayout>(source.layout);
+  const GlbLayout& layout = layout_of<GlbLayout>(source);
   const glb::Document document = glb::open_document(source.bytes, layout, "source");
   glb::refuse_bound_vertices(layout, document);
   std::set<std::string> losses;
@@ -307,4 +320,4 @@ std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
   return {losses.begin(), losses.end()};
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

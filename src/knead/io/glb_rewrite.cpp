@@ -10,10 +10,11 @@
 #include "knead/io/glb_attributes.h"
 #include "knead/io/glb_edit.h"
 #include "knead/io/glb_sharing.h"
+#include "knead/io/layout.h"
 #include "knead/io/text.h"
 #include "knead/mesh/normals.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 // New values of one attribute of a block.
@@ -141,7 +142,7 @@ class Comparison {
 class Rewriter {
  public:
   Rewriter(const ShapeFile& source, const Document& document, std::vector<Changes> changes)
-      : layout_(std::get<GlbLayout>(source.layout)),
+      : layout_(layout_of<GlbLayout>(source)),
         document_(document),
         changes_(std::move(changes)),
         uses_(find_uses(document)),
@@ -241,13 +242,13 @@ class Rewriter {
 };
 
 }  // namespace
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb
 
-namespace knead {
+namespace knead::io_detail {
 
 std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                         const WriteOptions& /*options*/) {
-  const GlbLayout& layout = std::get<GlbLayout>(source.layout);
+  const GlbLayout& layout = layout_of<GlbLayout>(source);
   const glb::Document document = glb::open_document(source.bytes, layout, "source");
   const glb::Comparison comparison(source, document, positions, normals);
   std::vector<glb::Changes> changes;
@@ -260,4 +261,4 @@ std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> position
   return glb::Rewriter(source, document, std::move(changes)).run();
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -7,7 +7,7 @@
 
 #include "knead/io/face_builder.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 struct Transform {
@@ -198,4 +198,4 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
   return instances;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -6,7 +6,7 @@
 
 #include "knead/io/glb_accessor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 // A node that places a mesh.
 struct Instance {
@@ -21,4 +21,4 @@ struct Instance {
 // parents, and for transforms that are none.
 std::vector<Instance> find_instances(const Document& document, std::vector<std::string>& notes);
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

@@ -5,7 +5,7 @@
 
 #include "knead/math/error.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 namespace {
 
 constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
@@ -145,4 +145,4 @@ std::map<std::size_t, std::size_t> count_placements(const Document& document) {
   return count;
 }
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

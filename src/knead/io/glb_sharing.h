@@ -8,7 +8,7 @@
 
 #include "knead/io/glb_accessor.h"
 
-namespace knead::glb {
+namespace knead::io_detail::glb {
 
 // One place that names an accessor.
 struct AccessorUse {
@@ -54,4 +54,4 @@ class ByteReaders {
   std::map<std::size_t, std::size_t> of_accessor_;
 };
 
-}  // namespace knead::glb
+}  // namespace knead::io_detail::glb

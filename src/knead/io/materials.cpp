@@ -1,10 +1,12 @@
-#include "knead/io/materials.h"
-
+// The material files that an OBJ file names.
 #include <fstream>
 #include <iterator>
 #include <system_error>
 
 #include "knead/io/atomic_file.h"
+#include "knead/io/layout.h"
+#include "knead/io/obj/layout.h"
+#include "knead/io/shape_file.h"
 
 namespace knead {
 namespace {
@@ -33,10 +35,10 @@ fs::path folder_of(const fs::path& path) {
 
 std::vector<fs::path> copy_material_files(const ShapeFile& shape, const fs::path& source, const fs::path& target) {
   std::vector<fs::path> copied;
-  const ObjLayout* obj = std::get_if<ObjLayout>(&shape.layout);
+  const auto* layout = io_detail::find_layout<io_detail::obj::Layout>(shape);
   std::error_code error;
-  if (obj == nullptr || fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
-  for (std::string name : obj->material_files) {
+  if (layout == nullptr || fs::equivalent(folder_of(source), folder_of(target), error)) return copied;
+  for (std::string name : layout->material_files) {
     if (name.substr(0, 2) == "./") name.erase(0, 2);
     if (!is_plain_name(name)) continue;
     const fs::path from = folder_of(source) / name;

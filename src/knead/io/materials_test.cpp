@@ -1,10 +1,9 @@
-#include "knead/io/materials.h"
-
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <fstream>
 
+#include "knead/io/shape_file.h"
 #include "support/test_meshes.h"
 
 namespace knead {

@@ -1,30 +1,20 @@
 #include "knead/io/remeshed.h"
 
-#include <array>
+#include <algorithm>
 
 #include "knead/io/atomic_file.h"
-#include "knead/io/remeshed_formats.h"
+#include "knead/io/formats.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
 namespace knead {
 namespace {
 
-struct Format {
-  std::string_view name;
-  std::string (*write)(const NewMesh& shape, const WriteOptions& options);
-  std::vector<std::string> (*losses)(const ShapeFile& source);
-};
+using io_detail::NewMesh;
 
-constexpr std::array<Format, 5> kFormats = {{{"ply", remeshed_ply, ply_remesh_losses},
-                                             {"obj", remeshed_obj, obj_remesh_losses},
-                                             {"glb", remeshed_glb, glb_remesh_losses},
-                                             {"stl", remeshed_stl, stl_remesh_losses},
-                                             {"off", remeshed_off, off_remesh_losses}}};
-
-// Of a source with faces: no XYZ.
-const Format& own_format(const ShapeFile& source) {
-  return *std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& f) { return f.name == source.format; });
+// The format of a source with faces: not XYZ.
+const io_detail::Format& own_format(const ShapeFile& source) {
+  return io_detail::format_named(source.format, "source");
 }
 
 void check_has_faces(const ShapeFile& source) {
@@ -79,22 +69,16 @@ bool is_unchanged(const NewMesh& shape) {
 
 bool are_floats(const Mesh& mesh) {
   return std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Vec3d& p) {
-    return fits_float(p.x) && fits_float(p.y) && fits_float(p.z) && Vec3d(Vec3f(p)) == p;
+    return io_detail::fits_float(p.x) && io_detail::fits_float(p.y) && io_detail::fits_float(p.z) &&
+           Vec3d(Vec3f(p)) == p;
   });
 }
 
 }  // namespace
 
 std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
-  if (source.format == "obj") return obj_face_labels(source);
-  const GlbLayout* glb = std::get_if<GlbLayout>(&source.layout);
-  if (glb == nullptr) return {};
-  std::vector<std::uint32_t> labels(source.mesh.face_count());
-  for (std::size_t i = 0; i < glb->faces.size(); ++i) {
-    const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(glb->faces[i].first);
-    std::fill(begin, labels.end(), static_cast<std::uint32_t>(i));
-  }
-  return labels;
+  const auto labels_of = own_format(source).face_labels;
+  return labels_of == nullptr ? std::vector<std::uint32_t>{} : labels_of(source);
 }
 
 std::string serialize_remeshed(std::string_view format, const ShapeFile& source, const Mesh& mesh,
@@ -106,7 +90,7 @@ std::string serialize_remeshed(std::string_view format, const ShapeFile& source,
     exact.double_coordinates = options.double_coordinates || !are_floats(mesh);
     return serialize_mesh(format, mesh, exact);
   }
-  return is_unchanged(shape) ? source.bytes : own_format(source).write(shape, options);
+  return is_unchanged(shape) ? source.bytes : own_format(source).remeshed(shape, options);
 }
 
 void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,
@@ -117,7 +101,7 @@ void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, 
 std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source) {
   check_has_faces(source);
   if (format_of(path) != source.format) return conversion_losses(path, source);
-  std::vector<std::string> losses = own_format(source).losses(source);
+  std::vector<std::string> losses = own_format(source).remesh_losses(source);
   for (const std::string& note : source.notes) {
     if (note.find("fewer than three vertices") != std::string::npos) losses.push_back(note);
   }

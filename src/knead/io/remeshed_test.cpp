@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include "knead/io/atomic_file.h"
-#include "knead/io/materials.h"
-#include "knead/io/remeshed_formats.h"
+#include "knead/io/layout.h"
+#include "knead/io/new_mesh.h"
+#include "knead/io/obj/layout.h"
+#include "knead/io/off/layout.h"
 #include "knead/io/test_samples.h"
 #include "knead/math/error.h"
 #include "support/remade_files.h"
@@ -235,7 +237,8 @@ TEST(Remeshed, ObjMaterialFilesAreFoundAsBefore) {
   EXPECT_EQ(copy_material_files(shape, folder / "a.obj", folder / "to/b.obj").size(), 1u);
   const ShapeFile back = read_shape(folder / "to/b.obj");
   expect_remade(shape, remade, back, 0);
-  EXPECT_EQ(std::get<ObjLayout>(back.layout).material_files, std::get<ObjLayout>(shape.layout).material_files);
+  EXPECT_EQ(io_detail::layout_of<io_detail::obj::Layout>(back).material_files,
+            io_detail::layout_of<io_detail::obj::Layout>(shape).material_files);
   std::filesystem::remove_all(folder);
 }
 
@@ -275,8 +278,8 @@ TEST(Remeshed, OffKeepsItsKeywordAndOrder) {
   for (const std::endian order : {std::endian::big, std::endian::little}) {
     const ShapeFile binary = parse_shape(binary_off_sample(order, order == std::endian::big), "off", "a.off");
     const ShapeFile back = through(binary, split_all(binary.mesh));
-    EXPECT_EQ(std::get<OffLayout>(back.layout).order, order);
-    EXPECT_EQ(std::get<OffLayout>(back.layout).color_counts, order == std::endian::big);
+    EXPECT_EQ(io_detail::layout_of<io_detail::off::Layout>(back).order, order);
+    EXPECT_EQ(io_detail::layout_of<io_detail::off::Layout>(back).color_counts, order == std::endian::big);
   }
   const ShapeFile ended = parse_shape(binary_off_sample(std::endian::big, true) + "\x01\x02", "off", "a.off");
   EXPECT_EQ(text_of(remesh_losses("a.off", ended)),

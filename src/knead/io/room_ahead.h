@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "knead/io/large_pages.h"
+#include "knead/math/large_pages.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 // Lets a vector grow once instead of again and again: as far as the rest of the file would fill it if it went on like
 // the part since its first item. Memory that is set aside and not used is never touched.
@@ -30,4 +30,4 @@ class RoomAhead {
   std::optional<std::size_t> begin_;  // where in the file the first item was
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -10,54 +10,19 @@
 
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
-#include "knead/io/glb.h"
-#include "knead/io/large_pages.h"
-#include "knead/io/obj.h"
-#include "knead/io/off.h"
-#include "knead/io/ply.h"
-#include "knead/io/stl.h"
+#include "knead/io/formats.h"
 #include "knead/io/text.h"
-#include "knead/io/xyz.h"
 #include "knead/math/error.h"
+#include "knead/math/large_pages.h"
 
 namespace knead {
+
+using io_detail::Format;
+using io_detail::format_named;
+using io_detail::moved_mesh;
+using io_detail::moved_normals;
+
 namespace {
-
-// What a format can do. `rewrite` gets the authored normals that moved_normals found.
-struct Format {
-  std::string_view name;  // also the extension
-  ShapeFile (*parse)(std::string bytes, const std::string& name);
-  std::string (*rewrite)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                         const WriteOptions& options);
-  std::string (*generate)(const Mesh& mesh, const WriteOptions& options);
-  std::vector<std::string> (*losses)(const Mesh& mesh);
-  std::vector<std::string> (*source_losses)(const ShapeFile& source);  // of what a mesh does not hold
-};
-
-constexpr std::array<Format, 6> kFormats = {
-    {{"ply", parse_ply, rewrite_ply, generate_ply, ply_losses, ply_source_losses},
-     {"obj", parse_obj, rewrite_obj, generate_obj, obj_losses, obj_source_losses},
-     {"glb", parse_glb, rewrite_glb, generate_glb, glb_losses, glb_source_losses},
-     {"stl", parse_stl, rewrite_stl, generate_stl, stl_losses, stl_source_losses},
-     {"off", parse_off, rewrite_off, generate_off, off_losses, off_source_losses},
-     {"xyz", parse_xyz, rewrite_xyz, generate_xyz, xyz_losses, xyz_source_losses}}};
-
-const Format* find_format(std::string_view name) {
-  for (const Format& format : kFormats) {
-    if (format.name == name) return &format;
-  }
-  return nullptr;
-}
-
-const Format& known_format(std::string_view name, const std::string& file) {
-  if (const Format* format = find_format(name)) return *format;
-  std::string supported;
-  for (const std::string_view known : format_names())
-    supported += (supported.empty() ? "." : ", .") + std::string(known);
-  const std::string what =
-      name.empty() ? "its name has no extension" : "format '" + std::string(name) + "' is not supported";
-  throw InvalidInput(Place{file}, what + "; use one of " + supported);
-}
 
 bool is_device(const std::filesystem::path& path) {
   std::error_code error;
@@ -92,7 +57,7 @@ std::string read_bytes(const std::filesystem::path& path) {
 bool fits_floats(std::span<const Vec3d> positions) {
   return std::all_of(positions.begin(), positions.end(), [](const Vec3d& p) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!fits_float(p[axis]) || double{static_cast<float>(p[axis])} != p[axis]) return false;
+      if (!io_detail::fits_float(p[axis]) || double{static_cast<float>(p[axis])} != p[axis]) return false;
     }
     return true;
   });
@@ -115,8 +80,7 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
 
 std::vector<std::string_view> format_names() {
   std::vector<std::string_view> names;
-  names.reserve(kFormats.size());
-  for (const Format& format : kFormats) names.push_back(format.name);
+  for (const io_detail::Format& format : io_detail::formats()) names.push_back(format.name);
   return names;
 }
 
@@ -124,7 +88,7 @@ std::string format_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   if (!extension.empty()) extension.erase(0, 1);
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return std::string(known_format(extension, path.string()).name);
+  return std::string(format_named(extension, path.string()).name);
 }
 
 ShapeFile read_shape(const std::filesystem::path& path) {
@@ -133,12 +97,12 @@ ShapeFile read_shape(const std::filesystem::path& path) {
 }
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
-  return known_format(format, name).parse(std::move(bytes), name);
+  return format_named(format, name).parse(std::move(bytes), name);
 }
 
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options) {
-  const Format& target = known_format(format, "output");
+  const Format& target = format_named(format, "output");
   check_positions(source, positions);
   if (!options.normals.empty() && options.normals.size() != positions.size()) {
     throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
@@ -154,7 +118,7 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
 }
 
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
-  return known_format(format, "output").generate(mesh, options);
+  return format_named(format, "output").generate(mesh, options);
 }
 
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
@@ -172,14 +136,29 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
   if (format == "stl" && source.mesh.face_count() == 0) {
     throw InvalidInput(Place{path.string()}, "STL holds faces, and this shape has none; write .ply or .xyz");
   }
-  std::vector<std::string> losses = find_format(format)->losses(source.mesh);
-  const std::vector<std::string> more = known_format(source.format, path.string()).source_losses(source);
+  std::vector<std::string> losses = format_named(format, path.string()).losses(source.mesh);
+  const std::vector<std::string> more = format_named(source.format, path.string()).source_losses(source);
   losses.insert(losses.end(), more.begin(), more.end());
   std::vector<std::string> once;
   for (std::string& loss : losses) {
     if (std::find(once.begin(), once.end(), loss) == once.end()) once.push_back(std::move(loss));
   }
   return once;
+}
+
+std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
+  const Attribute* normal = source.mesh.find_attribute("normal");
+  if (normal == nullptr || normal->domain != Domain::vertex || normal->components != 3) return {};
+  std::vector<Vec3d> normals(source.mesh.vertex_count());
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
+  }
+  return normals;
+}
+
+bool stores_floats(const std::filesystem::path& path, const ShapeFile& source) {
+  const Format& format = format_named(format_of(path), path.string());
+  return format.name == source.format ? format.rewrites_floats(source) : format.generates_floats;
 }
 
 }  // namespace knead

@@ -1,82 +1,93 @@
-// Shapes in files: PLY, OBJ, GLB, STL, OFF and XYZ. A shape is written back into its own format by copying the bytes it
-// was read from and replacing only the numbers that changed, so everything that Knead does not understand survives.
+// Reads and writes shapes: PLY, OBJ, GLB, STL, OFF and XYZ files. In its own format, a shape is written by copying the
+// bytes that were read and replacing the numbers that changed; everything that Knead does not understand survives.
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
 
-#include "knead/io/glb_layout.h"
-#include "knead/io/obj_layout.h"
-#include "knead/io/off_layout.h"
-#include "knead/io/ply_layout.h"
-#include "knead/io/stl_layout.h"
-#include "knead/io/xyz_layout.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead {
 
-// A mesh together with the file that it came from. `bytes` and `layout` belong to the readers and writers.
-// Attributes of the mesh: "normal" (3), "uv" (2), "color" (3 or 4), and any other number per vertex or face of a PLY
-// file under its own name; "attribute" for the 16 bits after each triangle of an STL file; "color_index" for
-// the single number after each face of an OFF file; "column4" and so on
-// for the numbers after x y z of an XYZ file. Values that are not finite are read as 0, which a note says.
+namespace io_detail {
+struct AnyLayout;
+}
+
+// A mesh and the file that it came from; made by read_shape and parse_shape.
+//
+// Attributes of the mesh, by name and number of components: "normal" (3), "uv" (2), "color" (3 or 4); "tangent" (4) of
+// a GLB file; "attribute" (1), the 16 bits after each triangle of an STL file; "color_index" (1) of the faces of an OFF
+// file; "column4", "column5", ... (1), the numbers after x y z of an XYZ file; and every other number per vertex or
+// face of a PLY file under its own name. Values that are not finite become 0, and a note says so.
 struct ShapeFile {
   Mesh mesh;
-  std::string format;              // "ply", "obj", "glb", "stl", "off" or "xyz"
-  std::vector<std::string> notes;  // what was odd and how it was read, a sentence each
-  std::string bytes;               // the file as read
-  std::variant<PlyLayout, ObjLayout, GlbLayout, StlLayout, OffLayout, XyzLayout> layout;
+  std::string format;                                  // "ply", "obj", "glb", "stl", "off" or "xyz"
+  std::vector<std::string> notes;                      // one sentence for each oddity: what it is and how it was read
+  std::string bytes;                                   // the file
+  std::shared_ptr<const io_detail::AnyLayout> layout;  // where the numbers are in `bytes`; copies share it
 };
 
-// Reads a file, the format chosen by its extension in upper or lower case. Opens no other file, whatever this one
-// names. Throws IoError(read) for a file that cannot be read, and InvalidInput for an unknown extension, malformed or
-// missing data, indices out of range and coordinates that are not finite; the message names the line, or in binary the
-// byte.
+// Reads a file in the format that its extension names, in upper or lower case. Opens no other file. Throws
+// IoError(read) for a file that cannot be read; InvalidInput for an unknown extension, malformed or missing data,
+// indices out of range and coordinates that are not finite. The message names the line, or in binary files the byte.
 ShapeFile read_shape(const std::filesystem::path& path);
 
-// The same for bytes at hand; `format` as in ShapeFile::format, `name` for messages. Memory is bounded by a small
-// multiple of bytes.size(), whatever the contents declare.
+// Reads a file from memory. `format` is one of format_names(); `name` stands in messages. Memory is bounded by a small
+// multiple of bytes.size(), whatever the file declares.
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name);
 
 struct WriteOptions {
-  // PLY: write x y z as doubles (of a file with float coordinates: only if some vertex moved). Text always holds
-  // doubles, binary STL and OFF floats.
+  // Writes x y z of PLY files as doubles; those of a source with float coordinates only if a vertex moved. The other
+  // formats have one type: doubles in text, floats in binary STL, binary OFF and GLB.
   bool double_coordinates = false;
-  // Of a shape without faces: its normals as they turned (ReplayResult::normals); empty: they stay as they are.
+  // The new normals of a shape without faces (ReplayResult::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
 };
 
-// The source with its vertices at `positions` (as many as it has), as a file of the format that the path's extension
-// names. In the source's own format only the coordinates that differ are replaced, and the authored normals around them
-// (transport_normals); with nothing moved the file is the source, byte for byte. PLY coordinates of integer type become
-// doubles when a vertex moves. Another format is generated from the mesh and its attributes; see conversion_losses.
-// Written beside the target and renamed (atomic_file.h). Throws IoError(write); InvalidInput for an unknown extension
-// or a position that is not finite or does not fit.
+// Writes the source with its vertices at `positions`, one for each, in the format that the path's extension names.
+// In the source's own format it replaces only the coordinates that differ, and the normals around them
+// (transport_normals); if nothing moved, it writes the bytes of the source. PLY coordinates of integer type become
+// doubles if a vertex moves. Another format is generated from the mesh and its attributes; conversion_losses says what
+// it leaves out. The file is replaced as a whole (atomic_file.h). Throws IoError(write); InvalidInput for an unknown
+// extension and for positions that are not finite or do not fit.
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options = {});
 
-// The bytes that write_shape writes; `format` as in ShapeFile::format.
+// Returns the bytes that write_shape writes; `format` is one of format_names().
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options = {});
 
-// A new file from a mesh: PLY (binary little endian), OBJ, STL (binary), OFF (text) or XYZ. Attributes are written
-// where the format can hold them.
+// Writes a mesh to a new file: PLY (binary, little-endian), OBJ, GLB, STL (binary), OFF (text) or XYZ, with the
+// attributes that the format can hold. Throws as write_shape does.
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options = {});
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options = {});
 
-// What write_shape will lose when it writes the source to this path, a sentence each; empty for the same format.
-// Throws InvalidInput where the format cannot hold the shape at all (points in STL).
+// Returns what write_shape leaves out when it writes the source to this path, a sentence each; empty for the source's
+// own format. Throws InvalidInput if the format cannot hold the shape at all (points in STL).
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
-// The formats that can be read and written; each is also the extension of its files.
+// Returns true if write_shape and write_remeshed round the coordinates to 32-bit floats when they write the source to
+// this path, whatever the options: as GLB, binary STL or binary OFF.
+bool stores_floats(const std::filesystem::path& path, const ShapeFile& source);
+
+// Returns the normal of each vertex of the source (the attribute "normal" of vertices); empty if it has none.
+std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
+
+// Copies the material files that an OBJ file names from the folder of `source`, the file that the shape was read from,
+// to the folder of `target`, and returns the paths written. Copies only regular files (no links) of at most 64 MB whose
+// plain names end in .mtl; never replaces a file. Skips what it cannot read, because the shape does not need it.
+// Returns an empty list if both folders are the same or the shape is not from an OBJ file. Throws IoError(write).
+std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
+                                                       const std::filesystem::path& target);
+
+// Returns the formats that can be read and written; each is also the extension of its files.
 std::vector<std::string_view> format_names();
 
-// The format that a path's extension names ("ply", "obj", "glb", "stl", "off", "xyz"). Throws InvalidInput that lists
-// the supported ones.
+// Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);
 
 }  // namespace knead

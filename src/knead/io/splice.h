@@ -7,7 +7,7 @@
 #include "knead/io/text.h"
 #include "knead/math/vec3.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 class Splice {
  public:
@@ -44,4 +44,4 @@ class Splice {
   std::size_t copied_ = 0;
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -48,7 +48,7 @@ inline std::string binary_off_sample(std::endian order, bool colors) {
   std::string bytes = "OFF BINARY\n";
   const auto put = [&](auto value) {
     static_assert(sizeof value == 4);
-    const auto stored = order == std::endian::native ? value : swap_bytes(value);
+    const auto stored = order == std::endian::native ? value : io_detail::swap_bytes(value);
     bytes.append(reinterpret_cast<const char*>(&stored), sizeof stored);
   };
   for (const std::int32_t count : {4, 3, 0}) put(count);

@@ -10,13 +10,13 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/glb_remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_rewrite_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/obj_normals_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/obj_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/off_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/ply_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/obj/normals_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/obj/obj_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/off/off_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/ply/ply_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/real_files_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remeshed_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/stl_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stl/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/xyz_test.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/cloud/xyz_test.cpp)
 target_compile_definitions(knead_io_test PRIVATE KNEAD_FUZZ_CORPUS="${PROJECT_SOURCE_DIR}/fuzz/corpus")

@@ -5,7 +5,7 @@
 #include <limits>
 #include <system_error>
 
-namespace knead {
+namespace knead::io_detail {
 namespace {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -99,4 +99,4 @@ std::string in_quotes(std::string_view text) {
   return result + (text.size() > most ? "...'" : "'");
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

@@ -9,7 +9,7 @@
 
 #include "knead/math/error.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 enum class ParseResult { ok, malformed, overflow };
 
@@ -40,4 +40,4 @@ std::size_t token_end(std::string_view text, std::size_t begin);
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
 
-}  // namespace knead
+}  // namespace knead::io_detail

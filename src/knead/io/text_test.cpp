@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <random>
 
-namespace knead {
+namespace knead::io_detail {
 namespace {
 
 TEST(ParseReal, Table) {
@@ -84,4 +84,4 @@ TEST(InQuotes, IsShortAndPrintable) {
 }
 
 }  // namespace
-}  // namespace knead
+}  // namespace knead::io_detail

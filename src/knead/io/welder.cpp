@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstddef>
 
-namespace knead {
+namespace knead::io_detail {
 namespace {
 
 std::uint64_t hash_of(const Vec3d& p) {
@@ -47,4 +47,4 @@ void Welder::grow() {
   }
 }
 
-}  // namespace knead
+}  // namespace knead::io_detail

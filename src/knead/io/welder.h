@@ -6,7 +6,7 @@
 
 #include "knead/math/vec3.h"
 
-namespace knead {
+namespace knead::io_detail {
 
 // A hash table with open addressing over positions that are kept elsewhere. 0 and -0 are equal; a vertex has the sign
 // of the corner that came first.
@@ -28,4 +28,4 @@ class Welder {
   std::vector<std::uint64_t> slots_;  // half of the position's hash, then its vertex
 };
 
-}  // namespace knead
+}  // namespace knead::io_detail

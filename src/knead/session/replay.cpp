@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "knead/flow/simd.h"
-#include "knead/io/large_pages.h"
 #include "knead/math/error.h"
+#include "knead/math/large_pages.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/companions.h"
 #include "knead/session/moved_shape.h"

@@ -1,0 +1,216 @@
+#include "knead/io/ply/columns.h"
+
+#include <algorithm>
+
+#include "knead/math/large_pages.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+template <class T, bool kSwapped>
+T load(const char* from) {
+  T value;
+  std::memcpy(&value, from, sizeof value);
+  return kSwapped ? swap_bytes(value) : value;
+}
+
+// Calls visit(T{}, std::bool_constant) for a number type and a byte order.
+template <class Visit>
+void visit_stored(NumberType type, bool swapped, Visit visit) {
+  visit_type(type, [&](auto value) {
+    if (swapped) {
+      visit(value, std::true_type{});
+    } else {
+      visit(value, std::false_type{});
+    }
+  });
+}
+
+// Where rows of one length stand in the file.
+struct Block {
+  const char* bytes = nullptr;
+  std::size_t stride = 0;
+  Rows rows;
+  std::size_t position = 0;  // of its first byte in the file
+};
+
+class ColumnReader {
+ public:
+  ColumnReader(BinaryBody& body, const Element& element, const std::vector<Sink>& sinks, Target& target)
+      : body_(body), element_(element), sinks_(sinks), target_(target) {
+    for (const Property& property : element.properties) {
+      if (property.is_list) {
+        list_ = &property;
+        break;
+      }
+      before_list_ += size_of(property.type);
+    }
+  }
+
+  void run() {
+    std::size_t kept = 0;
+    for (std::size_t done = 0; done < element_.count;) {
+      const std::size_t count = measure_run(element_.count - done);
+      const bool keep = list_ == nullptr || corners_ >= 3;
+      read_run({kept, count});
+      if (keep) kept += count;
+      done += count;
+    }
+  }
+
+ private:
+  // How many of the next rows have lists as long as that of the first; sets their length.
+  std::size_t measure_run(std::size_t most) {
+    stride_ = smallest_row(element_, false);
+    if (list_ == nullptr) return most;  // check_count has seen to their bytes
+    if (body_.left() < stride_) body_.fail_missing(element_);
+    corners_ = body_.length_at(before_list_, *list_, element_);
+    stride_ += corners_ * size_of(list_->type);
+    if (body_.left() < stride_) body_.fail_missing(element_);
+    most = std::min(most, body_.left() / stride_);
+    const auto same_length = [&](auto type, auto swapped) {
+      using T = decltype(type);
+      const char* from = body_.data() + before_list_;
+      const T length = load<T, swapped()>(from);
+      std::size_t count = 1;
+      while (count < most && load<T, swapped()>(from + count * stride_) == length) ++count;
+      most = count;
+    };
+    visit_stored(list_->count_type, body_.swapped(), same_length);
+    return most;
+  }
+
+  // In blocks of rows that the cache holds.
+  void read_run(Rows rows) {
+    constexpr std::size_t most = 2048;
+    for (std::size_t done = 0; done < rows.count; done += most) {
+      const std::size_t position = body_.position();
+      const std::size_t count = std::min(most, rows.count - done);
+      read_block({body_.skip(count * stride_), stride_, {rows.first + done, count}, position});
+    }
+  }
+
+  void read_block(const Block& block) {
+    if (list_ != nullptr) add_faces(block);
+    if (list_ != nullptr && corners_ < 3) return;  // no faces
+    target_.grow(sinks_, block.rows);
+    std::size_t offset = 0;
+    bool coordinates = false;
+    for (std::size_t p = 0; p < element_.properties.size(); ++p) {
+      const Property& property = element_.properties[p];
+      if (!property.is_list) read_column(property.type, block, offset, sinks_[p]);
+      coordinates = coordinates || sinks_[p].kind == Sink::Kind::coordinate;
+      offset +=
+          property.is_list ? size_of(property.count_type) + corners_ * size_of(property.type) : size_of(property.type);
+    }
+    if (coordinates) check_coordinates(block);
+  }
+
+  void read_column(NumberType type, const Block& block, std::size_t offset, const Sink& sink) {
+    double* const to = target_.place(sink, block.rows.first);
+    if (to == nullptr) return;
+    const std::size_t to_stride = target_.place_stride(sink);
+    const char* const from = block.bytes + offset;
+    visit_stored(type, body_.swapped(), [&](auto number, auto swapped) {
+      for (std::size_t i = 0; i < block.rows.count; ++i) {
+        to[i * to_stride] = static_cast<double>(load<decltype(number), swapped()>(from + i * block.stride));
+      }
+    });
+    if (sink.kind == Sink::Kind::coordinate || is_integer(type)) return;
+    for (std::size_t i = 0; i < block.rows.count; ++i) to[i * to_stride] = target_.finite(to[i * to_stride]);
+  }
+
+  void check_coordinates(const Block& block) {
+    for (std::size_t i = 0; i < block.rows.count; ++i) {
+      if (is_finite(target_.mesh().positions[block.rows.first + i])) continue;
+      body_.fail_at(
+          block.position + i * block.stride,
+          "a coordinate of vertex " + std::to_string(block.rows.first + i) + " is not finite; repair the file");
+    }
+  }
+
+  void add_faces(const Block& block) {
+    indices_.resize(block.rows.count * corners_);
+    const char* const from = block.bytes + before_list_ + size_of(list_->count_type);
+    std::uint64_t largest = 0;
+    visit_stored(list_->type, body_.swapped(), [&](auto number, auto swapped) {
+      using T = decltype(number);
+      if constexpr (std::is_integral_v<T>) {
+        std::uint32_t* to = indices_.data();
+        for (std::size_t i = 0; i < block.rows.count; ++i) {
+          for (std::size_t c = 0; c < corners_; ++c) {
+            const T index = load<T, swapped()>(from + i * block.stride + c * sizeof(T));
+            // NOLINTBEGIN(bugprone-signed-char-misuse): a number, no character; a negative one becomes huge
+            largest = std::max(largest, static_cast<std::uint64_t>(std::int64_t{index}));
+            *to++ = static_cast<std::uint32_t>(index);
+            // NOLINTEND(bugprone-signed-char-misuse)
+          }
+        }
+      }
+    });
+    if (largest >= target_.vertices() && corners_ > 0) fail_index(block);
+    target_.faces().add_equal(indices_, corners_, block.rows.count);
+  }
+
+  [[noreturn]] void fail_index(const Block& block) {
+    const std::size_t first = before_list_ + size_of(list_->count_type);
+    for (std::size_t i = 0; i < block.rows.count; ++i) {
+      for (std::size_t c = 0; c < corners_; ++c) {
+        const std::size_t offset = i * block.stride + first + c * size_of(list_->type);
+        const double index = read_binary(block.bytes + offset, list_->type, body_.swapped());
+        if (index >= 0 && index < static_cast<double>(target_.vertices())) continue;
+        body_.fail_at(block.position + offset, index_message(static_cast<std::int64_t>(index), target_.vertices()));
+      }
+    }
+    body_.fail_at(block.position, "an index is out of range; repair the file");
+  }
+
+  BinaryBody& body_;
+  const Element& element_;
+  const std::vector<Sink>& sinks_;
+  Target& target_;
+  const Property* list_ = nullptr;
+  std::size_t before_list_ = 0;  // bytes of a row
+  std::size_t corners_ = 0;      // of each face of the run
+  std::size_t stride_ = 0;       // bytes of each row of the run
+  std::vector<std::uint32_t> indices_;
+};
+
+}  // namespace
+
+void read_columns(BinaryBody& body, const Element& element, const std::vector<Sink>& sinks, Target& target) {
+  ColumnReader(body, element, sinks, target).run();
+}
+
+std::size_t smallest_row(const Element& element, bool ascii) {
+  std::size_t smallest = 0;
+  for (const Property& p : element.properties) {
+    smallest += ascii ? 2 : size_of(p.is_list ? p.count_type : p.type);
+  }
+  return smallest;
+}
+
+void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::size_t left, bool ascii,
+                  Target& target) {
+  Mesh& mesh = target.mesh();
+  for (std::size_t p = 0; p < element.properties.size(); ++p) {
+    const Sink& sink = sinks[p];
+    if (sink.kind == Sink::Kind::coordinate) reserve_large(mesh.positions, element.count);
+    if (sink.kind == Sink::Kind::attribute) {
+      Attribute& attribute = mesh.attributes[sink.attribute];
+      reserve_large(attribute.values, element.count * static_cast<std::size_t>(attribute.components));
+    }
+    if (sink.kind != Sink::Kind::faces) continue;
+    const std::size_t item = ascii ? 2 : size_of(element.properties[p].type);
+    const std::size_t items = (left - std::min(left, element.count * smallest_row(element, ascii))) / item;
+    reserve_large(mesh.face_begin, element.count + 1);
+    reserve_large(mesh.corner_vertex, std::min(items, 4 * element.count));
+  }
+}
+
+std::string index_message(std::int64_t index, std::size_t vertices) {
+  return "vertex index " + std::to_string(index) + " is not one of 0 to " + std::to_string(vertices - 1) +
+         "; repair the file";
+}
+
+}  // namespace knead::io_detail::ply

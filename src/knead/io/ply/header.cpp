@@ -1,0 +1,198 @@
+#include "knead/io/ply/header.h"
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <vector>
+
+#include "knead/io/face_builder.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+struct TypeName {
+  std::string_view name;
+  NumberType type;
+};
+
+constexpr std::array<TypeName, 16> kTypeNames = {{{"char", NumberType::int8},
+                                                  {"uchar", NumberType::uint8},
+                                                  {"short", NumberType::int16},
+                                                  {"ushort", NumberType::uint16},
+                                                  {"int", NumberType::int32},
+                                                  {"uint", NumberType::uint32},
+                                                  {"float", NumberType::float32},
+                                                  {"double", NumberType::float64},
+                                                  {"int8", NumberType::int8},
+                                                  {"uint8", NumberType::uint8},
+                                                  {"int16", NumberType::int16},
+                                                  {"uint16", NumberType::uint16},
+                                                  {"int32", NumberType::int32},
+                                                  {"uint32", NumberType::uint32},
+                                                  {"float32", NumberType::float32},
+                                                  {"float64", NumberType::float64}}};
+
+// Every name is compared with those before it, and every property of vertices and faces is an attribute.
+constexpr std::size_t kMostNames = 4096;
+
+// Reads the header line by line.
+class HeaderParser {
+ public:
+  HeaderParser(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+
+  Layout parse() {
+    next_line();
+    if (words_.size() != 1 || words_[0] != "ply") fail("does not begin with 'ply'; is it a PLY file?");
+    bool has_format = false;
+    for (next_line(); words_.empty() || words_[0] != "end_header" || words_.size() > 1; next_line()) {
+      if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
+      if (words_[0] == "format") {
+        parse_format();
+        has_format = true;
+      } else if (words_[0] == "element") {
+        parse_element();
+      } else if (words_[0] == "property") {
+        parse_property();
+      } else {
+        fail("unknown header line " + in_quotes(line_) + "; expected element, property, comment or end_header");
+      }
+    }
+    if (!has_format) fail("the header has no line 'format'; add e.g. 'format ascii 1.0'");
+    layout_.body_begin = position_;
+    find_vertices();
+    return std::move(layout_);
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw InvalidInput(Place{name_, line_number_}, what); }
+
+  // Splits the next line into words. A file whose first line ends with CR alone has such ends throughout; elsewhere a
+  // binary body may begin with LF, so that CR then ends a line only together with LF.
+  void next_line() {
+    ++line_number_;
+    line_begin_ = position_;
+    const std::size_t end = bytes_.find_first_of(ends_, position_);
+    if (end == std::string_view::npos) fail("the header ends without 'end_header'; the file is cut short or no PLY");
+    line_ = bytes_.substr(position_, end - position_);
+    position_ = end + 1;
+    if (line_number_ == 1) {
+      const bool pair = bytes_[end] == '\r' && position_ < bytes_.size() && bytes_[position_] == '\n';
+      ends_ = bytes_[end] == '\r' && !pair ? "\r" : "\n";
+      if (pair) ++position_;
+    }
+    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
+    split();
+  }
+
+  void split() {
+    words_.clear();
+    for (std::size_t i = 0; i < line_.size();) {
+      if (is_blank(line_[i])) {
+        ++i;
+        continue;
+      }
+      const std::size_t end = token_end(line_, i);
+      if (end == i) fail("a stray carriage return in the header; the file is damaged");
+      words_.push_back(line_.substr(i, end - i));
+      i = end;
+    }
+  }
+
+  void parse_format() {
+    if (words_.size() != 3) fail("expected 'format ENCODING 1.0'");
+    if (words_[2] != "1.0") fail("PLY version " + in_quotes(words_[2]) + " is not known; only 1.0 is");
+    if (words_[1] == "ascii") {
+      layout_.encoding = Encoding::ascii;
+    } else if (words_[1] == "binary_little_endian") {
+      layout_.encoding = Encoding::little_endian;
+    } else if (words_[1] == "binary_big_endian") {
+      layout_.encoding = Encoding::big_endian;
+    } else {
+      fail("encoding " + in_quotes(words_[1]) +
+           " is not known; expected ascii, binary_little_endian or binary_big_endian");
+    }
+  }
+
+  void parse_element() {
+    if (words_.size() != 3) fail("expected 'element NAME COUNT'");
+    Element element;
+    element.name = words_[1];
+    element.line_begin = line_begin_;
+    element.line_end = position_;
+    element.count_begin = static_cast<std::size_t>(words_[2].data() - bytes_.data());
+    element.count_end = element.count_begin + words_[2].size();
+    const char* end = words_[2].data() + words_[2].size();
+    const auto [stop, error] = std::from_chars(words_[2].data(), end, element.count);
+    if (error != std::errc{} || stop != end) fail("the count " + in_quotes(words_[2]) + " is not a whole number");
+    if (element.count > kMostElements) fail("declares more than 4294967295 elements; split the shape");
+    if (layout_.elements.size() == kMostNames) fail("more than 4096 elements; remove some");
+    for (const Element& other : layout_.elements) {
+      if (other.name == element.name) fail("element " + in_quotes(element.name) + " is declared twice");
+    }
+    layout_.elements.push_back(std::move(element));
+  }
+
+  NumberType parse_type(std::string_view word) const {
+    for (const TypeName& known : kTypeNames) {
+      if (known.name == word) return known.type;
+    }
+    fail("number type " + in_quotes(word) +
+         " is not known; expected char, uchar, short, ushort, int, uint, float or double");
+  }
+
+  void parse_property() {
+    if (layout_.elements.empty()) fail("a property before the first element");
+    const bool is_list = words_.size() > 1 && words_[1] == "list";
+    if (words_.size() != (is_list ? 5u : 3u)) fail("expected 'property TYPE NAME' or 'property list TYPE TYPE NAME'");
+    Property property;
+    property.is_list = is_list;
+    if (is_list) property.count_type = parse_type(words_[2]);
+    if (is_list && !is_integer(property.count_type)) fail("the length of a list must have an integer type");
+    const std::string_view type = words_[words_.size() - 2];
+    property.type = parse_type(type);
+    property.type_begin = static_cast<std::size_t>(type.data() - bytes_.data());
+    property.type_end = property.type_begin + type.size();
+    property.line_begin = line_begin_;
+    property.line_end = position_;
+    property.name = words_.back();
+    if (layout_.elements.back().properties.size() == kMostNames) fail("more than 4096 properties; remove some");
+    for (const Property& other : layout_.elements.back().properties) {
+      if (other.name == property.name) fail("property " + in_quotes(property.name) + " is declared twice");
+    }
+    layout_.elements.back().properties.push_back(std::move(property));
+  }
+
+  void find_vertices() {
+    for (std::size_t i = 0; i < layout_.elements.size(); ++i) {
+      if (layout_.elements[i].name != "vertex") continue;
+      layout_.vertex_element = i;
+      return;
+    }
+    throw InvalidInput(Place{name_}, "the header declares no element 'vertex'; there is no shape in it");
+  }
+
+  std::string_view bytes_;
+  const std::string& name_;
+  const char* ends_ = "\r\n";
+  std::size_t position_ = 0;
+  std::size_t line_number_ = 0;
+  std::size_t line_begin_ = 0;
+  std::string_view line_;
+  std::vector<std::string_view> words_;
+  Layout layout_;
+};
+
+}  // namespace
+
+Layout parse_header(std::string_view bytes, const std::string& name) { return HeaderParser(bytes, name).parse(); }
+
+std::string_view type_name(NumberType type) {
+  for (const TypeName& known : kTypeNames) {
+    if (known.type == type) return known.name;
+  }
+  return "double";
+}
+
+}  // namespace knead::io_detail::ply

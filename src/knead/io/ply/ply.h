@@ -1,0 +1,22 @@
+// PLY (Turk 1994), text and binary: its row of the format table (formats.h). A new file is binary, little-endian.
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/io/new_mesh.h"
+#include "knead/io/shape_file.h"
+
+namespace knead::io_detail::ply {
+
+ShapeFile parse(std::string bytes, const std::string& name);
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options);
+std::string generate(const Mesh& mesh, const WriteOptions& options);
+std::vector<std::string> losses(const Mesh& mesh);
+std::vector<std::string> source_losses(const ShapeFile& source);
+std::string remeshed(const NewMesh& shape, const WriteOptions& options);
+std::vector<std::string> remesh_losses(const ShapeFile& source);
+
+}  // namespace knead::io_detail::ply

@@ -1,0 +1,179 @@
+// Reading PLY (Turk 1994): every number goes straight to its place in the mesh.
+#include <algorithm>
+#include <array>
+
+#include "knead/io/layout.h"
+#include "knead/io/ply/body.h"
+#include "knead/io/ply/columns.h"
+#include "knead/io/ply/layout.h"
+#include "knead/io/ply/ply.h"
+#include "knead/io/ply/target.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+std::size_t count_lists(const Element& element) {
+  return static_cast<std::size_t>(std::count_if(element.properties.begin(), element.properties.end(),
+                                                [](const Property& property) { return property.is_list; }));
+}
+
+// Reads an element row by row.
+template <class Body>
+class RowReader {
+ public:
+  RowReader(Body& body, const Element& element, const std::vector<Sink>& sinks, Target& target)
+      : body_(body), element_(element), sinks_(sinks), target_(target) {}
+
+  void run() {
+    for (std::size_t i = 0; i < element_.count; ++i) read_row();
+    for (const Sink& sink : sinks_) {
+      if (sink.kind != Sink::Kind::attribute) continue;
+      Attribute& attribute = target_.mesh().attributes[sink.attribute];
+      attribute.values.resize(row_ * static_cast<std::size_t>(attribute.components));  // some are left out
+    }
+  }
+
+ private:
+  void read_row() {
+    body_.begin_row();
+    begin_ = body_.position();
+    corners_ = 0;
+    kept_ = true;
+    texcoord_sink_ = nullptr;
+    if (row_ == grown_) grow();
+    for (std::size_t p = 0; p < element_.properties.size(); ++p) {
+      const Property& property = element_.properties[p];
+      if (property.is_list) {
+        read_list(property, sinks_[p]);
+      } else {
+        read_number(property, sinks_[p]);
+      }
+    }
+    body_.end_row(element_);
+    if (texcoord_sink_ != nullptr) target_.add_corner_uv(*texcoord_sink_, texcoords_, corners_, kept_);
+    if (kept_) ++row_;
+  }
+
+  void grow() {
+    constexpr std::size_t most = 1024;
+    const std::size_t count = std::min(most, element_.count - row_);
+    target_.grow(sinks_, {row_, count});
+    grown_ += count;
+  }
+
+  void read_number(const Property& property, const Sink& sink) {
+    const double value = body_.number(property.type, element_);
+    if (sink.kind == Sink::Kind::coordinate && !std::isfinite(value)) {
+      body_.fail_at(begin_, "a coordinate of vertex " + std::to_string(row_) + " is not finite; repair the file");
+    }
+    target_.put(value, sink, row_);
+  }
+
+  void read_list(const Property& property, const Sink& sink) {
+    const std::size_t count = body_.length(property, element_);
+    switch (sink.kind) {
+      case Sink::Kind::faces:
+        body_.indices(property, count, element_, items_);
+        return add_face();
+      case Sink::Kind::strips:
+        body_.indices(property, count, element_, items_);
+        for (const std::int64_t item : items_) check_index(item, item == -1);
+        return target_.add_strips(items_);
+      case Sink::Kind::corner_uv:
+        texcoords_.resize(count);
+        for (double& value : texcoords_) value = body_.number(property.type, element_);
+        texcoord_sink_ = &sink;
+        return;
+      default:
+        body_.skip_list(property, count, element_);
+    }
+  }
+
+  void add_face() {
+    face_.clear();
+    for (const std::int64_t item : items_) {
+      check_index(item, false);
+      face_.push_back(static_cast<std::uint32_t>(item));
+    }
+    corners_ = face_.size();
+    kept_ = target_.faces().add(face_);
+  }
+
+  void check_index(std::int64_t index, bool separator) const {
+    if (separator || (index >= 0 && static_cast<std::size_t>(index) < target_.vertices())) return;
+    body_.fail_at(begin_, index_message(index, target_.vertices()));
+  }
+
+  Body& body_;
+  const Element& element_;
+  const std::vector<Sink>& sinks_;
+  Target& target_;
+  std::size_t row_ = 0;      // not counting faces that are left out
+  std::size_t grown_ = 0;    // rows that there is room for
+  std::size_t begin_ = 0;    // byte of this row
+  bool kept_ = true;         // this row is no face that is left out
+  std::size_t corners_ = 0;  // of this row's face
+  const Sink* texcoord_sink_ = nullptr;
+  std::vector<double> texcoords_;
+  std::vector<std::int64_t> items_;
+  std::vector<std::uint32_t> face_;
+};
+
+// Refuses an element whose rows cannot all be in the rest of the file.
+template <class Body>
+void check_count(const Body& body, const Element& element) {
+  const std::size_t smallest = smallest_row(element, Body::kAscii);
+  const std::size_t left = body.left() + (Body::kAscii ? 1 : 0);  // the last number needs no blank after it
+  if (smallest > 0 && element.count > left / smallest) {
+    body.fail("the header declares " + std::to_string(element.count) + " of element '" + element.name + "', but only " +
+              std::to_string(body.left()) + " bytes follow; the file is cut short");
+  }
+}
+
+template <class Body>
+void read_element(Body& body, const Element& element, const std::vector<Sink>& sinks, Target& target) {
+  check_count(body, element);
+  if (element.properties.empty()) return;
+  reserve_rows(element, sinks, body.left(), Body::kAscii, target);
+  if constexpr (!Body::kAscii) {
+    const std::size_t lists = count_lists(element);
+    const bool of_faces =
+        std::any_of(sinks.begin(), sinks.end(), [](const Sink& sink) { return sink.kind == Sink::Kind::faces; });
+    if (lists == 0 || (lists == 1 && of_faces)) return read_columns(body, element, sinks, target);
+  }
+  RowReader<Body>(body, element, sinks, target).run();
+}
+
+template <class Body>
+void read_body(ShapeFile& shape, Layout& layout, const std::string& name) {
+  Plan plan = make_plan(layout, name);
+  Body body(shape.bytes, layout, name);
+  Target target(shape.mesh, std::move(plan.attributes), layout.elements[layout.vertex_element].count);
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    if (e == layout.vertex_element) layout.vertex_begin = body.position();
+    layout.elements[e].rows_begin = body.position();
+    read_element(body, layout.elements[e], plan.sinks[e], target);
+    layout.elements[e].rows_end = body.position();
+  }
+  if constexpr (Body::kAscii) body.skip_to_token();
+  if (body.left() > 0) shape.notes.push_back(std::to_string(body.left()) + " bytes follow the last element");
+  target.finish(shape.notes);
+}
+
+}  // namespace
+
+ShapeFile parse(std::string bytes, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "ply";
+  shape.bytes = std::move(bytes);
+  Layout layout = parse_header(shape.bytes, name);
+  if (layout.encoding == Encoding::ascii) {
+    read_body<TextBody>(shape, layout, name);
+  } else {
+    read_body<BinaryBody>(shape, layout, name);
+  }
+  set_layout(shape, std::move(layout));
+  return shape;
+}
+
+}  // namespace knead::io_detail::ply

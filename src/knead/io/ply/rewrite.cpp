@@ -1,0 +1,240 @@
+// Writing a PLY file back: its bytes with some numbers replaced.
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "knead/io/layout.h"
+#include "knead/io/ply/header.h"
+#include "knead/io/ply/layout.h"
+#include "knead/io/ply/ply.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+#include "knead/math/large_pages.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+// What a vertex property means to the rewriter.
+enum class Role { none, position, normal };
+
+struct Column {
+  Role role = Role::none;
+  std::size_t axis = 0;
+  NumberType type = NumberType::float32;  // that it is written with
+  bool widened = false;                   // another type than in the source
+};
+
+class Rewriter {
+ public:
+  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals, bool as_doubles)
+      : source_(source),
+        layout_(layout_of<Layout>(source)),
+        element_(layout_.elements[layout_.vertex_element]),
+        ascii_(layout_.encoding == Encoding::ascii),
+        swapped_(is_swapped(layout_.encoding)),
+        old_normals_(source.mesh.find_attribute("normal")),
+        positions_(positions),
+        normals_(normals) {
+    for (const Property& property : element_.properties) columns_.push_back(column_for(property, as_doubles));
+    for (const Property& property : element_.properties) {
+      if (property.is_list) {
+        stride_ = 0;
+        break;
+      }
+      stride_ += size_of(property.type);
+    }
+  }
+
+  std::string run() {
+    if (!widened_ && !ascii_ && stride_ > 0) return patched();
+    reserve_large(result_, source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      if (columns_[p].widened) rewrite_type(element_.properties[p]);
+    }
+    std::size_t position = layout_.vertex_begin;
+    for (std::size_t i = 0; i < positions_.size(); ++i) position = rewrite_row(i, position);
+    copy_until(source_.bytes.size());
+    return std::move(result_);
+  }
+
+ private:
+  Column column_for(const Property& property, bool as_doubles) {
+    Column column;
+    column.type = property.type;
+    if (property.is_list) return column;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (property.name == std::string_view("xyz").substr(axis, 1)) column.role = Role::position;
+      if (!normals_.empty() && property.name == std::array{"nx", "ny", "nz"}[axis]) column.role = Role::normal;
+      if (column.role == Role::none) continue;
+      column.axis = axis;
+      break;
+    }
+    const bool narrow = is_integer(property.type) || (as_doubles && property.type == NumberType::float32);
+    column.widened = column.role == Role::position && narrow;
+    if (column.widened) column.type = NumberType::float64;
+    widened_ = widened_ || column.widened;
+    return column;
+  }
+
+  Vec3d old_normal(std::size_t i) const {
+    const double* n = old_normals_->values.data() + 3 * i;
+    return {n[0], n[1], n[2]};
+  }
+
+  bool is_changed(std::size_t i) const {
+    return !(positions_[i] == source_.mesh.positions[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
+  }
+
+  void copy_until(std::size_t end) {
+    result_.append(source_.bytes, copied_, end - copied_);
+    copied_ = end;
+  }
+
+  void rewrite_type(const Property& property) {
+    copy_until(property.type_begin);
+    const bool sized = std::isdigit(static_cast<unsigned char>(source_.bytes[property.type_end - 1])) != 0;
+    result_ += sized ? "float64" : "double";
+    copied_ = property.type_end;
+  }
+
+  // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
+  std::string patched() {
+    reserve_large(result_, source_.bytes.size());
+    result_ = source_.bytes;
+    constexpr std::size_t block = 1024;  // rows that the cache holds
+    for (std::size_t first = 0; first < positions_.size(); first += block) {
+      const std::size_t last = std::min(first + block, positions_.size());
+      char* to = result_.data() + layout_.vertex_begin;
+      for (const Column& column : columns_) {
+        if (column.role == Role::position) {
+          patch_column(to, column, {first, last}, positions_,
+                       [&](std::size_t i) { return source_.mesh.positions[i][column.axis]; });
+        } else if (column.role == Role::normal) {
+          patch_column(to, column, {first, last}, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+        }
+        to += size_of(column.type);
+      }
+    }
+    return std::move(result_);
+  }
+
+  struct Rows {
+    std::size_t first;
+    std::size_t last;  // not among them
+  };
+
+  template <class OldValue>
+  void patch_column(char* to, const Column& column, Rows rows, std::span<const Vec3d> values,
+                    OldValue old_value_of) const {
+    visit_type(column.type, [&](auto number) {
+      for (std::size_t i = rows.first; i < rows.last; ++i) {
+        const double new_value = values[i][column.axis];
+        if (new_value == old_value_of(i)) continue;
+        check_range(i, column);
+        number = static_cast<decltype(number)>(new_value);
+        if (swapped_) number = swap_bytes(number);
+        std::memcpy(to + i * stride_, &number, sizeof number);
+      }
+    });
+  }
+
+  double value(std::size_t i, const Column& column) const {
+    return (column.role == Role::position ? positions_ : normals_)[i][column.axis];
+  }
+
+  double old_value(std::size_t i, const Column& column) const {
+    return column.role == Role::position ? source_.mesh.positions[i][column.axis] : old_normal(i)[column.axis];
+  }
+
+  void check_range(std::size_t i, const Column& column) const {
+    if (column.type != NumberType::float32 || fits_float(value(i, column))) return;
+    throw InvalidInput("vertex " + std::to_string(i) +
+                       " has moved to where a float cannot hold its coordinates; use double precision");
+  }
+
+  // Returns the byte after the row.
+  std::size_t rewrite_row(std::size_t i, std::size_t position) {
+    const bool changed = widened_ || is_changed(i);
+    for (std::size_t p = 0; p < columns_.size(); ++p) {
+      const Property& property = element_.properties[p];
+      if (property.is_list) {
+        position = skip_list(position, property);
+        continue;
+      }
+      if (ascii_) position = token_begin(position);
+      const std::size_t end = ascii_ ? token_end(source_.bytes, position) : position + size_of(property.type);
+      if (changed && columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
+      position = end;
+    }
+    return position;
+  }
+
+  void rewrite_number(std::size_t i, const Column& column, std::size_t begin, std::size_t end) {
+    const double number = value(i, column);
+    if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
+    check_range(i, column);
+    const bool rounds_back =
+        column.type == NumberType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
+    if (rounds_back) return;  // what is there keeps its spelling
+    copy_until(begin);
+    append_number(column.type, number);
+    copied_ = end;
+  }
+
+  bool reads_as(std::size_t begin, std::size_t end, double number) const {
+    double read = 0;
+    return parse_real(std::string_view(source_.bytes).substr(begin, end - begin), read) == ParseResult::ok &&
+           read == number;
+  }
+
+  void append_number(NumberType type, double number) {
+    if (!ascii_) {
+      append_binary(result_, type, number, swapped_);
+    } else if (type == NumberType::float32) {
+      append_real(result_, static_cast<float>(number));
+    } else {
+      append_real(result_, number);
+    }
+  }
+
+  std::size_t token_begin(std::size_t position) const {
+    while (is_blank(source_.bytes[position]) || is_line_end(source_.bytes[position])) ++position;
+    return position;
+  }
+
+  std::size_t skip_list(std::size_t position, const Property& property) const {
+    if (!ascii_) {
+      const double items = read_binary(source_.bytes.data() + position, property.count_type, swapped_);
+      return position + size_of(property.count_type) + static_cast<std::size_t>(items) * size_of(property.type);
+    }
+    position = token_begin(position);
+    std::size_t end = token_end(source_.bytes, position);
+    double items = 0;
+    parse_real(std::string_view(source_.bytes).substr(position, end - position), items);  // read before: well formed
+    for (; items > 0; --items) end = token_end(source_.bytes, token_begin(end));
+    return end;
+  }
+
+  const ShapeFile& source_;
+  const Layout& layout_;
+  const Element& element_;
+  bool ascii_;
+  bool swapped_;
+  const Attribute* old_normals_;
+  std::span<const Vec3d> positions_;
+  std::span<const Vec3d> normals_;
+  std::vector<Column> columns_;
+  bool widened_ = false;
+  std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
+  std::string result_;
+  std::size_t copied_ = 0;
+};
+
+}  // namespace
+
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options) {
+  return Rewriter(source, positions, normals, options.double_coordinates).run();
+}
+
+}  // namespace knead::io_detail::ply

@@ -1,0 +1,127 @@
+// Reading STL.
+#include <algorithm>
+
+#include "knead/io/face_builder.h"
+#include "knead/io/layout.h"
+#include "knead/io/stl/layout.h"
+#include "knead/io/stl/stl.h"
+#include "knead/io/text.h"
+#include "knead/io/welder.h"
+#include "knead/math/error.h"
+
+namespace knead::io_detail::stl {
+namespace {
+
+class Reader {
+ public:
+  Reader(ShapeFile& shape, const std::string& name)
+      : shape_(shape), bytes_(shape.bytes), name_(name), welder_(shape.mesh.positions), faces_(shape.mesh) {}
+
+  Layout run() {
+    Layout layout;
+    layout.binary = is_binary();
+    if (layout.binary) {
+      read_binary();
+    } else {
+      layout.solids = read_text();
+    }
+    if (shape_.mesh.face_count() == 0) throw InvalidInput(Place{name_}, "has no triangles; there is no shape in it");
+    faces_.append_notes(shape_.notes);
+    return layout;
+  }
+
+ private:
+  bool is_binary() const {
+    if (bytes_.size() >= kFirstTriangle && std::uint64_t{declared()} * kTriangleBytes <= bytes_.size() - kFirstTriangle)
+      return true;
+    const bool has_zero = bytes_.substr(0, kFirstTriangle).find('\0') != std::string_view::npos;
+    if (begins_with_solid() && !has_zero) return false;
+    if (bytes_.size() < kFirstTriangle) {
+      throw InvalidInput(Place{name_}, "is no STL: neither text that begins with 'solid' nor the " +
+                                           std::to_string(kFirstTriangle) + " bytes at least of a binary file");
+    }
+    fail_at_byte(name_, kHeaderBytes,
+                 std::to_string(declared()) + " triangles are declared, which take " +
+                     std::to_string(kFirstTriangle + std::uint64_t{declared()} * kTriangleBytes) +
+                     " bytes, but the file has " + std::to_string(bytes_.size()) + "; it is cut short or damaged");
+  }
+
+  std::uint32_t declared() const {
+    return ByteCursor(bytes_.substr(kHeaderBytes), name_).take<std::uint32_t>("the count of triangles");
+  }
+
+  bool begins_with_solid() const {
+    std::string word(TextCursor(bytes_, name_, text_begin(bytes_, name_)).next().substr(0, 5));
+    for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+    return word == "solid";
+  }
+
+  void read_binary() {
+    const std::size_t count = declared();
+    reserve(count);
+    ByteCursor cursor(bytes_, name_);
+    cursor.take_bytes(kFirstTriangle, "the header");
+    std::vector<double> attribute(count);
+    for (std::size_t t = 0; t < count; ++t) {
+      cursor.take_bytes(3 * sizeof(float), "a normal");
+      for (std::uint32_t& corner : corners_) {
+        const std::size_t begin = cursor.position();
+        Vec3d p;
+        for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = double{cursor.take<float>("a coordinate")};
+        if (!is_finite(p)) {
+          fail_at_byte(name_, begin,
+                       "a coordinate of triangle " + std::to_string(t) + " is not finite; repair the file");
+        }
+        corner = welder_.vertex_at(p);
+      }
+      faces_.add(corners_);
+      attribute[t] = static_cast<double>(cursor.take<std::uint16_t>("the attribute of a triangle"));
+    }
+    if (cursor.left() > 0) {
+      shape_.notes.push_back(
+          counted(cursor.left(), "byte follows the last triangle", "bytes follow the last triangle"));
+    }
+    if (std::all_of(attribute.begin(), attribute.end(), [](double a) { return a == 0; })) return;
+    shape_.mesh.attributes.push_back({"attribute", Domain::face, NumberType::uint16, 1, std::move(attribute)});
+  }
+
+  // The number of solids.
+  std::size_t read_text() {
+    FacetCursor facets(bytes_, name_);
+    for (Facet facet; facets.next(facet);) {
+      for (const std::string_view word : facet.normal) facets.text().real(word, "a number");
+      for (std::size_t c = 0; c < 3; ++c) {
+        Vec3d p;
+        for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = facets.text().coordinate(facet.corner[c][axis]);
+        corners_[c] = welder_.vertex_at(p);
+      }
+      faces_.add(corners_);
+    }
+    return facets.solids();
+  }
+
+  void reserve(std::size_t count) {
+    shape_.mesh.positions.reserve(count / 2 + 2);  // of a closed surface (Euler)
+    shape_.mesh.face_begin.reserve(count + 1);
+    shape_.mesh.corner_vertex.reserve(3 * count);
+  }
+
+  ShapeFile& shape_;
+  std::string_view bytes_;
+  const std::string& name_;
+  Welder welder_;
+  FaceBuilder faces_;
+  std::vector<std::uint32_t> corners_{0, 0, 0};
+};
+
+}  // namespace
+
+ShapeFile parse(std::string bytes, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "stl";
+  shape.bytes = std::move(bytes);
+  set_layout(shape, Reader(shape, name).run());
+  return shape;
+}
+
+}  // namespace knead::io_detail::stl

@@ -1,0 +1,5 @@
+// Read by include_table_test.sh --self-test only, never compiled.
+#include "apps/studio/window.h"
+#include "knead/flow/advect_kernel.h"  // wrong
+#include "knead/knead.h"
+#include "knead/session/session.h"
