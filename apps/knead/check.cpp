@@ -11,7 +11,6 @@
 #include "command.h"
 #include "knead/math/error.h"
 #include "knead/mesh/flipped.h"
-#include "knead/mesh/folded.h"
 #include "knead/mesh/triangulate.h"
 #include "output.h"
 #include "requirements.h"

@@ -19,8 +19,9 @@ inline bool fits_floats(const Vec3d& p) { return fits_float(p.x) && fits_float(p
 inline void check_fits_floats(std::span<const Vec3d> positions) {
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (fits_floats(positions[i])) continue;
-    throw InvalidInput("vertex " + std::to_string(i) +
-                       " is where a float cannot hold its coordinates, as this binary format does; write another");
+    throw InvalidInput(
+        "vertex " + std::to_string(i) +
+        " has coordinates beyond the range of float, the type of this binary format; write another format");
   }
 }
 

@@ -49,7 +49,7 @@ void check(const NewMesh& shape) {
   }
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     if (is_finite(mesh.positions[i])) continue;
-    throw InvalidInput("vertex " + std::to_string(i) + " is where it is not finite; check the deformation");
+    throw InvalidInput("vertex " + std::to_string(i) + " has a position that is not finite; check the deformation");
   }
   check_attributes(source.mesh, mesh);
 }

@@ -287,7 +287,7 @@ TEST(Remeshed, OffKeepsItsKeywordAndOrder) {
   expect_remade(ended, split_all(ended.mesh), through(ended, split_all(ended.mesh)), 0);
   const ShapeFile odd = parse_shape("COFF\n3 1 0\n0 0 0 1 2 3 # c\n1 0 0 1 2 3\n0 1 0 1 2 999\n3 0 1 2\n", "off", "a");
   EXPECT_EQ(text_of(remesh_losses("a.off", odd)),
-            "numbers that are no colors of one kind are left out\ncomments after the counts are left out\n");
+            "numbers that are not colors of one kind are left out\ncomments after the counts are left out\n");
   expect_remade(odd, split_all(odd.mesh), through(odd, split_all(odd.mesh)), 0);
 }
 

@@ -71,7 +71,7 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
   for (std::size_t i = 0; i < positions.size(); ++i) {
     if (!is_finite(positions[i])) {
       throw InvalidInput("vertex " + std::to_string(i) +
-                         " is to move to where it is not finite; check the deformation");
+                         " would move to a position that is not finite; check the deformation");
     }
   }
 }

@@ -1,8 +1,8 @@
-#include "knead/mesh/folded.h"
-
+// Counting folded edges.
 #include <numbers>
 
 #include "knead/mesh/edges.h"
+#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
 

@@ -1,10 +1,9 @@
-#include "knead/mesh/folded.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "knead/mesh/flipped.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/test_shapes.h"
 

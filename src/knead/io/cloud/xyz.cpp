@@ -165,10 +165,11 @@ class Reader {
 
   void add_notes() {
     if (!layout_.columns_read) {
-      shape_.notes.push_back("the numbers after x y z, differently many or more than 64, are kept and not read");
+      shape_.notes.push_back(
+          "the numbers after x y z are kept but not read: lines differ in how many they have, or have more than 64");
     } else if (not_finite_ > 0) {
-      shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is taken as 0",
-                                     "attribute values are not finite and are taken as 0"));
+      shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
+                                     "attribute values are not finite and are read as 0"));
     }
     shape_.notes.push_back("has no faces and is read as a point cloud");
   }

@@ -12,7 +12,7 @@ namespace knead::io_detail::xyz {
 // A point on each line: x y z and any further numbers, between blanks, or between commas or semicolons. Lines that are
 // empty or begin with # or // are passed over; the first line may be the number of points. Three further numbers that
 // are of unit length in at least 95% of the lines are "normal", three whole numbers from 0 to 255 "color", others
-// "column4" and so on; none where lines have differently many or more than 64.
+// "column4" and so on; none if lines differ in how many they have, or have more than 64.
 ShapeFile parse(std::string bytes, const std::string& name);
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options);

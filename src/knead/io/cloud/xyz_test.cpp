@@ -63,7 +63,7 @@ TEST(Xyz, ColorsAndOtherColumns) {
   ASSERT_EQ(columns.mesh.attributes.size(), 3u);
   EXPECT_EQ(columns.mesh.attributes[1].name, "column5");
   EXPECT_EQ(columns.mesh.attributes[1].values, (std::vector<double>{0.5, 0}));
-  EXPECT_EQ(columns.notes[0], "1 attribute value is not finite and is taken as 0");
+  EXPECT_EQ(columns.notes[0], "1 attribute value is not finite and is read as 0");
   EXPECT_EQ(parse("0 0 0 9\n1 1 1 8").mesh.attributes[0].name, "column4");
 }
 
@@ -71,7 +71,7 @@ TEST(Xyz, LinesWithDifferentlyManyNumbersHaveNoAttributes) {
   const ShapeFile shape = parse("0 0 0 1\n1 1 1\n2 2 2 3 4 5");
   EXPECT_TRUE(shape.mesh.attributes.empty());
   EXPECT_EQ(shape.mesh.vertex_count(), 3u);
-  EXPECT_NE(text_of(shape.notes).find("kept and not read"), std::string::npos);
+  EXPECT_NE(text_of(shape.notes).find("kept but not read"), std::string::npos);
   EXPECT_EQ(text_of(conversion_losses("a.ply", shape)), "the numbers after x y z are left out\n");
   std::string wide = "0 0 0";
   for (int i = 0; i < 65; ++i) wide += " 1";

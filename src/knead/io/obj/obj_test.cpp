@@ -90,7 +90,7 @@ TEST(Obj, NormalsFollowTheFacesThatUseThem) {
 }
 
 TEST(Obj, WeightsAndColors) {
-  EXPECT_EQ(parse("v 1 2 3 0.5\n").notes[0], "1 vertex has a weight, which is kept and not applied");
+  EXPECT_EQ(parse("v 1 2 3 0.5\n").notes[0], "1 vertex has a weight, which is kept but not applied");
   const ShapeFile mixed = parse("v 0 0 0\nv 1 0 0 0 0 0\nv 2 0 0");
   EXPECT_EQ(mixed.mesh.find_attribute("color")->values, (std::vector<double>{1, 1, 1, 0, 0, 0, 1, 1, 1}));
   EXPECT_EQ(parse("v 0 0 0 0.1 0.2 0.3 1").mesh.find_attribute("color")->values.size(), 3u);

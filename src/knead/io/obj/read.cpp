@@ -57,7 +57,7 @@ class Reader {
     }
     position_ = first_byte(bytes_);
     if (const std::size_t zero = bytes_.find('\0'); zero != std::string_view::npos) {
-      fail(zero, "a zero byte; this is no OBJ text");
+      fail(zero, "a zero byte; this is not OBJ text");
     }
   }
 
@@ -308,12 +308,12 @@ class Reader {
     const auto say = [&](std::size_t count, const char* one, const char* many) {
       if (count > 0) shape_.notes.push_back(counted(count, one, many));
     };
-    say(weights_, "vertex has a weight, which is kept and not applied",
-        "vertices have a weight, which is kept and not applied");
-    say(colored_ > 0 ? shape_.mesh.vertex_count() - colored_ : 0, "vertex has no color and is taken as white",
-        "vertices have no color and are taken as white");
-    say(not_finite_, "attribute value is not finite and is taken as 0",
-        "attribute values are not finite and are taken as 0");
+    say(weights_, "vertex has a weight, which is kept but not applied",
+        "vertices have a weight, which is kept but not applied");
+    say(colored_ > 0 ? shape_.mesh.vertex_count() - colored_ : 0, "vertex has no color and is read as white",
+        "vertices have no color and are read as white");
+    say(not_finite_, "attribute value is not finite and is read as 0",
+        "attribute values are not finite and are read as 0");
     if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
   }
 

@@ -68,7 +68,7 @@ bool MeshBuilder::add_colors(const Colors& colors, Domain domain) {
   if (colors.readable(domain)) return true;
   shape_.notes.push_back(std::string("the numbers after the ") +
                          (domain == Domain::face ? "indices of faces" : "coordinates of vertices") +
-                         " are no colors of one kind; they are kept and not read");
+                         " are not colors of one kind; they are kept but not read");
   return false;
 }
 
@@ -79,8 +79,8 @@ bool MeshBuilder::finish() {
   const bool vertices_read = add_colors(vertex_colors_, Domain::vertex);
   const bool faces_read = add_colors(face_colors_, Domain::face);
   if (not_finite_ > 0) {
-    shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is taken as 0",
-                                   "attribute values are not finite and are taken as 0"));
+    shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
+                                   "attribute values are not finite and are read as 0"));
   }
   if (shape_.mesh.face_count() == 0) shape_.notes.push_back("has no faces and is read as a point cloud");
   return vertices_read && faces_read;

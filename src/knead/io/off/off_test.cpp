@@ -89,7 +89,7 @@ TEST(Off, NormalsColorsAndTextureCoordinates) {
       attributes[2],
       (Attribute{"color", Domain::vertex, NumberType::uint8, 4, {255, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 128}}));
   EXPECT_EQ(attributes[3], (Attribute{"color", Domain::face, NumberType::float32, 3, {0.5, 0, 0, 1, 0, 0}}));
-  EXPECT_EQ(text_of(shape.notes), "1 attribute value is not finite and is taken as 0\n");
+  EXPECT_EQ(text_of(shape.notes), "1 attribute value is not finite and is read as 0\n");
 }
 
 TEST(Off, NormalsFollowTheShape) {
@@ -111,7 +111,7 @@ TEST(Off, ColorsWithoutAKeyword) {
   const ShapeFile others = parse("OFF\n3 2 0\n0 0 0 1\n1 0 0 1\n0 1 0 0\n3 0 1 2 7\n3 0 1 2 7 8 9\n");
   EXPECT_TRUE(others.mesh.attributes.empty());
   EXPECT_EQ(others.notes.size(), 2u);
-  EXPECT_EQ(text_of(conversion_losses("a.ply", others)), "numbers that are no colors of one kind are left out\n");
+  EXPECT_EQ(text_of(conversion_losses("a.ply", others)), "numbers that are not colors of one kind are left out\n");
   const ShapeFile beyond = parse("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2 256 0 0\n");
   EXPECT_TRUE(beyond.mesh.attributes.empty());
 }

@@ -185,7 +185,7 @@ std::string remeshed(const NewMesh& shape, const WriteOptions&) {
 std::vector<std::string> remesh_losses(const ShapeFile& source) {
   const Layout& layout = layout_of<Layout>(source);
   std::vector<std::string> losses;
-  if (!layout.all_read) losses.emplace_back("numbers that are no colors of one kind are left out");
+  if (!layout.all_read) losses.emplace_back("numbers that are not colors of one kind are left out");
   if (layout.binary && layout.faces_end < source.bytes.size()) {
     losses.push_back(counted(source.bytes.size() - layout.faces_end, "byte after the last face is left out",
                              "bytes after the last face are left out"));

@@ -50,7 +50,7 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
 
 std::vector<std::string> source_losses(const ShapeFile& source) {
   if (layout_of<Layout>(source).all_read) return {};
-  return {"numbers that are no colors of one kind are left out"};
+  return {"numbers that are not colors of one kind are left out"};
 }
 
 bool stores_floats(const ShapeFile& source) { return layout_of<Layout>(source).binary; }

@@ -65,7 +65,7 @@ void TextBody::indices(const Property& property, std::size_t count, const Elemen
   for (std::int64_t& item : items) {
     const double value = number(property.type, element);
     if (value != std::floor(value) || std::abs(value) > 0x1p32) {
-      fail("vertex index " + shown(value) + " is no number of a vertex; repair the file");
+      fail("vertex index " + shown(value) + " is not the number of a vertex; repair the file");
     }
     item = static_cast<std::int64_t>(value);
   }

@@ -208,7 +208,7 @@ class Writer {
     const double value = mesh_.positions[row][column.sink.component];
     if (column.type == NumberType::float32 && !fits_float(value)) {
       throw InvalidInput("vertex " + std::to_string(row) +
-                         " is where a float cannot hold its coordinates; use double precision");
+                         " has coordinates beyond the range of float; use double precision");
     }
     append_number(column.type, value);
   }

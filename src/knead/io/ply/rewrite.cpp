@@ -149,7 +149,7 @@ class Rewriter {
   void check_range(std::size_t i, const Column& column) const {
     if (column.type != NumberType::float32 || fits_float(value(i, column))) return;
     throw InvalidInput("vertex " + std::to_string(i) +
-                       " has moved to where a float cannot hold its coordinates; use double precision");
+                       " has moved to coordinates beyond the range of float; use double precision");
   }
 
   // Returns the byte after the row.

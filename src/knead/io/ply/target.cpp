@@ -59,8 +59,8 @@ void Target::finish(std::vector<std::string>& notes) {
   });
   faces_.append_notes(notes);
   if (not_finite_ > 0) {
-    notes.push_back(counted(not_finite_, "attribute value is not finite and is taken as 0",
-                            "attribute values are not finite and are taken as 0"));
+    notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
+                            "attribute values are not finite and are read as 0"));
   }
   if (mesh_.face_count() == 0) notes.push_back("has no faces and is read as a point cloud");
 }

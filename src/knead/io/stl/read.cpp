@@ -37,7 +37,7 @@ class Reader {
     const bool has_zero = bytes_.substr(0, kFirstTriangle).find('\0') != std::string_view::npos;
     if (begins_with_solid() && !has_zero) return false;
     if (bytes_.size() < kFirstTriangle) {
-      throw InvalidInput(Place{name_}, "is no STL: neither text that begins with 'solid' nor the " +
+      throw InvalidInput(Place{name_}, "is not STL: neither text that begins with 'solid' nor the " +
                                            std::to_string(kFirstTriangle) + " bytes at least of a binary file");
     }
     fail_at_byte(name_, kHeaderBytes,

@@ -208,7 +208,7 @@ TEST(Stl, ErrorsInBinaryNameTheByte) {
             "or damaged");
   put_float(bytes, 1, 7, std::numeric_limits<float>::infinity());
   EXPECT_EQ(error_of(bytes), "shape.stl: byte 158: a coordinate of triangle 1 is not finite; repair the file");
-  EXPECT_NE(error_of(bytes.substr(0, 83)).find("is no STL"), std::string::npos);
+  EXPECT_NE(error_of(bytes.substr(0, 83)).find("is not STL"), std::string::npos);
   EXPECT_NE(error_of(std::string(84, '\0')).find("has no triangles"), std::string::npos);
 }
 
