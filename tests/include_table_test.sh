@@ -28,7 +28,7 @@ render:  math field flow mesh gl
 readonly measured='
 bench/counted.cpp:       knead/flow/kernel_source.h knead/flow/segment_mover.h
 bench/remesh_bench.cpp:  knead/mesh/edges.h knead/remesh/patch.h knead/remesh/surface.h
-bench/sets_bench.cpp:    knead/flow/point_tree.h
+bench/sets_bench.cpp:    knead/field/packed_set.h knead/flow/point_tree.h
 bench/stamp_bench.cpp:   knead/mesh/polygonise.h
 bench/surface_bench.cpp: knead/mesh/triangle_queries.h
 '
@@ -80,7 +80,7 @@ FNR == 1 {
   else if (part[1] == "knead") { check_room(part[2]); check_public() }
   else if (part[1] == "apps" && !is_bench) check_app(part[2])
   else if (part[1] == "bench" && app != "") complain("an application must not include \"" path "\"")
-  else if (part[1] == "support") { if (!is_test) complain("only tests may include \"" path "\"") }
+  else if (part[1] == "support") { if (!is_test && !is_bench) complain("only tests and benchmarks may include \"" path "\"") }
 }
 '
 
