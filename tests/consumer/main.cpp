@@ -1,9 +1,7 @@
 // Uses an installed Knead: makes the sphere that an example then deforms, and checks what came out.
 #include <cstdio>
 
-#include "knead/io/shape_file.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
+#include "knead/knead.h"
 
 int main(int argc, char** argv) {
   if (argc == 2) {
