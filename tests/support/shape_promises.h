@@ -47,9 +47,9 @@ inline bool holds_floats(const ShapeFile& shape) { return stores_floats("shape."
 // Whether each position is read as the file holds it: in a GLB file, where its node leaves it.
 inline std::vector<bool> held_positions(const ShapeFile& shape) {
   std::vector<bool> held(shape.mesh.vertex_count(), true);
-  const io_detail::GlbLayout* glb = io_detail::find_layout<io_detail::GlbLayout>(shape);
+  const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(shape);
   if (glb == nullptr) return held;
-  for (const io_detail::GlbBlock& block : glb->blocks) {
+  for (const io_detail::glb::Block& block : glb->blocks) {
     const bool is_placed = !(block.placement.linear == Mat3d{} && block.placement.offset == Vec3d{});
     for (std::size_t i = block.first; is_placed && i < block.first + block.count; ++i) held[i] = false;
   }

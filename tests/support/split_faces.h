@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "knead/io/glb_layout.h"
+#include "knead/io/glb/layout.h"
 #include "knead/io/layout.h"
 #include "knead/io/shape_file.h"
 #include "knead/io/stl/layout.h"
@@ -108,7 +108,7 @@ inline Remade split_all(const Mesh& mesh) {
 // The list of faces of the source in one primitive; the face's own for other formats that put faces where their source
 // was.
 inline std::size_t place_of(const ShapeFile& source, std::uint32_t face) {
-  const io_detail::GlbLayout* glb = io_detail::find_layout<io_detail::GlbLayout>(source);
+  const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(source);
   const io_detail::stl::Layout* stl = io_detail::find_layout<io_detail::stl::Layout>(source);
   if (source.format == "obj" || (stl != nullptr && !stl->binary)) return face;
   if (glb == nullptr) return 0;

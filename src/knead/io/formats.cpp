@@ -3,7 +3,7 @@
 #include <array>
 
 #include "knead/io/cloud/xyz.h"
-#include "knead/io/glb.h"
+#include "knead/io/glb/glb.h"
 #include "knead/io/obj/obj.h"
 #include "knead/io/off/off.h"
 #include "knead/io/ply/ply.h"
@@ -21,8 +21,8 @@ constexpr std::array<Format, 6> kFormats = {
       ply::remesh_losses, nullptr, never, false},
      {"obj", obj::parse, obj::rewrite, obj::generate, obj::losses, obj::source_losses, obj::remeshed,
       obj::remesh_losses, obj::face_labels, never, false},
-     {"glb", parse_glb, rewrite_glb, generate_glb, glb_losses, glb_source_losses, remeshed_glb, glb_remesh_losses,
-      glb_face_labels, always, true},
+     {"glb", glb::parse, glb::rewrite, glb::generate, glb::losses, glb::source_losses, glb::remeshed,
+      glb::remesh_losses, glb::face_labels, always, true},
      {"stl", stl::parse, stl::rewrite, stl::generate, stl::losses, stl::source_losses, stl::remeshed,
       stl::remesh_losses, nullptr, stl::stores_floats, true},
      {"off", off::parse, off::rewrite, off::generate, off::losses, off::source_losses, off::remeshed,

@@ -4,8 +4,8 @@
 #include <unistd.h>
 
 #include "knead/io/atomic_file.h"
+#include "knead/io/formats.h"
 #include "knead/io/layout.h"
-#include "knead/io/new_mesh.h"
 #include "knead/io/obj/layout.h"
 #include "knead/io/off/layout.h"
 #include "knead/io/test_samples.h"
@@ -28,11 +28,8 @@ ShapeFile through(const ShapeFile& source, const Remade& remade, const WriteOpti
 
 // As serialize_remeshed, also where nothing changed.
 std::string written_anew(const ShapeFile& source, const Remade& remade) {
-  const NewMesh shape{source, remade.mesh, remade.face_source};
-  if (source.format == "ply") return remeshed_ply(shape, {});
-  if (source.format == "obj") return remeshed_obj(shape, {});
-  if (source.format == "stl") return remeshed_stl(shape, {});
-  return source.format == "off" ? remeshed_off(shape, {}) : remeshed_glb(shape, {});
+  const io_detail::NewMesh shape{source, remade.mesh, remade.face_source};
+  return io_detail::format_named(source.format, "source").remeshed(shape, {});
 }
 
 std::vector<ShapeFile> samples_with_faces() {

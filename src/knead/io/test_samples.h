@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "knead/io/cursor.h"
-#include "knead/io/glb_test_files.h"
+#include "knead/io/glb/test_files.h"
 #include "knead/io/shape_file.h"
 
 namespace knead {

@@ -99,11 +99,12 @@ TEST(Ply, IntegerCoordinatesBecomeDoublesWhenTheyMove) {
 }
 
 // The text shape with a binary body of the given encoding, each element's numbers in their declared types.
-std::string as_binary(PlyEncoding encoding) {
-  const bool swapped = is_swapped(encoding);
-  const std::string format = encoding == PlyEncoding::big_endian ? "binary_big_endian" : "binary_little_endian";
+std::string as_binary(io_detail::ply::Encoding encoding) {
+  const bool swapped = io_detail::ply::is_swapped(encoding);
+  const std::string format =
+      encoding == io_detail::ply::Encoding::big_endian ? "binary_big_endian" : "binary_little_endian";
   std::string bytes = replaced(kTextShape.substr(0, kTextShape.find("50.00")), "ascii", format);
-  const auto put = [&](NumberType type, double value) { append_binary(bytes, type, value, swapped); };
+  const auto put = [&](NumberType type, double value) { io_detail::append_binary(bytes, type, value, swapped); };
   put(NumberType::float32, 50);
   const std::array<std::array<double, 3>, 4> xyz{{{0.25, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -125,7 +126,8 @@ std::string as_binary(PlyEncoding encoding) {
 }
 
 TEST(Ply, BinaryOfEitherByteOrderWithListsBetweenTheCoordinates) {
-  for (const PlyEncoding encoding : {PlyEncoding::little_endian, PlyEncoding::big_endian}) {
+  for (const io_detail::ply::Encoding encoding :
+       {io_detail::ply::Encoding::little_endian, io_detail::ply::Encoding::big_endian}) {
     const std::string bytes = as_binary(encoding);
     const ShapeFile shape = parse(bytes);
     EXPECT_EQ(shape.mesh.positions[0], (Vec3d{0.25, 0, 0}));
@@ -148,7 +150,7 @@ TEST(Ply, BinaryOfEitherByteOrderWithListsBetweenTheCoordinates) {
 }
 
 TEST(Ply, LineEndsOfTheHeader) {
-  const std::string binary = as_binary(PlyEncoding::little_endian);
+  const std::string binary = as_binary(io_detail::ply::Encoding::little_endian);
   const std::size_t body = binary.find("end_header\n") + 11;
   for (const std::string end : {"\r\n", "\r"}) {
     std::string header;

@@ -1,4 +1,4 @@
-#include "knead/io/glb_new_vertices.h"
+#include "knead/io/glb/new_vertices.h"
 #include "knead/io/number_types.h"
 
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ std::vector<std::uint32_t> vertices_in_no_face(const Mesh& mesh) {
 }
 
 // The values of an attribute at a vertex as the file holds them: in the node's coordinates, v downwards.
-std::vector<double> to_local(const Semantic& semantic, const GlbPlacement& placement, std::vector<double> values) {
+std::vector<double> to_local(const Semantic& semantic, const Placement& placement, std::vector<double> values) {
   const std::string_view key = semantic.key;
   const auto set_direction = [&](const Mat3d& map) {
     const Vec3d unit = direction(map * Vec3d{values[0], values[1], values[2]});
@@ -114,7 +114,7 @@ bool NewVertices::is_same_face(std::size_t source_face, std::size_t face) const 
                     [&](std::uint32_t a, std::uint32_t b) { return is_same_vertex(a, b); });
 }
 
-std::vector<std::uint32_t> NewVertices::moved_points(const GlbBlock& block) const {
+std::vector<std::uint32_t> NewVertices::moved_points(const Block& block) const {
   std::vector<std::uint32_t> vertices;
   bool moved = false;
   for (std::size_t i = block.first; i < block.first + block.count; ++i) {
@@ -125,8 +125,8 @@ std::vector<std::uint32_t> NewVertices::moved_points(const GlbBlock& block) cons
   return moved ? vertices : std::vector<std::uint32_t>{};
 }
 
-std::map<std::string, std::size_t> NewVertices::append(const GlbBlock& block,
-                                                       const std::vector<std::uint32_t>& vertices, Edit& edit) const {
+std::map<std::string, std::size_t> NewVertices::append(const Block& block, const std::vector<std::uint32_t>& vertices,
+                                                       Edit& edit) const {
   std::map<std::string, std::size_t> accessors{{"POSITION", append_positions(block, vertices, edit)}};
   for (const Semantic& semantic : kSemantics) {
     if (block.*semantic.accessor) accessors[semantic.key] = append_attribute(block, semantic, vertices, edit);
@@ -134,7 +134,7 @@ std::map<std::string, std::size_t> NewVertices::append(const GlbBlock& block,
   return accessors;
 }
 
-std::size_t NewVertices::append_positions(const GlbBlock& block, const std::vector<std::uint32_t>& vertices,
+std::size_t NewVertices::append_positions(const Block& block, const std::vector<std::uint32_t>& vertices,
                                           Edit& edit) const {
   const std::vector<double> old =
       read_accessor(document_, block.position, find_accessor(document_, block.position), true);
@@ -158,7 +158,7 @@ std::size_t NewVertices::append_positions(const GlbBlock& block, const std::vect
   return edit.append_accessor(floats, 3);
 }
 
-std::size_t NewVertices::append_attribute(const GlbBlock& block, const Semantic& semantic,
+std::size_t NewVertices::append_attribute(const Block& block, const Semantic& semantic,
                                           const std::vector<std::uint32_t>& vertices, Edit& edit) const {
   const Attribute& before = *shape_.source.mesh.find_attribute(semantic.name);
   const Attribute& after = *shape_.mesh.find_attribute(semantic.name);

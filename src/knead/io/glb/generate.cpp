@@ -5,10 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "knead/io/glb.h"
-#include "knead/io/glb_attributes.h"
-#include "knead/io/glb_edit.h"
-#include "knead/io/glb_holdings.h"
+#include "knead/io/glb/attributes.h"
+#include "knead/io/glb/edit.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/writable.h"
 #include "knead/io/text.h"
 #include "knead/mesh/normals.h"
 #include "knead/mesh/triangulate.h"
@@ -40,7 +40,7 @@ struct Packing {
 class Generator {
  public:
   explicit Generator(const Mesh& mesh)
-      : mesh_(mesh), held_(sort_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {}
+      : mesh_(mesh), held_(writable_attributes(mesh).attributes), split_(split_vertices(mesh, held_)) {}
 
   std::string run() {
     Json json{{"asset", Json{{"version", "2.0"}, {"generator", "Knead"}}},
@@ -67,7 +67,7 @@ class Generator {
 
   Json primitive() {
     Json attributes{{"POSITION", positions()}};
-    for (const Held& held : held_) attributes.set(held.key, values(held));
+    for (const WritableAttribute& held : held_) attributes.set(held.key, values(held));
     Json primitive{{"attributes", attributes}};
     if (mesh_.face_count() > 0) primitive.set("indices", indices());
     primitive.set("mode", mesh_.face_count() > 0 ? kTriangles : kPoints);
@@ -108,7 +108,7 @@ class Generator {
                            {kVertices});
   }
 
-  std::size_t values(const Held& held) {
+  std::size_t values(const WritableAttribute& held) {
     const Attribute& attribute = held.attribute;
     const std::size_t n = static_cast<std::size_t>(attribute.components);
     const bool is_color = held.key == "COLOR_0";
@@ -127,7 +127,7 @@ class Generator {
                            {kVertices, is_integer, is_integer && n == 3 ? (is_bytes ? 4 : 8) : 0});
   }
 
-  void append_element(const Held& held, std::size_t i) {
+  void append_element(const WritableAttribute& held, std::size_t i) {
     const Attribute& attribute = held.attribute;
     const std::size_t n = static_cast<std::size_t>(attribute.components);
     std::vector<double> element(n, 0.0);
@@ -202,7 +202,7 @@ class Generator {
   }
 
   const Mesh& mesh_;
-  std::vector<Held> held_;
+  std::vector<WritableAttribute> held_;
   SplitVertices split_;
   std::vector<Vec3d> surface_normals_;
   Json views_ = Json::array();
@@ -211,10 +211,7 @@ class Generator {
 };
 
 }  // namespace
+
+std::string generate(const Mesh& mesh, const WriteOptions& /*options*/) { return Generator(mesh).run(); }
+
 }  // namespace knead::io_detail::glb
-
-namespace knead::io_detail {
-
-std::string generate_glb(const Mesh& mesh, const WriteOptions& /*options*/) { return glb::Generator(mesh).run(); }
-
-}  // namespace knead::io_detail

@@ -1,4 +1,4 @@
-#include "knead/io/glb_scene.h"
+#include "knead/io/glb/scene.h"
 
 #include <fmt/format.h>
 
@@ -58,7 +58,7 @@ bool is_finite(const Transform& t) {
 }
 
 // Nothing where the columns are so nearly in one plane that going back would lose every digit.
-std::optional<GlbPlacement> invertible(const Transform& t) {
+std::optional<Placement> invertible(const Transform& t) {
   constexpr double kFlattest = 1e-12;  // volume of the unit columns
   Vec3d unit[3];
   double size[3];
@@ -73,7 +73,7 @@ std::optional<GlbPlacement> invertible(const Transform& t) {
   const Mat3d inverse{cross(unit[1], unit[2]) / volume / size[0], cross(unit[2], unit[0]) / volume / size[1],
                       cross(unit[0], unit[1]) / volume / size[2]};
   if (!is_finite({inverse, {}})) return std::nullopt;
-  return GlbPlacement{t.linear, t.offset, inverse};
+  return Placement{t.linear, t.offset, inverse};
 }
 
 // Every node reached from the roots once, or the nodes are no forest.
@@ -180,7 +180,7 @@ std::vector<Instance> find_instances(const Document& document, std::vector<std::
     if (!is_finite(world)) node.fail("has a transform that is not finite; repair the file");
     const std::optional<Value> extensions = node.find("extensions");
     if (extensions && extensions->find("EXT_mesh_gpu_instancing")) ++repeated;
-    if (const std::optional<GlbPlacement> placement = invertible(world)) {
+    if (const std::optional<Placement> placement = invertible(world)) {
       instances.push_back({n, *mesh, *placement});
     } else {
       ++singular;

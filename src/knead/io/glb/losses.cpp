@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <set>
 
-#include "knead/io/glb.h"
-#include "knead/io/glb_accessor.h"
-#include "knead/io/glb_attributes.h"
-#include "knead/io/glb_holdings.h"
+#include "knead/io/glb/accessor.h"
+#include "knead/io/glb/attributes.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/writable.h"
 #include "knead/io/layout.h"
 #include "knead/io/text.h"
 
-namespace knead::io_detail {
+namespace knead::io_detail::glb {
 namespace {
 
 struct Kind {
@@ -23,24 +23,24 @@ constexpr Kind kKinds[] = {{"materials", "materials are left out"},   {"textures
                            {"animations", "animations are left out"}, {"skins", "skeletons are left out"},
                            {"cameras", "cameras are left out"},       {"extensionsUsed", "extensions are left out"}};
 
-void add_primitive_losses(const glb::Value& primitive, std::set<std::string>& losses) {
+void add_primitive_losses(const Value& primitive, std::set<std::string>& losses) {
   if (primitive.count("targets") > 0) losses.insert("morph targets are left out");
-  const std::size_t mode = primitive.whole("mode").value_or(glb::kTriangles);
-  if (mode != glb::kPoints && mode < glb::kTriangles) losses.insert("lines are left out");
+  const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
+  if (mode != kPoints && mode < kTriangles) losses.insert("lines are left out");
   for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
-    if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
+    if (!is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out");
   }
 }
 
 }  // namespace
 
-std::vector<std::string> glb_losses(const Mesh& mesh) {
-  glb::Holdings held = glb::sort_attributes(mesh);
+std::vector<std::string> losses(const Mesh& mesh) {
+  WritableAttributes held = writable_attributes(mesh);
   std::vector<std::string> losses = std::move(held.losses);
   std::size_t cut = 0;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) cut += mesh.face(f).size() > 3 ? 1 : 0;
   const bool has_seams = std::any_of(held.attributes.begin(), held.attributes.end(),
-                                     [](const glb::Held& h) { return h.attribute.domain == Domain::corner; });
+                                     [](const WritableAttribute& h) { return h.attribute.domain == Domain::corner; });
   if (has_seams) losses.push_back("GLB holds one value of an attribute at a vertex; vertices along seams are split");
   if (cut > 0) losses.push_back("GLB holds triangles only; faces with more than three corners are cut");
   const bool is_exact = std::all_of(mesh.positions.begin(), mesh.positions.end(), [](const Vec3d& p) {
@@ -50,10 +50,10 @@ std::vector<std::string> glb_losses(const Mesh& mesh) {
   return losses;
 }
 
-std::vector<std::string> glb_source_losses(const ShapeFile& source) {
-  const GlbLayout& layout = layout_of<GlbLayout>(source);
-  const glb::Document document = glb::open_document(source.bytes, layout, "source");
-  const glb::Value root = document.root();
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Document document = open_document(source.bytes, layout, "source");
+  const Value root = document.root();
   std::vector<std::string> losses;
   for (const Kind& kind : kKinds) {
     if (root.find(kind.key)) losses.emplace_back(kind.loss);
@@ -61,7 +61,7 @@ std::vector<std::string> glb_source_losses(const ShapeFile& source) {
   if (root.count("nodes") > 1) losses.emplace_back("the tree of nodes is left out; every mesh is placed where it is");
   if (document.text.find("\"extras\"") != std::string_view::npos) losses.emplace_back("extras are left out");
   std::set<std::string> more;
-  for (const GlbBlock& block : layout.blocks) {
+  for (const Block& block : layout.blocks) {
     for (const std::size_t p : block.primitives) {
       add_primitive_losses(root.item("meshes", block.mesh).item("primitives", p), more);
     }
@@ -70,4 +70,4 @@ std::vector<std::string> glb_source_losses(const ShapeFile& source) {
   return losses;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

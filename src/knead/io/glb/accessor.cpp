@@ -1,4 +1,4 @@
-#include "knead/io/glb_accessor.h"
+#include "knead/io/glb/accessor.h"
 
 #include <fmt/format.h>
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/glb_accessor.h"
-#include "knead/io/glb_released.h"
+#include "knead/io/glb/accessor.h"
+#include "knead/io/glb/unused.h"
 
 namespace knead::io_detail::glb {
 
@@ -16,7 +16,7 @@ inline constexpr std::size_t kIndexData = 34963;
 class Edit {
  public:
   // The document and the layout must outlive it.
-  Edit(const Document& document, const GlbLayout& layout);
+  Edit(const Document& document, const Layout& layout);
 
   // The text of item i of the array at that key of the file, e.g. "meshes".
   Span item(const char* key, std::size_t i) const;
@@ -37,7 +37,7 @@ class Edit {
   std::size_t append_accessor(const std::vector<float>& values, std::size_t components);
 
   // From now on, what is appended takes the numbers of these, and their bytes go from the file.
-  void reuse(Released released) { released_ = std::move(released); }
+  void reuse(Unused unused) { unused_ = std::move(unused); }
 
   // Appends elements as a new accessor over a view of its own and returns its index. stride: the bytes from one to the
   // next, or 0 where they stand side by side. `members` are
@@ -77,19 +77,19 @@ class Edit {
   Array& array(const char* key);
   const Array& array(const char* key) const;
 
-  // The number of a new item: a released one, or the next.
-  std::size_t next_number(const char* key, std::vector<std::size_t>& released);
+  // The number of a new item: a unused one, or the next.
+  std::size_t next_number(const char* key, std::vector<std::size_t>& unused);
 
   // Replaces the item of that number, or appends it: those beyond the old ones in order.
   void put(const char* key, std::size_t number, const std::string& item);
 
   const Document& document_;
-  const GlbLayout& layout_;
+  const Layout& layout_;
   std::vector<Array> arrays_;
   std::map<std::size_t, std::vector<Member>> primitives_;  // of the meshes that were asked for
   std::vector<Patch> patches_;
   std::string bin_;
-  Released released_;
+  Unused unused_;
   std::vector<View> views_;
 };
 

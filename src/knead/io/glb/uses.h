@@ -1,4 +1,4 @@
-// Who reads what in a GLB file. Internal to the GLB writer.
+// Which parts of a GLB file use which accessors, views and meshes.
 #pragma once
 
 #include <limits>
@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/glb_accessor.h"
+#include "knead/io/glb/accessor.h"
 
 namespace knead::io_detail::glb {
 
@@ -19,13 +19,13 @@ struct AccessorUse {
   std::string key;  // of the attribute; empty for indices and morph targets
 };
 
-// Whether an extension is one that may be required: it does not touch the geometry, or is read.
+// Returns true for an extension that does not change the geometry, or that the reader understands.
 bool is_understood(const std::string& extension);
 
-// By accessor.
+// Returns the uses of each accessor, by accessor.
 std::map<std::size_t, std::vector<AccessorUse>> find_uses(const Document& document);
 
-// How many nodes place each mesh, in all scenes.
+// Returns how many nodes place each mesh, in all scenes.
 std::map<std::size_t, std::size_t> count_placements(const Document& document);
 
 // Whether the bytes of an accessor's elements are read through another accessor, a sparse accessor's indices or values,

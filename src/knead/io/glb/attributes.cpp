@@ -1,4 +1,4 @@
-#include "knead/io/glb_attributes.h"
+#include "knead/io/glb/attributes.h"
 
 #include <fmt/format.h>
 
@@ -17,8 +17,7 @@ struct Source {
 
 class AttributeReader {
  public:
-  AttributeReader(const Document& document, const std::vector<GlbBlock>& blocks)
-      : document_(document), blocks_(blocks) {}
+  AttributeReader(const Document& document, const std::vector<Block>& blocks) : document_(document), blocks_(blocks) {}
 
   // Nothing if no block has it.
   std::optional<Attribute> read(const Semantic& semantic, std::vector<std::string>& notes) {
@@ -60,7 +59,7 @@ class AttributeReader {
 
   std::vector<std::optional<Source>> find_sources(const Semantic& semantic) const {
     std::vector<std::optional<Source>> sources;
-    for (const GlbBlock& block : blocks_) {
+    for (const Block& block : blocks_) {
       const std::optional<std::size_t>& index = block.*semantic.accessor;
       sources.emplace_back();
       if (!index) continue;
@@ -94,7 +93,7 @@ class AttributeReader {
     return attribute;
   }
 
-  std::vector<double> values_of(const Source& source, const Attribute& attribute, const GlbBlock& block) {
+  std::vector<double> values_of(const Source& source, const Attribute& attribute, const Block& block) {
     const bool as_real = attribute.type == NumberType::float32;
     std::vector<double> values = read_accessor(document_, source.accessor, source.found, as_real);
     if (attribute.name == "normal") place_normals(values, block.placement);
@@ -119,7 +118,7 @@ class AttributeReader {
     for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = unit[axis];
   }
 
-  void place_normals(std::vector<double>& values, const GlbPlacement& placement) {
+  void place_normals(std::vector<double>& values, const Placement& placement) {
     const Mat3d& inverse = placement.inverse;
     const Mat3d transposed(inverse.column(0), inverse.column(1), inverse.column(2));
     for (std::size_t i = 0; i < values.size(); i += 3) {
@@ -128,7 +127,7 @@ class AttributeReader {
   }
 
   // A mirror changes the hand.
-  void place_tangents(std::vector<double>& values, const GlbPlacement& placement) {
+  void place_tangents(std::vector<double>& values, const Placement& placement) {
     const double hand = determinant(placement.linear) < 0 ? -1 : 1;
     for (std::size_t i = 0; i < values.size(); i += 4) {
       set_direction(&values[i], placement.linear * direction({values[i], values[i + 1], values[i + 2]}));
@@ -137,7 +136,7 @@ class AttributeReader {
   }
 
   const Document& document_;
-  const std::vector<GlbBlock>& blocks_;
+  const std::vector<Block>& blocks_;
   std::size_t not_finite_ = 0;
 };
 
@@ -154,7 +153,7 @@ Vec3d direction(const Vec3d& v) {
   return normalized(v / largest);  // scaled first, so that squares neither overflow nor vanish
 }
 
-std::vector<Attribute> read_attributes(const Document& document, const std::vector<GlbBlock>& blocks,
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<Block>& blocks,
                                        std::vector<std::string>& notes) {
   AttributeReader reader(document, blocks);
   std::vector<Attribute> attributes;

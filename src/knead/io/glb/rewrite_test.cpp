@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include "knead/io/glb.h"
-#include "knead/io/glb_layout.h"
-#include "knead/io/glb_test_files.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/layout.h"
+#include "knead/io/glb/test_files.h"
 #include "knead/io/layout.h"
 #include "knead/math/error.h"
 #include "support/test_meshes.h"
@@ -253,7 +253,8 @@ TEST(RewriteGlb, RealFilesKeepEverythingElse) {
     for (std::size_t i = 0; i < positions.size() / 3; ++i) positions[i] += Vec3d{0.25, -0.5, positions[i].x};
     const std::string written = moved(shape, positions);
     const ShapeFile back = reread(written);
-    const io_detail::GlbPlacement& placement = io_detail::layout_of<io_detail::GlbLayout>(shape).blocks.at(0).placement;
+    const io_detail::glb::Placement& placement =
+        io_detail::layout_of<io_detail::glb::Layout>(shape).blocks.at(0).placement;
     for (std::size_t i = 0; i < positions.size(); ++i) {
       const bool is_moved = !(positions[i] == shape.mesh.positions[i]);
       const Vec3d local = rounded(placement.inverse * (positions[i] - placement.offset));

@@ -1,4 +1,4 @@
-#include "knead/io/glb_edit.h"
+#include "knead/io/glb/edit.h"
 
 #include <fmt/format.h>
 
@@ -61,8 +61,7 @@ std::string with_header(const std::string& chunks) {
   return bytes + chunks;
 }
 
-Edit::Edit(const Document& document, const GlbLayout& layout)
-    : document_(document), layout_(layout), bin_(document.bin) {
+Edit::Edit(const Document& document, const Layout& layout) : document_(document), layout_(layout), bin_(document.bin) {
   const std::vector<Member> top = members(document.text, root_span(document.text));
   for (const char* key : {"accessors", "bufferViews", "buffers", "meshes", "nodes"}) {
     const auto found = std::find_if(top.begin(), top.end(), [&](const Member& m) { return m.key == key; });
@@ -126,18 +125,18 @@ std::size_t Edit::append_elements(std::string_view elements, std::size_t stride,
   pad(bin_, '\0');
   const std::size_t begin = bin_.size();
   bin_ += elements;
-  const std::size_t view = next_number("bufferViews", released_.views);
+  const std::size_t view = next_number("bufferViews", unused_.views);
   views_.push_back({view, {begin, bin_.size()}, stride, target});
   const std::string text = fmt::format(R"({{"bufferView":{},{}}})", view, members);
-  const std::size_t accessor = next_number("accessors", released_.accessors);
+  const std::size_t accessor = next_number("accessors", unused_.accessors);
   put("accessors", accessor, text);
   return accessor;
 }
 
-std::size_t Edit::next_number(const char* key, std::vector<std::size_t>& released) {
-  if (released.empty()) return array(key).count++;
-  const std::size_t number = released.front();
-  released.erase(released.begin());
+std::size_t Edit::next_number(const char* key, std::vector<std::size_t>& unused) {
+  if (unused.empty()) return array(key).count++;
+  const std::size_t number = unused.front();
+  unused.erase(unused.begin());
   return number;
 }
 
@@ -204,7 +203,7 @@ std::string Edit::finish() {
   while (json.back() == ' ' || json.back() == '\0') json.pop_back();
   std::string chunks;
   for (std::size_t i = 0; i < layout_.chunks.size(); ++i) {
-    const GlbChunk& chunk = layout_.chunks[i];
+    const Chunk& chunk = layout_.chunks[i];
     const bool is_bin = layout_.bin == i;
     const std::string_view kept = document_.bytes.substr(chunk.begin, chunk.size);
     append_chunk(chunks, chunk.type, i == 0 ? json : (is_bin ? bin_ : kept));

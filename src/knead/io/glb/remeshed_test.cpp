@@ -1,7 +1,7 @@
 // GLB files whose primitives get other triangles.
 #include <gtest/gtest.h>
 
-#include "knead/io/glb_test_files.h"
+#include "knead/io/glb/test_files.h"
 #include "knead/math/error.h"
 #include "support/remade_files.h"
 #include "support/shape_text.h"

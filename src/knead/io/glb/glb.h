@@ -14,12 +14,12 @@
 #include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
 
-namespace knead::io_detail {
+namespace knead::io_detail::glb {
 
 // Throws InvalidInput also for what cannot be read without another file or a decoder: buffers outside of the file,
 // Draco and meshopt compression. Vertices and corners may not exceed 2^21 plus four for each byte of the file (a small
 // file can place one mesh very often).
-ShapeFile parse_glb(std::string bytes, const std::string& name);
+ShapeFile parse(std::string bytes, const std::string& name);
 
 // The source with other positions and, if there are any, other normals (both per vertex, in world coordinates); the
 // tangents follow (transport_tangents). Numbers in the file are local floats: a vertex that did not move keeps its
@@ -27,22 +27,22 @@ ShapeFile parse_glb(std::string bytes, const std::string& name);
 // integers, sparsely, or in bytes that something else reads too, is appended as new floats; a mesh that several nodes
 // place gets copies where they moved differently. Throws InvalidInput where a float cannot hold a coordinate. The
 // options change nothing.
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                        const WriteOptions& options);
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options);
 
 // A new file: one node, one mesh, one primitive of triangles (of points, if there are no faces) with float coordinates,
 // whatever the options say. A vertex whose corners differ in an attribute becomes several at the end of the list.
 // Other attributes per vertex become "_NAME". Throws InvalidInput where a float cannot hold a coordinate.
-std::string generate_glb(const Mesh& mesh, const WriteOptions& options);
+std::string generate(const Mesh& mesh, const WriteOptions& options);
 
-// What generate_glb leaves out, a sentence each.
-std::vector<std::string> glb_losses(const Mesh& mesh);
+// What generate leaves out, a sentence each.
+std::vector<std::string> losses(const Mesh& mesh);
 
 // What a file made of the source's mesh alone leaves out.
-std::vector<std::string> glb_source_losses(const ShapeFile& source);
+std::vector<std::string> source_losses(const ShapeFile& source);
 
-std::string remeshed_glb(const NewMesh& shape, const WriteOptions& options);
-std::vector<std::string> glb_remesh_losses(const ShapeFile& source);
-std::vector<std::uint32_t> glb_face_labels(const ShapeFile& source);
+std::string remeshed(const NewMesh& shape, const WriteOptions& options);
+std::vector<std::string> remesh_losses(const ShapeFile& source);
+std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

@@ -5,10 +5,10 @@
 #include <numeric>
 
 #include "knead/io/face_builder.h"
-#include "knead/io/glb.h"
-#include "knead/io/glb_attributes.h"
-#include "knead/io/glb_scene.h"
-#include "knead/io/glb_sharing.h"
+#include "knead/io/glb/attributes.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/scene.h"
+#include "knead/io/glb/uses.h"
 #include "knead/io/layout.h"
 #include "knead/io/text.h"
 
@@ -67,7 +67,7 @@ class Reader {
       const Value primitive = mesh.item("primitives", p);
       refuse_compression(primitive);
       if (primitive.count("targets") > 0) ++morphed_;
-      GlbBlock wanted = described(instance, primitive);
+      Block wanted = described(instance, primitive);
       const std::size_t b = find_or_add(blocks, std::move(wanted));
       layout_.blocks[b].primitives.push_back(p);
       const std::size_t first = shape_.mesh.face_count();
@@ -83,8 +83,8 @@ class Reader {
     primitive.fail(fmt::format("is compressed ({}), which cannot be read; export it without compression", kDraco));
   }
 
-  static GlbBlock described(const Instance& instance, const Value& primitive) {
-    GlbBlock block;
+  static Block described(const Instance& instance, const Value& primitive) {
+    Block block;
     block.node = instance.node;
     block.mesh = instance.mesh;
     block.placement = instance.placement;
@@ -95,11 +95,11 @@ class Reader {
   }
 
   // Primitives share vertices if they share positions and no attribute of one contradicts the other's.
-  std::size_t find_or_add(std::multimap<std::size_t, std::size_t>& blocks, GlbBlock wanted) {
+  std::size_t find_or_add(std::multimap<std::size_t, std::size_t>& blocks, Block wanted) {
     const auto [begin, end] = blocks.equal_range(wanted.position);
     for (auto known = begin; known != end; ++known) {
       take(1);
-      GlbBlock& block = layout_.blocks[known->second];
+      Block& block = layout_.blocks[known->second];
       bool fits = true;
       for (const Semantic& semantic : kSemantics) {
         const auto& a = block.*semantic.accessor;
@@ -118,7 +118,7 @@ class Reader {
     return layout_.blocks.size() - 1;
   }
 
-  void add_vertices(GlbBlock& block) {
+  void add_vertices(Block& block) {
     const Accessor accessor = find_accessor(document_, block.position);
     const Value value = root().item("accessors", block.position);
     if (accessor.components != 3) value.fail("is used as POSITION, but is not of type VEC3; repair the file");
@@ -136,7 +136,7 @@ class Reader {
     }
   }
 
-  std::vector<std::uint32_t> read_indices(const Value& primitive, const GlbBlock& block) {
+  std::vector<std::uint32_t> read_indices(const Value& primitive, const Block& block) {
     std::vector<std::uint32_t> indices;
     const std::optional<std::size_t> index = primitive.whole("indices");
     if (!index) {
@@ -164,7 +164,7 @@ class Reader {
     return indices;
   }
 
-  void read_faces(const Value& primitive, const GlbBlock& block) {
+  void read_faces(const Value& primitive, const Block& block) {
     const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
     if (mode > kTriangleFan) primitive.fail(fmt::format("has the unknown mode {}; repair the file", mode));
     if (mode == kPoints) return;
@@ -211,7 +211,7 @@ class Reader {
   }
 
   ShapeFile& shape_;
-  GlbLayout layout_;
+  Layout layout_;
   Document document_;
   FaceBuilder faces_;
   std::size_t taken_ = 0;
@@ -221,16 +221,13 @@ class Reader {
 };
 
 }  // namespace
-}  // namespace knead::io_detail::glb
 
-namespace knead::io_detail {
-
-ShapeFile parse_glb(std::string bytes, const std::string& name) {
+ShapeFile parse(std::string bytes, const std::string& name) {
   ShapeFile shape;
   shape.format = "glb";
   shape.bytes = std::move(bytes);
-  glb::Reader(shape, name).run();
+  Reader(shape, name).run();
   return shape;
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

@@ -6,10 +6,10 @@
 #include <cstring>
 #include <set>
 
-#include "knead/io/glb.h"
-#include "knead/io/glb_attributes.h"
-#include "knead/io/glb_edit.h"
-#include "knead/io/glb_sharing.h"
+#include "knead/io/glb/attributes.h"
+#include "knead/io/glb/edit.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/uses.h"
 #include "knead/io/layout.h"
 #include "knead/io/text.h"
 #include "knead/mesh/normals.h"
@@ -67,7 +67,7 @@ class Comparison {
     if (!old_tangents_.empty()) tangents_ = transport_tangents(source.mesh, positions, old_tangents_, normals);
   }
 
-  Changes of(const GlbBlock& block) const {
+  Changes of(const Block& block) const {
     const Mat3d& linear = block.placement.linear;
     const Mat3d transposed(linear.column(0), linear.column(1), linear.column(2));
     Changes changes;
@@ -91,7 +91,7 @@ class Comparison {
 
   template <class ToLocal>
   Change compared(const char* key, std::size_t index, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                  const GlbBlock& block, ToLocal to_local) const {
+                  const Block& block, ToLocal to_local) const {
     Change change;
     change.key = key;
     change.accessor = index;
@@ -142,7 +142,7 @@ class Comparison {
 class Rewriter {
  public:
   Rewriter(const ShapeFile& source, const Document& document, std::vector<Changes> changes)
-      : layout_(layout_of<GlbLayout>(source)),
+      : layout_(layout_of<Layout>(source)),
         document_(document),
         changes_(std::move(changes)),
         uses_(find_uses(document)),
@@ -182,7 +182,7 @@ class Rewriter {
   }
 
   void copy_mesh(const std::vector<std::size_t>& blocks) {
-    const GlbBlock& first = layout_.blocks[blocks.front()];
+    const Block& first = layout_.blocks[blocks.front()];
     const Span span = edit_.item("meshes", first.mesh);
     std::vector<Patch> patches;
     for (const std::size_t b : blocks) {
@@ -214,7 +214,7 @@ class Rewriter {
     }
     for (const auto& [b, change] : claims) {
       const std::size_t appended = edit_.append_accessor(change->values, change->components);
-      const GlbBlock& block = layout_.blocks[b];
+      const Block& block = layout_.blocks[b];
       edit_.patch(edit_.attribute_patches(block.mesh, block.primitives, change->key, appended));
     }
   }
@@ -232,7 +232,7 @@ class Rewriter {
     });
   }
 
-  const GlbLayout& layout_;
+  const Layout& layout_;
   const Document& document_;
   std::vector<Changes> changes_;
   std::map<std::size_t, std::vector<AccessorUse>> uses_;
@@ -242,23 +242,20 @@ class Rewriter {
 };
 
 }  // namespace
-}  // namespace knead::io_detail::glb
 
-namespace knead::io_detail {
-
-std::string rewrite_glb(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                        const WriteOptions& /*options*/) {
-  const GlbLayout& layout = layout_of<GlbLayout>(source);
-  const glb::Document document = glb::open_document(source.bytes, layout, "source");
-  const glb::Comparison comparison(source, document, positions, normals);
-  std::vector<glb::Changes> changes;
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& /*options*/) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Document document = open_document(source.bytes, layout, "source");
+  const Comparison comparison(source, document, positions, normals);
+  std::vector<Changes> changes;
   bool is_changed = false;
-  for (const GlbBlock& block : layout.blocks) {
+  for (const Block& block : layout.blocks) {
     changes.push_back(comparison.of(block));
     is_changed = is_changed || !changes.back().empty();
   }
   if (!is_changed) return source.bytes;
-  return glb::Rewriter(source, document, std::move(changes)).run();
+  return Rewriter(source, document, std::move(changes)).run();
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

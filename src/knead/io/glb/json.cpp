@@ -1,4 +1,4 @@
-#include "knead/io/glb_json.h"
+#include "knead/io/glb/json.h"
 
 #include <fmt/format.h>
 

@@ -1,11 +1,11 @@
-#include "knead/io/glb_holdings.h"
+#include "knead/io/glb/writable.h"
 
 #include <algorithm>
 #include <numeric>
 #include <set>
 
 #include "knead/io/corner_values.h"
-#include "knead/io/glb_attributes.h"
+#include "knead/io/glb/attributes.h"
 
 namespace knead::io_detail::glb {
 namespace {
@@ -30,8 +30,8 @@ std::string key_of(const Attribute& attribute) {
   return custom_key(attribute.name);
 }
 
-bool differs_at_corners(const std::vector<Held>& held, std::size_t a, std::size_t b) {
-  return std::any_of(held.begin(), held.end(), [&](const Held& h) {
+bool differs_at_corners(const std::vector<WritableAttribute>& held, std::size_t a, std::size_t b) {
+  return std::any_of(held.begin(), held.end(), [&](const WritableAttribute& h) {
     if (h.attribute.domain != Domain::corner) return false;
     const std::size_t n = static_cast<std::size_t>(h.attribute.components);
     const double* values = h.attribute.values.data();
@@ -40,9 +40,9 @@ bool differs_at_corners(const std::vector<Held>& held, std::size_t a, std::size_
 }
 
 // Whether corner a comes before b: by vertex, values, number.
-bool comes_before(const Mesh& mesh, const std::vector<Held>& held, std::size_t a, std::size_t b) {
+bool comes_before(const Mesh& mesh, const std::vector<WritableAttribute>& held, std::size_t a, std::size_t b) {
   if (mesh.corner_vertex[a] != mesh.corner_vertex[b]) return mesh.corner_vertex[a] < mesh.corner_vertex[b];
-  for (const Held& h : held) {
+  for (const WritableAttribute& h : held) {
     if (h.attribute.domain != Domain::corner) continue;
     const std::size_t n = static_cast<std::size_t>(h.attribute.components);
     const double* values = h.attribute.values.data();
@@ -55,8 +55,8 @@ bool comes_before(const Mesh& mesh, const std::vector<Held>& held, std::size_t a
 
 }  // namespace
 
-Holdings sort_attributes(const Mesh& mesh) {
-  Holdings held;
+WritableAttributes writable_attributes(const Mesh& mesh) {
+  WritableAttributes held;
   std::set<std::string> keys;
   for (const Attribute& attribute : mesh.attributes) {
     const std::string key = key_of(attribute);
@@ -76,14 +76,14 @@ Holdings sort_attributes(const Mesh& mesh) {
   return held;
 }
 
-SplitVertices split_vertices(const Mesh& mesh, const std::vector<Held>& held) {
+SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribute>& held) {
   SplitVertices split;
   split.original.resize(mesh.vertex_count());
   std::iota(split.original.begin(), split.original.end(), 0u);
   split.corner.assign(mesh.vertex_count(), SplitVertices::kNone);
   split.corner_index = mesh.corner_vertex;
-  const bool has_corners =
-      std::any_of(held.begin(), held.end(), [](const Held& h) { return h.attribute.domain == Domain::corner; });
+  const bool has_corners = std::any_of(held.begin(), held.end(),
+                                       [](const WritableAttribute& h) { return h.attribute.domain == Domain::corner; });
   if (!has_corners) return split;
   std::vector<std::size_t> order(mesh.corner_vertex.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

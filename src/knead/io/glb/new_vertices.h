@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/glb_attributes.h"
-#include "knead/io/glb_edit.h"
+#include "knead/io/glb/attributes.h"
+#include "knead/io/glb/edit.h"
 #include "knead/io/new_mesh.h"
 
 namespace knead::io_detail::glb {
@@ -21,21 +21,21 @@ class NewVertices {
 
   // For a block of points and lines, whose vertices are in no face: its vertices in the new mesh. Empty where none of
   // them changed, or where the mesh has not as many vertices in no face as the source.
-  std::vector<std::uint32_t> moved_points(const GlbBlock& block) const;
+  std::vector<std::uint32_t> moved_points(const Block& block) const;
 
   // Appends an accessor for each attribute that the block has, of these vertices in this order; by key. Numbers of
   // vertices that are where a corner of their faces' sources was are the source's bits where they did not change.
   // Throws InvalidInput where a float cannot hold a coordinate.
-  std::map<std::string, std::size_t> append(const GlbBlock& block, const std::vector<std::uint32_t>& vertices,
+  std::map<std::string, std::size_t> append(const Block& block, const std::vector<std::uint32_t>& vertices,
                                             Edit& edit) const;
 
  private:
   bool is_same_vertex(std::uint32_t before, std::uint32_t after) const;
   void find_origins();
   void find_points();
-  std::size_t append_positions(const GlbBlock& block, const std::vector<std::uint32_t>& vertices, Edit& edit) const;
-  std::size_t append_attribute(const GlbBlock& block, const Semantic& semantic,
-                               const std::vector<std::uint32_t>& vertices, Edit& edit) const;
+  std::size_t append_positions(const Block& block, const std::vector<std::uint32_t>& vertices, Edit& edit) const;
+  std::size_t append_attribute(const Block& block, const Semantic& semantic, const std::vector<std::uint32_t>& vertices,
+                               Edit& edit) const;
 
   const NewMesh& shape_;
   const Document& document_;

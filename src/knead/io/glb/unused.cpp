@@ -1,10 +1,10 @@
-#include "knead/io/glb_released.h"
+#include "knead/io/glb/unused.h"
 
 #include <algorithm>
 #include <map>
 #include <optional>
 
-#include "knead/io/glb_sharing.h"
+#include "knead/io/glb/uses.h"
 
 namespace knead::io_detail::glb {
 namespace {
@@ -68,25 +68,25 @@ std::vector<Span> merged(std::vector<Span> spans) {
 
 }  // namespace
 
-Released released_by(const Document& document, const std::set<std::pair<std::size_t, std::size_t>>& primitives) {
-  Released released;
-  if (!uses_known_extensions(document.root())) return released;
-  std::map<std::size_t, std::size_t> named;  // views, by the accessors that are released
+Unused unused_after(const Document& document, const std::set<std::pair<std::size_t, std::size_t>>& primitives) {
+  Unused unused;
+  if (!uses_known_extensions(document.root())) return unused;
+  std::map<std::size_t, std::size_t> named;  // views, by the accessors that are unused
   for (const auto& [accessor, uses] : find_uses(document)) {
-    const bool is_released = std::all_of(uses.begin(), uses.end(), [&](const AccessorUse& use) {
+    const bool is_unused = std::all_of(uses.begin(), uses.end(), [&](const AccessorUse& use) {
       return primitives.count({use.mesh, use.primitive}) > 0;
     });
-    if (!is_released || accessor >= document.root().count("accessors")) continue;
-    released.accessors.push_back(accessor);
+    if (!is_unused || accessor >= document.root().count("accessors")) continue;
+    unused.accessors.push_back(accessor);
     for (const auto& [view, count] : count_views(document.root().item("accessors", accessor).json())) {
       named[view] += count;
     }
   }
   const std::map<std::size_t, std::size_t> all = count_views(document.json);
   for (const auto& [view, count] : named) {
-    if (all.at(view) == count && view < document.root().count("bufferViews")) released.views.push_back(view);
+    if (all.at(view) == count && view < document.root().count("bufferViews")) unused.views.push_back(view);
   }
-  return released;
+  return unused;
 }
 
 Cuts::Cuts(const Document& document, const std::vector<bool>& is_replaced) {

@@ -1,13 +1,14 @@
 // Writing a GLB file back with other vertices and triangles in its primitives.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
-#include "knead/io/glb.h"
-#include "knead/io/glb_edit.h"
-#include "knead/io/glb_new_vertices.h"
-#include "knead/io/glb_sharing.h"
+#include "knead/io/glb/edit.h"
+#include "knead/io/glb/glb.h"
+#include "knead/io/glb/new_vertices.h"
+#include "knead/io/glb/uses.h"
 #include "knead/io/layout.h"
 #include "knead/io/new_mesh.h"
 #include "knead/io/text.h"
@@ -24,7 +25,7 @@ class Remesher {
  public:
   Remesher(const NewMesh& shape, const Document& document)
       : shape_(shape),
-        layout_(layout_of<GlbLayout>(shape.source)),
+        layout_(layout_of<Layout>(shape.source)),
         document_(document),
         vertices_(shape, document),
         edit_(document, layout_) {}
@@ -37,7 +38,7 @@ class Remesher {
     sort_triangles();
     for (std::size_t b = 0; b < layout_.blocks.size(); ++b) changes_.push_back(change_of(b));
     find_instances();
-    edit_.reuse(released_by(document_, replaced_primitives()));
+    edit_.reuse(unused_after(document_, replaced_primitives()));
     for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
       if (!changes_[b] || changes_[b]->vertices.empty()) continue;
       changes_[b]->accessors = vertices_.append(layout_.blocks[b], changes_[b]->vertices, edit_);
@@ -74,7 +75,7 @@ class Remesher {
 
   std::size_t run_of(std::size_t source_face) const {
     const auto after = std::upper_bound(layout_.faces.begin(), layout_.faces.end(), source_face,
-                                        [](std::size_t f, const GlbFaces& faces) { return f < faces.first; });
+                                        [](std::size_t f, const Faces& faces) { return f < faces.first; });
     return static_cast<std::size_t>(after - layout_.faces.begin()) - 1;
   }
 
@@ -143,7 +144,7 @@ class Remesher {
     std::set<std::pair<std::size_t, std::size_t>> replaced;
     std::set<std::pair<std::size_t, std::size_t>> kept;
     for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
-      const GlbBlock& block = layout_.blocks[b];
+      const Block& block = layout_.blocks[b];
       const bool is_replaced = changes_[b] && changes_[b]->has_faces && meshes_.at(block.mesh).is_free;
       for (const std::size_t p : block.primitives) (is_replaced ? replaced : kept).insert({block.mesh, p});
     }
@@ -250,7 +251,7 @@ class Remesher {
   }
 
   const NewMesh& shape_;
-  const GlbLayout& layout_;
+  const Layout& layout_;
   const Document& document_;
   NewVertices vertices_;
   Edit edit_;
@@ -262,9 +263,9 @@ class Remesher {
 };
 
 // A skeleton's weights and the displacements of morph targets are numbers of vertices that a mesh does not hold.
-void refuse_bound_vertices(const GlbLayout& layout, const Document& document) {
-  for (const GlbFaces& faces : layout.faces) {
-    const GlbBlock& block = layout.blocks[faces.block];
+void refuse_bound_vertices(const Layout& layout, const Document& document) {
+  for (const Faces& faces : layout.faces) {
+    const Block& block = layout.blocks[faces.block];
     const bool is_skinned = document.root().item("nodes", block.node).find("skin").has_value();
     const bool is_morphed =
         document.root().item("meshes", block.mesh).item("primitives", faces.primitive).count("targets") > 0;
@@ -277,19 +278,16 @@ void refuse_bound_vertices(const GlbLayout& layout, const Document& document) {
 }
 
 }  // namespace
-}  // namespace knead::io_detail::glb
 
-namespace knead::io_detail {
-
-std::string remeshed_glb(const NewMesh& shape, const WriteOptions& /*options*/) {
-  const GlbLayout& layout = layout_of<GlbLayout>(shape.source);
-  const glb::Document document = glb::open_document(shape.source.bytes, layout, "source");
-  glb::refuse_bound_vertices(layout, document);
-  return glb::Remesher(shape, document).run();
+std::string remeshed(const NewMesh& shape, const WriteOptions& /*options*/) {
+  const Layout& layout = layout_of<Layout>(shape.source);
+  const Document document = open_document(shape.source.bytes, layout, "source");
+  refuse_bound_vertices(layout, document);
+  return Remesher(shape, document).run();
 }
 
-std::vector<std::uint32_t> glb_face_labels(const ShapeFile& source) {
-  const GlbLayout& layout = layout_of<GlbLayout>(source);
+std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
   std::vector<std::uint32_t> labels(source.mesh.face_count());
   for (std::size_t i = 0; i < layout.faces.size(); ++i) {
     const auto begin = labels.begin() + static_cast<std::ptrdiff_t>(layout.faces[i].first);
@@ -298,20 +296,20 @@ std::vector<std::uint32_t> glb_face_labels(const ShapeFile& source) {
   return labels;
 }
 
-std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
-  const GlbLayout& layout = layout_of<GlbLayout>(source);
-  const glb::Document document = glb::open_document(source.bytes, layout, "source");
-  glb::refuse_bound_vertices(layout, document);
+std::vector<std::string> remesh_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Document document = open_document(source.bytes, layout, "source");
+  refuse_bound_vertices(layout, document);
   std::set<std::string> losses;
   std::vector<bool> has_faces(layout.blocks.size(), false);
-  for (const GlbFaces& faces : layout.faces) has_faces[faces.block] = true;
+  for (const Faces& faces : layout.faces) has_faces[faces.block] = true;
   for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
     for (const std::size_t p : layout.blocks[b].primitives) {
-      const glb::Value primitive = document.root().item("meshes", layout.blocks[b].mesh).item("primitives", p);
+      const Value primitive = document.root().item("meshes", layout.blocks[b].mesh).item("primitives", p);
       for (const auto& [key, accessor] : primitive.at("attributes").json().members()) {
-        if (!glb::is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out where the shape changes");
+        if (!is_read(key)) losses.insert("attribute " + in_quotes(key) + " is left out where the shape changes");
       }
-      const bool is_triangles = primitive.whole("mode").value_or(glb::kTriangles) >= glb::kTriangles;
+      const bool is_triangles = primitive.whole("mode").value_or(kTriangles) >= kTriangles;
       if (!is_triangles && has_faces[b]) {
         losses.insert("points and lines among the vertices of faces are left out where the shape changes");
       }
@@ -320,4 +318,4 @@ std::vector<std::string> glb_remesh_losses(const ShapeFile& source) {
   return {losses.begin(), losses.end()};
 }
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

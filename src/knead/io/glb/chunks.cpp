@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 
 #include "knead/io/cursor.h"
-#include "knead/io/glb_accessor.h"
+#include "knead/io/glb/accessor.h"
 
 namespace knead::io_detail::glb {
 
@@ -27,12 +27,12 @@ std::size_t declared_length(std::string_view bytes, const std::string& name) {
 
 }  // namespace
 
-GlbLayout parse_chunks(std::string_view bytes, const std::string& name) {
+Layout parse_chunks(std::string_view bytes, const std::string& name) {
   ByteCursor cursor(bytes.substr(0, declared_length(bytes, name)), name);
   cursor.take_bytes(12, "the header");
-  GlbLayout layout;
+  Layout layout;
   while (cursor.left() > 0) {
-    GlbChunk chunk;
+    Chunk chunk;
     chunk.size = cursor.take<std::uint32_t>("the length of a chunk");
     chunk.type = cursor.take<std::uint32_t>("the type of a chunk");
     chunk.begin = cursor.position();
@@ -47,8 +47,8 @@ GlbLayout parse_chunks(std::string_view bytes, const std::string& name) {
   return layout;
 }
 
-Document open_document(std::string_view bytes, const GlbLayout& layout, const std::string& name) {
-  const GlbChunk& json = layout.chunks.front();
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name) {
+  const Chunk& json = layout.chunks.front();
   Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, {}};
   document.source = {name, document.text, json.begin};
   if (layout.bin) document.bin = bytes.substr(layout.chunks[*layout.bin].begin, layout.chunks[*layout.bin].size);

@@ -1,4 +1,4 @@
-#include "knead/io/glb_sharing.h"
+#include "knead/io/glb/uses.h"
 
 #include <algorithm>
 #include <limits>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/glb_accessor.h"
+#include "knead/io/glb/accessor.h"
 
 namespace knead::io_detail::glb {
 
@@ -13,17 +13,17 @@ namespace knead::io_detail::glb {
 struct Semantic {
   const char* key;   // in the file
   const char* name;  // of the mesh's attribute
-  std::optional<std::size_t> GlbBlock::*accessor;
+  std::optional<std::size_t> Block::*accessor;
 };
 
-inline constexpr std::array<Semantic, 4> kSemantics = {{{"NORMAL", "normal", &GlbBlock::normal},
-                                                        {"TANGENT", "tangent", &GlbBlock::tangent},
-                                                        {"TEXCOORD_0", "uv", &GlbBlock::uv},
-                                                        {"COLOR_0", "color", &GlbBlock::color}}};
+inline constexpr std::array<Semantic, 4> kSemantics = {{{"NORMAL", "normal", &Block::normal},
+                                                        {"TANGENT", "tangent", &Block::tangent},
+                                                        {"TEXCOORD_0", "uv", &Block::uv},
+                                                        {"COLOR_0", "color", &Block::color}}};
 
 // The attributes that some block has: directions in world coordinates and of length 1. Where a block has none, colors
 // are white and others 0, which a note says. Throws InvalidInput for accessors that do not fit.
-std::vector<Attribute> read_attributes(const Document& document, const std::vector<GlbBlock>& blocks,
+std::vector<Attribute> read_attributes(const Document& document, const std::vector<Block>& blocks,
                                        std::vector<std::string>& notes);
 
 // Whether an attribute of that key in the file becomes one of the mesh.

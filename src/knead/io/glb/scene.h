@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/glb_accessor.h"
+#include "knead/io/glb/accessor.h"
 
 namespace knead::io_detail::glb {
 
@@ -12,7 +12,7 @@ namespace knead::io_detail::glb {
 struct Instance {
   std::size_t node = 0;
   std::size_t mesh = 0;
-  GlbPlacement placement;
+  Placement placement;
 };
 
 // The instances of the default scene (the first one, if none is named; all of the nodes, if there is none), in

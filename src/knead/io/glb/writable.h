@@ -1,4 +1,4 @@
-// What a GLB file can hold of a mesh. Internal to the GLB writer.
+// The attributes and vertices of a mesh as a GLB file can hold them.
 #pragma once
 
 #include <limits>
@@ -9,20 +9,21 @@
 
 namespace knead::io_detail::glb {
 
-// An attribute and what it is called in the file.
-struct Held {
+// An attribute and its key in the file.
+struct WritableAttribute {
   std::string key;
   Attribute attribute;  // of vertices or corners
 };
 
-struct Holdings {
-  std::vector<Held> attributes;
+struct WritableAttributes {
+  std::vector<WritableAttribute> attributes;
   std::vector<std::string> losses;
 };
 
-Holdings sort_attributes(const Mesh& mesh);
+// Returns the attributes that GLB can hold, and a sentence for each that it cannot.
+WritableAttributes writable_attributes(const Mesh& mesh);
 
-// The vertices of the file: the mesh's in their order, then the further ones that seams need.
+// The vertices of the file: those of the mesh in their order, then the copies that seams need.
 struct SplitVertices {
   std::vector<std::uint32_t> original;      // the vertex of the mesh
   std::vector<std::size_t> corner;          // some corner of the mesh that uses it; kNone for a vertex in no face
@@ -31,7 +32,7 @@ struct SplitVertices {
   static constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
 };
 
-// Corners that differ in an attribute get vertices of their own.
-SplitVertices split_vertices(const Mesh& mesh, const std::vector<Held>& held);
+// Returns the vertices of the file; corners that differ in an attribute get separate vertices.
+SplitVertices split_vertices(const Mesh& mesh, const std::vector<WritableAttribute>& held);
 
 }  // namespace knead::io_detail::glb

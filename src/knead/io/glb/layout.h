@@ -8,23 +8,23 @@
 
 #include "knead/math/mat3.h"
 
-namespace knead::io_detail {
+namespace knead::io_detail::glb {
 
-struct GlbChunk {
+struct Chunk {
   std::uint32_t type = 0;
   std::size_t begin = 0;  // of its contents
   std::size_t size = 0;
 };
 
 // How a node places its mesh: world = linear * local + offset.
-struct GlbPlacement {
+struct Placement {
   Mat3d linear;
   Vec3d offset;
   Mat3d inverse;  // of linear
 };
 
 // Vertices of the mesh that come from one POSITION accessor, placed by one node.
-struct GlbBlock {
+struct Block {
   std::size_t first = 0;  // vertex of the mesh
   std::size_t count = 0;
   std::size_t node = 0;
@@ -35,23 +35,23 @@ struct GlbBlock {
   std::optional<std::size_t> tangent;
   std::optional<std::size_t> uv;
   std::optional<std::size_t> color;
-  GlbPlacement placement;
+  Placement placement;
 };
 
 // Faces of the mesh, one after the other, that come from one primitive.
-struct GlbFaces {
+struct Faces {
   std::size_t first = 0;
   std::size_t block = 0;
   std::size_t primitive = 0;  // of the block's mesh
 };
 
 // The part of a GLB file that a mesh does not hold.
-struct GlbLayout {
-  std::vector<GlbChunk> chunks;  // as in the file; the first is the JSON
+struct Layout {
+  std::vector<Chunk> chunks;  // as in the file; the first is the JSON
   std::optional<std::size_t> bin;
-  std::size_t end = 0;           // of the last chunk; what follows is kept
-  std::vector<GlbBlock> blocks;  // the vertices in the mesh's order
-  std::vector<GlbFaces> faces;   // in the mesh's order; each goes on to where the next one begins
+  std::size_t end = 0;        // of the last chunk; what follows is kept
+  std::vector<Block> blocks;  // the vertices in the mesh's order
+  std::vector<Faces> faces;   // in the mesh's order; each goes on to where the next one begins
 };
 
-}  // namespace knead::io_detail
+}  // namespace knead::io_detail::glb

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "knead/io/glb_json.h"
-#include "knead/io/glb_layout.h"
+#include "knead/io/glb/json.h"
+#include "knead/io/glb/layout.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead::io_detail::glb {
@@ -33,10 +33,10 @@ struct Document {
 };
 
 // The chunks of the file; the blocks stay empty. Throws InvalidInput that names the byte.
-GlbLayout parse_chunks(std::string_view bytes, const std::string& name);
+Layout parse_chunks(std::string_view bytes, const std::string& name);
 
 // The document; `bytes` must outlive it. Checks the version.
-Document open_document(std::string_view bytes, const GlbLayout& layout, const std::string& name);
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name);
 
 // Where an accessor's elements are: element i at begin + i * stride of the binary chunk.
 struct DenseData {

@@ -1,12 +1,12 @@
 // Reading GLB.
-#include "knead/io/glb.h"
+#include "knead/io/glb/glb.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "knead/io/glb_test_files.h"
+#include "knead/io/glb/test_files.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 #include "support/shape_promises.h"
