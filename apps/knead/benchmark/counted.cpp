@@ -129,7 +129,7 @@ std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, con
   operations = 0;
   Groups groups(points);
   for (const Segment& segment : flow.segments) {
-    if (!detail::has_kernel(segment)) return 0;
+    if (!detail::has_pack_kernel(segment)) return 0;
     const detail::SegmentMover mover = detail::make_segment_mover(segment, options, counted);
     for (std::size_t first = 0; first < points.size(); first += kGroup) {
       move(mover, groups, first, std::min(kGroup, points.size() - first));

@@ -7,7 +7,7 @@
 
 namespace knead {
 
-// Values of the region field r between which a field is blended: inner < outer.
+// The values of the region field r between which a field is blended, inner < outer.
 template <class S>
 struct Thresholds {
   S inner{0};
@@ -26,9 +26,9 @@ struct Weight {
   T derivative{};  // dw/dr, exactly 0 in both
 };
 
-// w = (1 - b(s))^2 with b = 4 s^3 - 3 s^4 and s = clamp((r - inner) / (outer - inner), 0, 1), and dw/dr. In terms of
-// the rest q = 1 - s: 1 - b = q^2 (6 - 8 q + 3 q^2), which does not cancel near s = 1. The factor of q is rounded up,
-// so that q is exactly 1 wherever r <= inner.
+// Returns w = (1 - b(s))^2 with b = 4 s^3 - 3 s^4 and s = clamp((r - inner) / (outer - inner), 0, 1), and dw/dr. In
+// terms of the rest q = 1 - s: 1 - b = q^2 (6 - 8 q + 3 q^2), which does not cancel near s = 1. The factor of q is
+// rounded up, so that q is exactly 1 wherever r <= inner.
 template <class T, class S>
 Weight<T> blend_weight(const T& r, const Thresholds<S>& thresholds) {
   const S up = S(1) + S(4) * std::numeric_limits<S>::epsilon();

@@ -1,5 +1,5 @@
-// First-order dual numbers in three variables: a value and its gradient. What is templated over the scalar of the
-// evaluation (motions, regions, velocities) gives its derivatives in them.
+// First-order dual numbers in three variables: a value and its gradient. Motions, regions and velocities are templates
+// over the scalar of the evaluation; evaluated with dual numbers they return their derivatives too.
 #pragma once
 
 #include <cmath>

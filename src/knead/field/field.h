@@ -1,7 +1,7 @@
 // The velocity field of one tool: v = curl(w A) = w u + (dw/dr) grad r x A (method, section 1).
 //
-// v is divergence-free for any A, C1 where the region field is C2, the inner motion where r < inner, and exactly 0
-// where r >= outer. A field is data; positions that it is evaluated at are relative to its centre.
+// v is divergence-free for any A. It is C1 where the region field is C2, equals the inner motion where r < inner, and
+// is exactly 0 where r >= outer. A field is data. It is evaluated at positions relative to its centre.
 #pragma once
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct Field {
   friend bool operator==(const Field&, const Field&) = default;
 };
 
-// v at d = x - c(t), for one inner motion and the value of one region there. This is the one formula that everything
+// Returns v at d = x - c(t) for an inner motion and the value of a region there: the one formula that everything
 // evaluates.
 template <class T, class M, class S>
 Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Thresholds<S>& thresholds, const Vec3<T>& d) {
@@ -33,7 +33,7 @@ Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Threshold
   return mul_add(inner.velocity, w.value, cross(r.gradient, inner.potential) * w.derivative);
 }
 
-// The same where r = |d|, so that grad r x A = d x A / r, and for translations and strains
+// Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
 // d x (u x d) = u |d|^2 - d (u.d).
 template <class T, class M, class S>
 Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>& thresholds, const Vec3<T>& d,
@@ -64,14 +64,14 @@ Vec3<T> velocity(const M& motion, const R& region, const Thresholds<S>& threshol
   return velocity_where(evaluate(region, d, t), motion, thresholds, d);
 }
 
-// v at d = x - c(t), in double.
+// Returns v at d = x - c(t), in double.
 inline Vec3d velocity(const Field& field, const Vec3d& d, double t = 0) {
   return std::visit(
       [&](const auto& motion, const auto& region) { return velocity(motion, region, field.thresholds, d, t); },
       field.motion, field.region);
 }
 
-// r at d = x - c(t), in double.
+// Returns r and grad r at d = x - c(t), in double.
 inline RegionValue<double> region_value(const Field& field, const Vec3d& d, double t = 0) {
   return std::visit([&](const auto& region) { return evaluate(region, d, t); }, field.region);
 }

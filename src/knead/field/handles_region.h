@@ -1,19 +1,19 @@
-// The evaluation of the region field of marked regions; included by region.h.
+// How the region field of handles is evaluated; included by region.h.
 #pragma once
 
 #include "knead/field/region.h"
 
 namespace knead {
 
-// D and its gradient for the full and the zero set of marked regions.
+// D and its gradient for the full and the zero set of handles.
 template <class T>
 struct HandlesDistances {
   RegionValue<T> full;
   RegionValue<T> zero;
 };
 
-// At d = x - c(t). The full set has turned with the motion, so d is turned back to it; the zero set is left behind by
-// the sweep.
+// Returns both distances at d = x - c(t). The full set has turned with the motion, so d is turned back into its frame;
+// the sweep has left the zero set behind.
 template <class T, class S, class Set>
 HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   const RegionValue<T> zero = evaluate(region.zero, d + Vec3<T>(region.sweep) * t, t);
@@ -25,9 +25,9 @@ HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<
   return {full, zero};
 }
 
-// With F = D_full and Z = D_zero: r = F / (F + Z), grad r = (Z grad F - F grad Z) / (F + Z)^2. The kinks of F and Z at
-// their points do no harm: there dw/dr falls to 0 with the square of r, and with the cube of 1 - r. Where single
-// precision cannot tell two points of the sets apart, both distances may be 0; such a place rests.
+// Returns r = F / (F + Z) and grad r = (Z grad F - F grad Z) / (F + Z)^2, with F = D_full and Z = D_zero. The kinks of
+// F and Z at their points do no harm: dw/dr falls to 0 there, with the square of r and the cube of 1 - r. In single
+// precision both distances may be 0 where points of the two sets nearly coincide; such a place rests.
 template <class T, class S, class Set>
 RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
   const HandlesDistances<T> distance = handles_distances(region, d, t);

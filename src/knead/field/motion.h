@@ -1,10 +1,10 @@
 // Inner motions: the velocity u of the inner region and a vector potential A with curl A = u (method, section 1).
 //
-// All are functions of d = x - c, the position relative to the tool's centre. Adding a gradient to A leaves u as it is
-// and changes the intermediate region; `gauge` lambda chooses A = lambda A_1 + (1 - lambda) A_0, where A_1 = (e grad f
-// - f grad e)/2 of the paper's scalar fields e and f, and A_0 sends less of the flow along or against the axis.
-// Templated over the scalar S in which the numbers are kept; evaluation is templated over T, which may be S, a dual
-// number or a SIMD pack.
+// An inner motion is a function of d = x - c, the position relative to the tool's centre. Adding a gradient to A does
+// not change u, but changes the flow in the intermediate region: `gauge` = lambda selects A = lambda A_1 + (1 - lambda)
+// A_0. A_1 = (e grad f - f grad e)/2 is that of the paper's scalar fields e and f; A_0 makes less of the flow run along
+// or against the axis. S is the scalar of the stored numbers, T that of the evaluation: S, a dual number or a SIMD
+// pack.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,7 @@ struct MotionValue {
 };
 
 // u = velocity (paper, Eq. 6). A_1 = u x d / 2. With a unit `axis` (a capsule's) A_0 = u_par x d / 2 + ((a x u_perp).d)
-// a; where gauge is 1 the axis is not used.
+// a. The axis is not used if gauge is 1.
 template <class S>
 struct Translation {
   Vec3<S> velocity;
@@ -37,8 +37,9 @@ struct Translation {
   friend bool operator==(const Translation&, const Translation&) = default;
 };
 
-// Which A_0 a rotation takes: radial, omega (a.d) d, for a ball: no counter-rotation at all; axial, -omega/2 |d_perp|^2
-// a, for a bend: nothing flows along the axis.
+// The A_0 of a rotation:
+//   radial: omega (a.d) d, for a ball: no counter-rotation at all;
+//   axial:  -omega/2 |d_perp|^2 a, for a bend: nothing flows along the axis.
 enum class RotationGauge { radial, axial };
 
 // u = rate axis x d (paper, Eq. 7, where the rate is 2); rate in radians per unit time, axis a unit vector.
@@ -48,11 +49,11 @@ struct Rotation {
   Vec3<S> axis;
   S rate{0};
   S gauge{1};
-  RotationGauge companion = RotationGauge::axial;
+  RotationGauge zero_gauge = RotationGauge::axial;
 
   template <class U>
   explicit operator Rotation<U>() const {
-    return {Vec3<U>(axis), static_cast<U>(rate), static_cast<U>(gauge), companion};
+    return {Vec3<U>(axis), static_cast<U>(rate), static_cast<U>(gauge), zero_gauge};
   }
   friend bool operator==(const Rotation&, const Rotation&) = default;
 };
@@ -84,8 +85,8 @@ struct Strain {
   friend bool operator==(const Strain&, const Strain&) = default;
 };
 
-// The caller's own inner motion: u and A of d = x - c, in double. The caller guarantees curl A = u; whatever A is, the
-// resulting field is divergence-free. The function is called from several threads.
+// An inner motion of the caller's own: `evaluate` returns u and A at d = x - c, in double. The caller guarantees
+// curl A = u; the resulting field is divergence-free for any A. The function is called from several threads at once.
 struct CustomMotion {
   std::shared_ptr<const std::function<MotionValue<double>(const Vec3d& d)>> evaluate;
 
@@ -110,7 +111,7 @@ MotionValue<T> evaluate(const Rotation<S>& motion, const Vec3<T>& d) {
   const T height = dot(a, d);
   const Vec3<T> d_perp = d - a * height;
   const S rest = S(1) - motion.gauge;
-  const bool radial = motion.companion == RotationGauge::radial;
+  const bool radial = motion.zero_gauge == RotationGauge::radial;
   const S across = motion.rate * (motion.gauge * S(0.5) + (radial ? rest : S(0)));
   const S along_rho = motion.rate * (-motion.gauge * S(0.25) - (radial ? S(0) : rest * S(0.5)));
   const S along_height = motion.rate * (radial ? rest : S(0));

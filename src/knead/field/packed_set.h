@@ -1,4 +1,4 @@
-// A point set laid out for speed: the same region field as PointSet's.
+// A point set stored for speed: the same region field as that of PointSet. Internal to field and flow.
 #pragma once
 
 #include <limits>

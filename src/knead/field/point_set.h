@@ -1,4 +1,4 @@
-// The evaluation of a point set's region field; included by region.h.
+// How the region field of a point set is evaluated; included by region.h.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace knead {
 
-// S^(-1/m) for S > 0: repeated square roots where m is a power of two, else Newton's method, which rises monotonically
-// from S^(-1/q) with q the largest power of two below m, or the smallest above where S < 1.
+// Returns S^(-1/m) for S > 0: by square roots where m is a power of two, else by Newton's method, which rises
+// monotonically from S^(-1/q) with q the largest power of two below m, or the smallest above where S < 1.
 template <std::floating_point T>
 T inverse_root(T sum, int m) {
   T y = T(1) / sum;
@@ -27,7 +27,7 @@ T inverse_root(T sum, int m) {
   return y;
 }
 
-// The squared distance of d from the segment [a, b].
+// Returns the squared distance of d from the segment [a, b].
 template <class T, class S>
 T squared_distance_to_segment(const Vec3<T>& d, const Vec3<S>& a, const Vec3<S>& b) {
   const Vec3<S> e = b - a;
@@ -45,9 +45,10 @@ struct CurveIntegral {
   Vec3<T> gradient{T(0), T(0), T(0)};
 };
 
-// For x at `from_a` of the segment's first end, the unit direction e and the length of the segment. In the notation of
-// the method: h the distance from the line, l_i the signed offsets of the ends from the foot of x, R_i the distances
-// from the ends, u_i = l_i / R_i; D = (u2 - u1)/h^2 and G = (1 - u1 u2)/h^2 in forms that do not cancel; then
+// Returns the integral for x at `from_a` of the segment's first end, the unit direction e and the length of the
+// segment. In the notation of the method: h the distance from the line, l_i the signed offsets of the ends from the
+// foot of x, R_i the distances from the ends, u_i = l_i / R_i; D = (u2 - u1)/h^2 and G = (1 - u1 u2)/h^2 in forms that
+// do not cancel; then
 //   integral |x-y|^-5 dl = D (1/R1^2 + 1/R2^2 + G) / 3,
 //   integral |x-y|^-7 dl = D (3/R1^4 + 3/R2^4 + 2 G^2 + 1/(R1 R2)^2 + 3 G (1/R1^2 + 1/R2^2)) / 15,
 // the second found in the same way as the first; the gradient is (R1^-5 - R2^-5) e - 5 (integral of |x-y|^-7) h_vector.
@@ -78,7 +79,7 @@ CurveIntegral<T> segment_integral(const Vec3<T>& from_a, const Vec3<T>& e, const
   return {five, e * ends - h_vector * (T(5) * seven)};
 }
 
-// The true distance of d from the polyline, squared.
+// Returns the squared true distance of d from the polyline.
 template <class T, class S>
 T squared_distance_to_curve(const Vec3<T>& d, const std::vector<Vec3<S>>& curve) {
   T least = squared_distance_to_segment(d, curve[0], curve[1]);
@@ -88,7 +89,7 @@ T squared_distance_to_curve(const Vec3<T>& d, const std::vector<Vec3<S>>& curve)
   return least;
 }
 
-// r_k of one polyline and grad r_k. Lengths are divided by the true distance first, so that nothing overflows.
+// Returns r_k and grad r_k of one polyline. Lengths are divided by the true distance first, so that nothing overflows.
 template <class T, class S>
 RegionValue<T> curve_distance(const Vec3<T>& d, const std::vector<Vec3<S>>& curve) {
   using std::sqrt;
@@ -114,7 +115,7 @@ RegionValue<T> curve_distance(const Vec3<T>& d, const std::vector<Vec3<S>>& curv
           {select(off, gradient.x, zero.x), select(off, gradient.y, zero.y), select(off, gradient.z, zero.z)}};
 }
 
-// The smallest r_k over all elements.
+// Returns the smallest r_k of all elements.
 template <class T, class S>
 T least_element_distance(const PointSet<S>& region, const Vec3<T>& d, const std::vector<RegionValue<T>>& curves) {
   using std::sqrt;

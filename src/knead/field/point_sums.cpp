@@ -73,7 +73,7 @@ template <class S, int fixed_half>
   return {added<S>(sums.value), {added<S>(sums.gradient.x), added<S>(sums.gradient.y), added<S>(sums.gradient.z)}};
 }
 
-// The usual exponents without a loop over their bits.
+// The common exponents without a loop over their bits.
 template <class S>
 [[gnu::always_inline]] inline PowerSums<S> any_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2, int half) {
   switch (half) {

@@ -1,4 +1,5 @@
-// The sums over the points of a set of which its region field is made, several points at a time.
+// The sums over the points of a set from which its region field is computed, several points at a time. Internal to
+// field and flow.
 #pragma once
 
 #include <array>
@@ -87,8 +88,8 @@ PowerSums<S> power_sums(const PointPacks<S>& points, const Vec3<S>& d, S scale2,
 template <class S>
 S least_squared_distance(const PointPacks<S>& points, const Vec3<S>& d);
 
-// The same at several places at once, each added point after point: quicker, with other bits than the above, but at
-// each place the same ones whatever the other places are.
+// The same at several places at once. Each place adds point after point: faster, with other bits than the above, which
+// do not depend on the other places.
 inline constexpr std::size_t kPlaces = 8;
 
 template <class S>

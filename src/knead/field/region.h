@@ -1,8 +1,8 @@
 // Region fields r(x): their value and gradient (method, section 2).
 //
-// All are functions of d = x - c, the position relative to the tool's centre, and of the time t in [0, 1] of the
-// segment, which only a turning half-space and marked regions use. Values are lengths, but for marked regions.
-// Templated like the inner motions: over the scalar S of the numbers, and the scalar T of the evaluation.
+// A region field is a function of d = x - c, the position relative to the tool's centre, and of the segment's time t in
+// [0, 1], which only turning half-spaces and handles use. Its values are lengths, except for handles. As for inner
+// motions, S is the scalar of the stored numbers and T the scalar of the evaluation.
 #pragma once
 
 #include <cmath>
@@ -34,7 +34,7 @@ struct Ball {
   friend bool operator==(const Ball&, const Ball&) = default;
 };
 
-// r = distance to the segment [c - half_axis, c + half_axis]. C1, and C2 but on the two planes through the ends.
+// r = distance to the segment [c - half_axis, c + half_axis]. C1; C2 except on the two planes through the ends.
 template <class S>
 struct Capsule {
   Vec3<S> half_axis;
@@ -81,11 +81,11 @@ struct PointSet {
   friend bool operator==(const PointSet&, const PointSet&) = default;
 };
 
-// Marked regions: r = D_full / (D_full + D_zero), a ratio and not a length, 0 exactly on the full set and 1 exactly on
-// the zero set, which has no point in common with it (method, section 2). D is the smooth distance of a point set. Both
-// sets are given relative to c at t = 0. The full set goes with the motion: its tool's frame is carried by t sweep (the
-// segment's displacement), and it is turned about the unit axis through c by turn_angle * t radians. The zero set rests
-// in space. Thresholds are 0 and 1; there is no outer region but the zero set. Set: how the sets are laid out.
+// Handles: r = D_full / (D_full + D_zero), a ratio and not a length: exactly 0 on the full set and exactly 1 on the
+// zero set (method, section 2). The two sets have no point in common. D is the smooth distance from a point set. Both
+// sets are given relative to c at t = 0. The full set follows the motion: it has moved by t * sweep (sweep is the
+// segment's displacement) and turned about the unit axis through c by turn_angle * t radians. The zero set rests in
+// space. The thresholds are 0 and 1; the outer region is the zero set alone. Set: how the points are stored.
 template <class S, class Set = PointSet<S>>
 struct Handles {
   Set full;
@@ -102,9 +102,9 @@ struct Handles {
   friend bool operator==(const Handles&, const Handles&) = default;
 };
 
-// The caller's own region: r and grad r of d = x - c at the segment's time t, in double; C2 for a C1 field. `slope`
-// bounds |grad r|, and `speed` bounds |dr/dt| at fixed d: with them the moment at which the tool reaches a resting
-// point is bounded. The function is called from several threads.
+// A region of the caller's own: `evaluate` returns r and grad r at d = x - c and the segment's time t, in double. The
+// field is C1 if r is C2. `slope` is an upper bound of |grad r|, `speed` one of |dr/dt| at fixed d; they bound the time
+// at which the tool reaches a resting point. The function is called from several threads at once.
 struct CustomRegion {
   std::shared_ptr<const std::function<RegionValue<double>(const Vec3d& d, double t)>> evaluate;
   double slope = 1;
@@ -113,7 +113,7 @@ struct CustomRegion {
   friend bool operator==(const CustomRegion&, const CustomRegion&) = default;
 };
 
-// One from a function or lambda of d and t.
+// Makes a CustomRegion from a function or lambda of d and t.
 inline CustomRegion custom_region(std::function<RegionValue<double>(const Vec3d& d, double t)> evaluate,
                                   double slope = 1, double speed = 0) {
   using Function = std::function<RegionValue<double>(const Vec3d&, double)>;
@@ -123,7 +123,7 @@ inline CustomRegion custom_region(std::function<RegionValue<double>(const Vec3d&
 using Region =
     std::variant<Ball<double>, Capsule<double>, HalfSpace<double>, PointSet<double>, Handles<double>, CustomRegion>;
 
-// |d| and its gradient, which is 0 at d = 0.
+// Returns |d| and its gradient, which is 0 at d = 0.
 template <class T>
 RegionValue<T> distance_to_origin(const Vec3<T>& d) {
   using std::sqrt;
@@ -147,13 +147,13 @@ RegionValue<T> evaluate(const Capsule<S>& region, const Vec3<T>& d, const T& /*t
   return distance_to_origin(d - h * along);
 }
 
-// v turned about the unit axis by the angle of sc (Rodrigues).
+// Returns v turned about the unit axis by the angle of sc (Rodrigues' formula).
 template <class T>
 Vec3<T> rotate(const Vec3<T>& v, const Vec3<T>& axis, const SinCos<T>& sc) {
   return mul_add(v, sc.cos, mul_add(cross(axis, v), sc.sin, axis * (dot(axis, v) * (T(1) - sc.cos))));
 }
 
-// n(t) of a half-space.
+// Returns n(t) of a half-space.
 template <class T, class S>
 Vec3<T> normal_at(const HalfSpace<S>& region, const T& t) {
   if (region.turn_angle == S(0)) return Vec3<T>(region.normal);

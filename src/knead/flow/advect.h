@@ -13,11 +13,11 @@
 
 namespace knead {
 
-// The scalar in which fields are evaluated. Positions are double in both: evaluation is about the tool's centre, and
-// displacements are added.
+// The scalar in which fields are evaluated. Positions are double in both cases: fields are evaluated relative to the
+// tool's centre, and the displacement is added.
 enum class Precision { float32, float64 };
 
-// Shared with whoever watches: set `cancel` from any thread; `done` counts points times segments.
+// Progress of a running call, for other threads: set `cancel` to stop it; `done` counts points times segments.
 struct Progress {
   std::atomic<bool> cancel{false};
   std::atomic<std::uint64_t> done{0};
@@ -37,9 +37,9 @@ struct AdvectOptions {
   double tolerance = 0;
   Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
-  int threads = 0;  // 0: all
+  int threads = 0;  // 0: as many as the machine has
   Progress* progress = nullptr;
-  std::span<std::uint32_t> steps{};  // empty, or one per point, to which the accepted steps are added
+  std::span<std::uint32_t> steps{};  // empty, or a number for each point, to which its accepted steps are added
 };
 
 // Throws InvalidInput unless `tolerance` is a finite length above 0, and `steps` empty or of one number for each point.
@@ -51,21 +51,21 @@ struct AdvectResult {
   AdvectStatus status = AdvectStatus::done;
   std::uint64_t accepted_steps = 0;
   std::uint64_t rejected_steps = 0;
-  std::uint64_t evaluations = 0;  // of v, over all path lines
+  std::uint64_t evaluations = 0;  // of v, for all path lines together
 
   AdvectResult& operator+=(const AdvectResult& other);
 };
 
-// Moves every point along its path line from the flow's begin to its end, in place. The result of a point depends on
-// that point alone, to the bit: not on the number of threads nor on the other points. A point that no tool touches
-// keeps its bits. Points must be finite. Cost: about 0.2 us a step and field evaluation of the integrator's stages;
-// points outside cost a distance. Throws InvalidInput as validate(flow), or for a tolerance that is not positive. On
-// `cancelled` and `step_limit` (a path line needed over a million steps, for instance because it runs to infinity far
-// out in a bend's slab) the points are left part-way: keep a copy.
+// Moves every point along its path line from the flow's beginning to its end, in place. Points must be finite.
+// The bits of a result depend on its point alone: not on the other points, the number of threads or the instruction
+// set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
+// reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does. Leaves the points
+// part-way, so keep a copy, if the status is `cancelled`, or `step_limit`: a path line needed over a million steps, for
+// example because it runs to infinity far out in the slab of a bend.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
-// The same for points that are moved again and again: what a tool does not reach costs a test for each group of
-// thousands of points.
+// Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does
+// not reach.
 AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
 
 }  // namespace knead

@@ -1,4 +1,4 @@
-// What moves points: a function of advect's type.
+// A function that moves points: advect() or another one of its type.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,9 @@
 
 namespace knead {
 
-// As advect(flow, points, options), elsewhere: on a GPU (gpu/gpu.h), say. Points that no tool touches keep
-// their bits; others are where advect puts them up to the tolerance, not to the bit. An empty one stands for advect.
+// Moves points as advect(flow, points, options) does, for example on a GPU (gpu/gpu.h). Points that no tool reaches
+// keep their bits; the others agree with advect up to the tolerance, not to the bit. An empty function stands for
+// advect.
 using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;
 
 }  // namespace knead

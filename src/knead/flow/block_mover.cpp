@@ -48,7 +48,7 @@ AdvectResult BlockMover::run(const Flow& flow) {
   for (const Segment& segment : flow.segments) {
     ready.emplace_back(segment, options_);
     const bool is_last = &segment == &flow.segments.back();
-    if (!is_last && has_kernel(segment) && ready.size() < kSegmentsAtATime) continue;
+    if (!is_last && has_pack_kernel(segment) && ready.size() < kSegmentsAtATime) continue;
     run(ready);
     ready.clear();
     if (is_stopped()) break;
@@ -131,8 +131,8 @@ void BlockMover::move_group(const ReadySegment& segment, Work& work) {
     const std::size_t block = work.blocks[static_cast<std::size_t>(i)];
     if (work.moved[block] == 0) continue;
     blocks_.blocks_[first + block].slack += work.moved[block] * (1 + 1e-6);
-    blocks_.blocks_[first + block].is_ahead = true;
-    bounds.is_ahead = true;
+    blocks_.blocks_[first + block].has_changed = true;
+    bounds.has_changed = true;
   }
   blocks_.fit_group(work.group);
 }

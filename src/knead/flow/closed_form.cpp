@@ -57,7 +57,7 @@ std::optional<Vec3d> solve(const Translation<double>& motion, const auto& region
 std::optional<Vec3d> solve(const Rotation<double>& motion, const Ball<double>& region, const Segment& segment,
                            const Vec3d& x) {
   const Field& field = segment.fields.front();
-  if (segment.displacement != Vec3d{0, 0, 0} || motion.companion != RotationGauge::radial) return std::nullopt;
+  if (segment.displacement != Vec3d{0, 0, 0} || motion.zero_gauge != RotationGauge::radial) return std::nullopt;
   const Vec3d d = x - field.center;
   const double r = evaluate(region, d, 0.0).value;
   const Weight<double> w = blend_weight(r, field.thresholds);
@@ -125,7 +125,7 @@ bool has_point(const PointSet<double>& set, const Vec3d& d, double slack) {
   });
 }
 
-// Whether x is one of the marked points: up to the rounding of positions where the segment does not begin with them,
+// Whether x is a point of the handles: up to the rounding of positions where the segment does not begin with them,
 // and only exactly for the zero set, whose points are not moved.
 enum class MarkedAs { full, zero, neither };
 MarkedAs marked_as(const Handles<double>& region, const Segment& segment, const Vec3d& x) {

@@ -7,13 +7,13 @@
 
 namespace knead {
 
-// The displacement of the point x over the segment from segment.begin to segment.end where it is known in closed form:
+// Returns the displacement of the point x from segment.begin to segment.end where it is known in closed form, else
+// nothing. The segment's cylinder is ignored. Known are
 //   - a translation swept along with its tool, for a point of the rigid inner region: the tool's displacement, exactly;
 //   - a rotation in a ball about its centre, and a twist whose half-space's normal is parallel to its axis: every point
 //     turns about the axis at a constant rate;
-//   - the points of marked regions: those of the zero set rest, those of the full set go with the motion, exactly;
+//   - the points of handles: those of the zero set rest, those of the full set follow the motion, exactly;
 //   - a rotation, twist or symmetric strain, for points that stay in the inner region.
-// Nothing otherwise. The cylinder is not looked at.
 std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x);
 
 }  // namespace knead

@@ -49,19 +49,19 @@ double Culling::least_value(const Ball<double>& /*region*/, const Sweep& sweep, 
 
 double Culling::least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball) {
   const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
-  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_way;
+  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_length;
 }
 
 double Culling::least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball) {
   const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
   const double lever = region.turn_angle == 0 ? 0 : norm(cross(region.turn_axis, d)) + ball.radius;
   const double turned = std::abs(region.turn_angle) * sweep.half_time * lever;
-  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_way - turned;
+  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_length - turned;
 }
 
 double Culling::least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball) {
   const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
-  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_way) -
+  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_length) -
          region.speed * sweep.half_time;
 }
 
@@ -72,7 +72,7 @@ double Culling::least_value(const PointSet<double>& /*region*/, const Sweep& swe
   return sweep.field->thresholds.outer + away - ball.radius;
 }
 
-// Marked regions reach everywhere.
+// Handles reach everywhere.
 double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sweep*/, const Surround& /*ball*/) {
   return -std::numeric_limits<double>::infinity();
 }
@@ -89,7 +89,7 @@ Culling::Culling(const Segment& segment) {
     sweep.begin = begin;
     sweep.middle = 0.5 * (begin + end);
     sweep.half_time = 0.5 * std::abs(end - begin);
-    sweep.half_way = norm(segment.displacement) * sweep.half_time;
+    sweep.half_length = norm(segment.displacement) * sweep.half_time;
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
       sweep.elements = surround_of(*set);
       sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);

@@ -33,7 +33,7 @@ class Culling {
   bool covers(const Surround& ball, bool or_inside) const;
 
  private:
-  // The way of a field's centre, and bounds for what happens on it.
+  // The path of a field's centre, and bounds for what happens on it.
   struct Sweep {
     const Field* field = nullptr;
     Vec3d from;
@@ -41,7 +41,7 @@ class Culling {
     double begin = 0;  // of the time
     double middle = 0.5;
     double half_time = 0;
-    double half_way = 0;
+    double half_length = 0;
     Surround elements;  // of a point set
     double reach = 0;   // of it
   };

@@ -32,6 +32,35 @@ struct Coordinates {
 template <class S>
 using Lanes3 = S[3][kBundle];
 
+// Some of the lanes of a bundle. Inlined everywhere: kernels are compiled for several instruction sets.
+class LaneSet {
+ public:
+  [[gnu::always_inline]] inline void clear() { words_[0] = words_[1] = 0; }
+
+  // Adds lanes from `first` on, one for each bit; bits of lanes in one pack.
+  [[gnu::always_inline]] inline void add(std::size_t first, std::uint64_t bits) {
+    words_[first / 64] |= bits << first % 64;
+  }
+  [[gnu::always_inline]] inline void fill(std::size_t count) {
+    words_[0] = count >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << count) - 1;
+    words_[1] = count >= 128 ? ~std::uint64_t{0} : count <= 64 ? 0 : (std::uint64_t{1} << (count - 64)) - 1;
+  }
+  [[gnu::always_inline]] inline bool has(std::size_t lane) const { return (words_[lane / 64] >> lane % 64 & 1) != 0; }
+  [[gnu::always_inline]] inline int count() const {
+    return __builtin_popcountll(words_[0]) + __builtin_popcountll(words_[1]);
+  }
+
+ private:
+  static_assert(kBundle == 128);
+  std::uint64_t words_[2] = {0, 0};
+};
+
+// Where a path line of a lane kernel begins, and what the field has found out about where it is now.
+struct Origin {
+  Vec3d x0;
+  const void* cell = nullptr;
+};
+
 // Consecutive path lines of a bundle that are consecutive points of a group's block.
 struct Piece {
   std::uint16_t lane = 0;
@@ -58,6 +87,8 @@ struct alignas(64) Bundle {
   Piece pieces[kBundle]{};
   int piece_count = 0;
   int count = 0;
+  LaneSet asked;              // the lanes whose slopes are of interest
+  Origin origins[kBundle]{};  // of lane kernels
 };
 
 // v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is
@@ -89,14 +120,28 @@ struct Classified {
   double moved = 0;             // how far one of those moved has come along an axis, at most
 };
 
-// The functions for one kind of field. `field` is a KernelField of that kind.
+// What limits the steps of a bundle's path lines where they are.
+template <class S>
+struct StepLimits {
+  S speed[kBundle];  // at which r may change besides that of the point relative to the tool, by turning for example
+  S reach[kBundle];  // how far a step may pass, a length > 0
+  S time[kBundle];   // how long a step may be
+};
+
+// The functions for one kind of field. Pack kernels evaluate the lanes of a bundle in packs; `field` is a KernelField
+// of that kind. Lane kernels (lane_kernel.h) evaluate them one by one.
 template <class S>
 struct FieldKernel {
+  // Evaluates v for the lanes that are asked for, at least.
   void (*stage)(const void* field, Bundle<S>& bundle, const Stage<S>& stage) = nullptr;
-  // A speed at which r may change besides that of the point relative to the tool: by turning. Null: none. From the
-  // start: as Stage has it.
-  void (*hidden_speed)(const void* field, const Bundle<S>& bundle, bool from_start, S* speeds) = nullptr;
+  // Raises the numbers that depend on the place above what they are everywhere. Null: none does. From the start: as
+  // Stage has it.
+  void (*limit)(const void* field, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) = nullptr;
   Classified (*classify)(const void* field, const BlockTask& task) = nullptr;
+  // After a step: follows the path lines into other cells, and evaluates k_0 anew where that makes a difference.
+  // Returns for how many. Null: the field has no cells.
+  int (*follow)(const void* field, Bundle<S>& bundle) = nullptr;
+  bool by_lanes = false;
 };
 
 // A segment's field with its numbers in the scalar of the evaluation, and in double for what is known exactly.
@@ -124,11 +169,11 @@ struct SetPoints {
   int exponent = 8;
   S scale{1};  // what distances are measured by
   // The ball around `middle`, relative to the field's centre at the segment's beginning, with the radius `reach` that
-  // goes the tool's way passes over every resting point that the support reaches.
+  // follows the tool passes over every resting point that the support reaches.
   Vec3d middle;
   double reach = 0;
-  Vec3d way;
-  double per_way2 = 0;  // 1 / |way|^2, or 0 where there is no way
+  Vec3d path;
+  double per_path2 = 0;  // 1 / |path|^2, or 0 where the tool rests
 };
 
 // How a method steps, in the scalar S.
@@ -151,15 +196,15 @@ struct SegmentTask {
   Vec3d displacement;     // of the tool over the unit of time
   Vec3<S> tool_velocity;  // the same
   S tool_speed{0};
-  S reach{0};      // how far a step may pass, a length > 0
-  S width{0};      // of the intermediate region
-  S tolerance{0};  // of a slope
+  S reach{0};           // how far a step may pass, a length > 0; infinity where that depends on the place
+  S tolerance{0};       // of a slope
+  S expected_error{0};  // of the third order, by the speed, of a step that passes the reach; in tolerances of a slope
   S begin{0};
   S end{1};
   bool carries = false;  // whether the inner region moves with the tool
-  // The earliest time from t on at which the resting point can be inside the support; over 1: never.
-  double (*next_contact)(const void* segment, const Vec3d& x, double t) = nullptr;
-  const void* segment = nullptr;
+  // The earliest time from t on at which the resting point can be inside the support; over 1: never. `cell`: as Origin.
+  double (*next_contact)(const void* contact_data, const Vec3d& x, double t, const void*& cell) = nullptr;
+  const void* contact_data = nullptr;
 };
 
 template <class S>

@@ -66,9 +66,9 @@ template <class P, template <class> class M, class S>
 KNEAD_INLINE P measure(const KernelField<S, M, SetPoints>& field, const Vec3<P>& d, const P& /*t*/) {
   const SetPoints<double>& set = field.exact_region;
   const Vec3<P> from = d - Vec3<P>(set.middle);
-  const Vec3<P> way(set.way);
-  const P along = minimum(maximum(dot(from, way) * P(set.per_way2), P(0)), P(1));
-  return select(norm2(neg_mul_add(way, along, from)) < P(set.reach * set.reach), P(-1e300), P(1e300));
+  const Vec3<P> path(set.path);
+  const P along = minimum(maximum(dot(from, path) * P(set.per_path2), P(0)), P(1));
+  return select(norm2(neg_mul_add(path, along, from)) < P(set.reach * set.reach), P(-1e300), P(1e300));
 }
 
 // The measure of a value of r.
@@ -108,7 +108,7 @@ KNEAD_INLINE Known<P> closed_form(const KernelField<S, Translation, SetPoints>& 
 template <class P, class S>
 KNEAD_INLINE Known<P> closed_form(const KernelField<S, Rotation, Ball>& field, const Vec3<P>& d, const P& r2) {
   const Rotation<double>& motion = field.exact_motion;
-  if (!(field.exact_displacement == Vec3d{}) || motion.companion != RotationGauge::radial) return {{}, 0};
+  if (!(field.exact_displacement == Vec3d{}) || motion.zero_gauge != RotationGauge::radial) return {{}, 0};
   const Vec3<P> axis(motion.axis);
   const P r = sqrt(r2);
   const Weight<P> w = blend_weight(r, field.exact_thresholds);

@@ -30,7 +30,8 @@ class BundlePoints {
     for (std::size_t i = 0; i < kBlock; ++i) {
       if ((found.undecided >> i & 1) == 0) continue;
       const Vec3d x{task.points.x[i], task.points.y[i], task.points.z[i]};
-      const double t = segment_.next_contact(segment_.segment, x, static_cast<double>(segment_.begin));
+      const void* cell = nullptr;
+      const double t = segment_.next_contact(segment_.contact_data, x, static_cast<double>(segment_.begin), cell);
       if (t > 1) continue;
       task.start[i] = t;
       found.later |= std::uint64_t{1} << i;
@@ -95,6 +96,10 @@ class BundlePoints {
     copy(group_.points.z + point, segment_.center.z, bundle_.base[2] + lane, count);
     fill(bundle_.t + lane, segment_.begin, count);
     fill(bundle_.at_contact + lane, std::uint8_t{0}, count);
+    for (std::size_t k = 0; segment_.kernel.by_lanes && k < count; ++k) {
+      const std::size_t i = point + k;
+      bundle_.origins[lane + k] = {{group_.points.x[i], group_.points.y[i], group_.points.z[i]}, nullptr};
+    }
     bundle_.pieces[bundle_.piece_count++] = {static_cast<std::uint16_t>(lane), static_cast<std::uint16_t>(point),
                                              static_cast<std::uint16_t>(count)};
     bundle_.count += static_cast<int>(count);

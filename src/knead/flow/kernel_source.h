@@ -10,8 +10,10 @@ template <class P, class PD, template <class> class M, template <class> class R>
 FieldKernel<typename P::Scalar> field_kernel() {
   using S = typename P::Scalar;
   using F = KernelField<S, M, R>;
-  FieldKernel<S> kernel{&stage<P, F, S>, nullptr, &classify<PD, F>};
-  if constexpr (std::is_same_v<R<S>, HalfSpace<S>>) kernel.hidden_speed = &turning_speed<P, F, S>;
+  FieldKernel<S> kernel;
+  kernel.stage = &stage<P, F, S>;
+  kernel.classify = &classify<PD, F>;
+  if constexpr (std::is_same_v<R<S>, HalfSpace<S>>) kernel.limit = &limit_by_turning<P, F, S>;
   return kernel;
 }
 

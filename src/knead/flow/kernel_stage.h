@@ -124,7 +124,8 @@ template <class P, class Field, class S>
 
 // |dr/dt| of a turning half-space at a resting point.
 template <class P, class Field, class S>
-[[gnu::flatten]] void turning_speed(const void* data, const Bundle<S>& bundle, bool from_start, S* speeds) {
+[[gnu::flatten]] void limit_by_turning(const void* data, const Bundle<S>& bundle, bool from_start,
+                                       StepLimits<S>& limits) {
   const Field field = *static_cast<const Field*>(data);
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
@@ -134,7 +135,7 @@ template <class P, class Field, class S>
     const Vec3<P> d = neg_mul_add(Vec3<P>(field.displacement), t, at);
     const Vec3<P> n = normal_at(field.region, t);
     const P speed = P(field.region.turn_angle) * dot(cross(Vec3<P>(field.region.turn_axis), n), d);
-    maximum(speed, -speed).store(speeds + i);
+    maximum(speed, -speed).store(limits.speed + i);
   }
 }
 

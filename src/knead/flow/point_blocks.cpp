@@ -111,12 +111,12 @@ void PointBlocks::copy_to(std::span<Vec3d> points) const {
 void PointBlocks::update(std::span<Vec3d> points) {
   if (points.size() != size_) throw InvalidInput("the points to update are not as many as the blocks'");
   for (std::size_t group = 0; group < groups_.size(); ++group) {
-    if (!groups_[group].is_ahead) continue;
-    groups_[group].is_ahead = false;
+    if (!groups_[group].has_changed) continue;
+    groups_[group].has_changed = false;
     const std::size_t first = group * kBlocksPerGroup;
     for (std::size_t block = first; block < std::min(first + kBlocksPerGroup, blocks_.size()); ++block) {
-      if (!blocks_[block].is_ahead) continue;
-      blocks_[block].is_ahead = false;
+      if (!blocks_[block].has_changed) continue;
+      blocks_[block].has_changed = false;
       copy_block(block, points);
     }
   }

@@ -1,4 +1,4 @@
-// Points laid out for being moved many times.
+// Points stored so that they can be moved many times at little cost.
 #pragma once
 
 #include <cstddef>
@@ -14,38 +14,38 @@ namespace detail {
 class BlockMover;
 }
 
-// Points in blocks of neighbours, each with a box, and blocks in groups: what a tool does not reach costs a test for
-// each group, or each block, however many points it has. Points keep their numbers: how they lie is not seen from
-// outside. Copies are independent.
+// Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group: a tool costs one test for each group or
+// block that it does not reach. Points are numbered as they were given. Copies are independent.
 class PointBlocks {
  public:
-  // Along a space-filling curve, which takes about 30 ns a point; or as given, where neighbours should follow each
-  // other.
+  // How points are put into blocks:
+  //   sorted: along a space-filling curve, which takes about 30 ns a point;
+  //   given:  in the given order, for points whose neighbours follow each other.
   enum class Order { sorted, given };
 
   explicit PointBlocks(std::span<const Vec3d> points, Order order = Order::sorted);
 
   std::size_t size() const { return size_; }
 
-  // All points as they are now, into size() places.
+  // Copies all points, as they are now, into size() places.
   void copy_to(std::span<Vec3d> points) const;
 
-  // The same where `points` holds what this function, or the constructor, was given last: copies only what may have
-  // moved since.
+  // Does the same for the array that the constructor or this function was given last, unchanged since: copies only
+  // points that may have moved since then.
   void update(std::span<Vec3d> points);
 
-  // The accepted steps of each point's path line since the blocks were made.
+  // Returns the accepted steps of each point's path line since construction.
   std::vector<std::uint32_t> steps() const;
 
  private:
   friend class detail::BlockMover;
 
-  // The box of points, about as it was when last looked at.
+  // A box of points as it was when last computed.
   struct Bounds {
     Vec3d center{};
-    Vec3d half{};           // extents
-    double slack = 0;       // how far along an axis a point may have moved since
-    bool is_ahead = false;  // of what update was last called with
+    Vec3d half{};              // extents
+    double slack = 0;          // how far along an axis a point may have moved since
+    bool has_changed = false;  // since the last call of update
   };
 
   std::size_t original(std::size_t i) const { return order_.empty() ? i : order_[i]; }

@@ -1,4 +1,4 @@
-// Where a flow can move anything.
+// Where a flow may move points.
 #pragma once
 
 #include <memory>
@@ -7,7 +7,8 @@
 
 namespace knead {
 
-// A copy of a flow, asked which balls it may touch. A question costs a distance for each field of each segment.
+// Answers which balls of space a flow may move; keeps a copy of the flow. A question costs a distance for each field of
+// each segment.
 class FlowReach {
  public:
   explicit FlowReach(const Flow& flow);
@@ -17,12 +18,12 @@ class FlowReach {
   FlowReach(FlowReach&&) noexcept;
   FlowReach& operator=(FlowReach&&) noexcept;
 
-  // False only where the flow leaves every point of the ball as it is, to the bit; radius >= 0. True may be said near a
-  // tool that just misses.
+  // Returns false only if every point of the ball keeps its bits; radius >= 0. Returns true for some balls that a tool
+  // narrowly misses.
   bool may_move(const Vec3d& center, double radius) const;
 
-  // How small the part of a surface can be that the flow moves or bends: the least `outer` of balls, capsules and point
-  // sets, and the least width of the transition of half-spaces. Infinity where there are none.
+  // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
+  // capsules and point sets, and the least width of the intermediate regions of half-spaces. Infinity without these.
   double smallest_feature() const;
 
  private:

@@ -67,8 +67,8 @@ void check(const PointSet<double>& r) {
 void check(const Handles<double>& r) {
   check(r.full);
   check(r.zero);
-  require(is_finite(r.sweep) && std::isfinite(r.turn_angle), "marked regions have a number that is not finite");
-  require(r.turn_angle == 0 || is_unit(r.turn_axis), "the axis of turning marked regions must be of unit length");
+  require(is_finite(r.sweep) && std::isfinite(r.turn_angle), "handles have a number that is not finite");
+  require(r.turn_angle == 0 || is_unit(r.turn_axis), "the axis of turning handles must be of unit length");
 }
 
 void check(const CustomRegion& r) {
@@ -82,7 +82,7 @@ void check(const Field& field, const Segment& segment) {
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
   if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
-    require(handles->sweep == segment.displacement, "the sweep of marked regions must be the segment's displacement");
+    require(handles->sweep == segment.displacement, "the sweep of handles must be the segment's displacement");
   }
   if (segment.time_law == TimeLaw::blended) {
     const bool region =

@@ -8,12 +8,12 @@
 
 namespace knead {
 
-// How a segment's fields depend on its time t in [0, 1].
+// How the fields of a segment depend on its time t in [0, 1]:
 //   swept:   they move with the tool's frame, c(t) = c + t displacement (and a half-space may turn);
 //   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two resting fields (paper, Eq. 9).
 enum class TimeLaw { swept, blended };
 
-// Moves only the points that are within `radius` of the line {point + s direction} at t = 0 of the segment.
+// A barrel: only points within `radius` of the line {point + s direction} at the segment's t = 0 are moved.
 struct Cylinder {
   Vec3d point;
   Vec3d direction;  // a unit vector
@@ -22,8 +22,8 @@ struct Cylinder {
   friend bool operator==(const Cylinder&, const Cylinder&) = default;
 };
 
-// The sum of one or more fields over one unit of time. The path lines run from t = begin to t = end, each in [0, 1]: 0
-// to 1 is the whole segment, 1 to 0 its inverse, 0 to 0.5 its first half.
+// The sum of one or more fields over one unit of time. Path lines run from t = begin to t = end, both in [0, 1]: from 0
+// to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first half.
 struct Segment {
   std::vector<Field> fields;
   Vec3d displacement{0, 0, 0};
@@ -41,16 +41,19 @@ struct Flow {
   friend bool operator==(const Flow&, const Flow&) = default;
 };
 
-// The flow that takes every point back.
+// Returns the flow that moves every point back.
 Flow inverse(const Flow& flow);
 
-// The part of the flow from its beginning to `segments` segments, 0 <= segments <= flow.segments.size(); a fraction
-// ends within a segment.
+// Returns the first `segments` segments of the flow, 0 <= segments <= flow.segments.size(). A fraction ends within a
+// segment.
 Flow prefix(const Flow& flow, double segments);
 
-// Throws InvalidInput, naming the segment, where a number is not finite, inner >= outer, an axis is not of unit length,
-// a strain is not traceless, a point set is empty or its exponent not an even number of at least 2, blended is asked
-// for anything but a translation of a ball or capsule, or begin or end lies outside [0, 1].
+// Throws InvalidInput, naming the segment, if
+//   - a number is not finite, or inner >= outer,
+//   - an axis is not of unit length, or a strain not traceless,
+//   - a point set is empty, or its exponent not an even number of at least 2,
+//   - a blended segment is anything but the translation of a ball or capsule,
+//   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 
 }  // namespace knead

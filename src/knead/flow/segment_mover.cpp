@@ -1,5 +1,6 @@
 #include "knead/flow/segment_mover.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -7,26 +8,23 @@
 
 #include "knead/flow/contact.h"
 #include "knead/flow/culling.h"
+#include "knead/flow/step_rule.h"
 
 namespace knead::detail {
 
 namespace {
 
-// How much of the intermediate region's width a step may pass. The gradient of a capsule's v jumps on the planes
-// through its ends, which an estimate misses where a step's last stages alone are beyond one.
-constexpr double kReach = 0.16;
-constexpr double kCapsuleReach = 0.06;
 // More points than this have lists of their own (set_cells.h).
 constexpr std::size_t kFewPoints = 48;
 
-bool has_kernel(const Region& region) {
+bool is_for_packs(const Region& region) {
   if (const auto* set = std::get_if<PointSet<double>>(&region)) {
     return set->curves.empty() && set->points.size() < kFewPoints;
   }
   return !std::holds_alternative<Handles<double>>(region) && !std::holds_alternative<CustomRegion>(region);
 }
 
-double contact_or_never(const void* segment, const Vec3d& x, double t) {
+double contact_or_never(const void* segment, const Vec3d& x, double t, const void*& /*cell*/) {
   return next_contact(*static_cast<const Segment*>(segment), x, t).value_or(2);
 }
 
@@ -70,15 +68,15 @@ void fill(SetPoints<S>& to, std::vector<S>& numbers, const PointSet<double>& set
   to.scale = static_cast<S>(outer);
 }
 
-// The ball of which SetPoints tells, and its way.
+// The ball of which SetPoints tells, and its path.
 template <class S>
 void surround(SetPoints<S>& to, const PointSet<double>& set, const Segment& segment) {
   const Surround elements = surround_of(set);
   const double outer = segment.fields.front().thresholds.outer;
   to.middle = elements.center;
   to.reach = elements.radius + support_reach(set, outer) * (1 + 1e-4);
-  to.way = segment.displacement * (segment.end - segment.begin);
-  to.per_way2 = norm2(to.way) > 0 ? 1 / norm2(to.way) : 0;
+  to.path = segment.displacement * (segment.end - segment.begin);
+  to.per_path2 = norm2(to.path) > 0 ? 1 / norm2(to.path) : 0;
 }
 
 // A kernel's field and everything that it points to; never copied.
@@ -149,44 +147,75 @@ void with_kinds(const Field& field, const Body& body) {
 }
 
 template <class S, template <class> class M, template <class> class R>
-std::shared_ptr<const void> own(const Segment& segment, const M<double>& motion, RegionTag<R> /*kind*/,
-                                const auto& region, SegmentTask<S>& task) {
+std::shared_ptr<const void> own_field(const Segment& segment, const M<double>& motion, RegionTag<R> /*kind*/,
+                                      const auto& region) {
   auto owned = std::make_shared<const OwnedField<S, M, R>>(segment, motion, region);
-  task.field = &owned->field;
-  return owned;
+  return {owned, &owned->field};
 }
 
-// A segment's kernel with everything that it needs.
+template <class S>
+BoundKernel<S> pack_kernel(const Segment& segment, const Kernels<S>& kernels) {
+  BoundKernel<S> result;
+  with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
+                                         auto region_tag, const auto& region) {
+    result.kernel = kernels.fields[motion_kind][region_kind];
+    result.field = own_field<S>(segment, motion, region_tag, region);
+  });
+  result.next_contact = &contact_or_never;
+  result.contact_data = &segment;
+  const auto* space = std::get_if<HalfSpace<double>>(&segment.fields.front().region);
+  if (space != nullptr && space->turn_angle == 0) result.kernel.limit = nullptr;
+  return result;
+}
+
+// How much of a region's width a step may pass.
+double reach_in(const Region& region) {
+  if (std::holds_alternative<Handles<double>>(region)) return kHandlesReach;
+  return std::holds_alternative<Capsule<double>>(region) ? kCapsuleReach : kReach;
+}
+
+// The error, by the speed, that is expected of a step of third order that passes the reach.
+double expected_error(const Segment& segment) {
+  double greatest = 0;
+  for (const Field& field : segment.fields) greatest = std::max(greatest, reach_in(field.region));
+  return kExpectedThirdOrderError * greatest * greatest * greatest;
+}
+
+template <class S>
+SegmentTask<S> task_of(const Segment& segment, double tolerance) {
+  const bool swept = segment.time_law == TimeLaw::swept;
+  SegmentTask<S> task;
+  task.center = segment.fields.front().center;
+  task.displacement = segment.displacement;
+  if (swept) task.tool_velocity = Vec3<S>(segment.displacement);
+  if (swept) task.tool_speed = static_cast<S>(norm(segment.displacement));
+  task.reach = static_cast<S>(reach_of_step(segment));
+  task.tolerance = static_cast<S>(kErrorShare * tolerance);
+  task.expected_error = static_cast<S>(expected_error(segment) / (kErrorShare * tolerance));
+  task.begin = static_cast<S>(segment.begin);
+  task.end = static_cast<S>(segment.end);
+  task.carries = carries(segment);
+  return task;
+}
+
+// Everything that a segment's points are moved with.
 template <class S>
 struct KernelMover {
+  BoundKernel<S> bound;
   Method<S> method;
   SegmentTask<S> task;
   GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
-  std::shared_ptr<const void> field;
 
   KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
-      : method(method_of<S>(options.integrator)), move(kernels.move) {
-    with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
-                                           auto region_tag, const auto& region) {
-      task.kernel = kernels.fields[motion_kind][region_kind];
-      field = own(segment, motion, region_tag, region, task);
-    });
+      : bound(has_pack_kernel(segment) ? pack_kernel<S>(segment, kernels) : lane_kernel<S>(segment, options.tolerance)),
+        method(method_of<S>(options.integrator)),
+        task(task_of<S>(segment, options.tolerance)),
+        move(kernels.move) {
+    task.kernel = bound.kernel;
+    task.field = bound.field.get();
     task.method = &method;
-    task.center = segment.fields.front().center;
-    task.displacement = segment.displacement;
-    task.tool_velocity = Vec3<S>(segment.displacement);
-    task.tool_speed = static_cast<S>(norm(segment.displacement));
-    task.reach = static_cast<S>(reach_of_step(segment));
-    const Thresholds<double>& thresholds = segment.fields.front().thresholds;
-    task.width = static_cast<S>(thresholds.outer - thresholds.inner);
-    task.tolerance = static_cast<S>(kSafety * options.tolerance);
-    task.begin = static_cast<S>(segment.begin);
-    task.end = static_cast<S>(segment.end);
-    task.carries = carries(segment);
-    task.next_contact = &contact_or_never;
-    task.segment = &segment;
-    const auto* space = std::get_if<HalfSpace<double>>(&segment.fields.front().region);
-    if (space != nullptr && space->turn_angle == 0) task.kernel.hidden_speed = nullptr;
+    task.next_contact = bound.next_contact;
+    task.contact_data = bound.contact_data;
   }
   KernelMover(const KernelMover&) = delete;
   KernelMover& operator=(const KernelMover&) = delete;
@@ -211,30 +240,26 @@ double reach_of_step(const Segment& segment) {
   double reach = std::numeric_limits<double>::infinity();
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
-    const bool capsule = std::holds_alternative<Capsule<double>>(field.region);
-    reach = std::min(reach, (capsule ? kCapsuleReach : kReach) * (field.thresholds.outer - field.thresholds.inner));
+    reach = std::min(reach, reach_in(field.region) * (field.thresholds.outer - field.thresholds.inner));
   }
   return reach;
 }
 
 bool carries(const Segment& segment) {
   const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
-  const bool marked = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // has no rigid core
+  const bool handles = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // have no rigid core
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
-         motion->velocity == segment.displacement && !marked;
+         motion->velocity == segment.displacement && !handles;
 }
 
-bool has_kernel(const Segment& segment) {
+bool has_pack_kernel(const Segment& segment) {
   const Field& first = segment.fields.front();
-  return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && has_kernel(first.region) &&
+  return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && is_for_packs(first.region) &&
          !std::holds_alternative<CustomMotion>(first.motion);
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
-  if (!has_kernel(segment)) {
-    return in_float ? path_lines_in<float>(segment, options) : path_lines_in<double>(segment, options);
-  }
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }
 

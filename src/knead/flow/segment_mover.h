@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 
 #include "knead/flow/advect.h"
 #include "knead/flow/kernels_in_use.h"
@@ -26,19 +27,25 @@ using SegmentMover = std::function<GroupCounts(const LiveGroup& group)>;
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options,
                                 const KernelTable& kernels = kernels_in_use());
 
-// For segments whose fields have no kernel.
+// A kernel with the field that it reads.
 template <class S>
-SegmentMover path_lines_in(const Segment& segment, const AdvectOptions& options);
+struct BoundKernel {
+  FieldKernel<S> kernel;
+  std::shared_ptr<const void> field;
+  // As SegmentTask has them.
+  double (*next_contact)(const void* contact_data, const Vec3d& x, double t, const void*& cell) = nullptr;
+  const void* contact_data = nullptr;
+};
 
-// Whether path lines of the segment go side by side through a kernel; the others are taken one by one.
-bool has_kernel(const Segment& segment);
+// The kernel that evaluates a segment's path lines one by one (lane_kernel.h). The segment must outlive it.
+template <class S>
+BoundKernel<S> lane_kernel(const Segment& segment, double tolerance);
 
-// How much of the intermediate region's width a step may pass, relative to which path lines' steps are chosen.
+// Whether a kernel evaluates the segment's path lines in packs.
+bool has_pack_kernel(const Segment& segment);
+
+// How far a step may pass, a length; infinity between handles, where that depends on the place.
 double reach_of_step(const Segment& segment);
-
-// The estimate sees the error of each step, not how the flow's stretch magnifies it afterwards, and is too small where
-// v is not smooth (at the inner threshold, and on the planes through a capsule's ends).
-inline constexpr double kSafety = 0.02;
 
 // Whether the fields' inner region moves with the tool.
 bool carries(const Segment& segment);

@@ -120,11 +120,11 @@ void SetCells<S>::lay_grid() {
     speed += norm(Vec3d(part.field.motion.velocity)) * (1 + greatest_slope(0) / own_width * arm);
   }
   speed += norm(displacement_);
-  const double whole_way = speed * duration_;
+  const double whole_path = speed * duration_;
   size_ = outer / kCellsToOuter;
   const double step = 0.2 * width;  // path lines' steps pass 0.16 of it
-  const bool stays = whole_way <= step;
-  excursion_ = stays ? whole_way : step;
+  const bool stays = whole_path <= step;
+  excursion_ = stays ? whole_path : step;
   for (const Part& part : parts_) {
     const Box support = grown(part.box, part.reach);
     box_.extend(support.min + part.offset);
@@ -134,7 +134,7 @@ void SetCells<S>::lay_grid() {
   const auto count = [&](double length) { return std::floor(length / size_) + 1; };
   while (count(extent.x) * count(extent.y) * count(extent.z) > kMostCells) size_ *= 1.25;
   inverse_size_ = 1 / size_;
-  home_ = stays ? 0.5 * size_ + whole_way : 0.75 * size_;
+  home_ = stays ? 0.5 * size_ + whole_path : 0.75 * size_;
   radius_ = std::sqrt(3.0) * (stays ? 0.5 : 0.75) * size_ + excursion_;
   for (std::size_t axis = 0; axis < 3; ++axis) counts_[axis] = static_cast<int>(count(extent[axis]));
   cells_ = std::make_unique<std::atomic<const SetCell<S>*>[]>(counts_[0] * counts_[1] * counts_[2]);

@@ -50,12 +50,8 @@ class SetCells {
   // The earliest time from t on at which the resting point x can be inside the support; moves `place` along.
   std::optional<double> next_contact(Place& place, const Segment& segment, const Vec3d& x, double t) const;
 
-  std::optional<Vec3d> closed_form(const Segment& /*segment*/, const Vec3d& /*x*/) const { return std::nullopt; }
-
-  // An upper bound of every cell's index.
-  int cell_count() const { return counts_[0] * counts_[1] * counts_[2]; }
-
-  const SetCell<S>& cell(int index) const { return *cells_[static_cast<std::size_t>(index)].load(); }
+  // The cell in which x is at the time t.
+  Place cell_at(const Vec3d& x, double t) const { return cell_at(in_tool(x, t)); }
 
   // Moves `place` along with a path line that has come to x. Whether it is still the same.
   bool keeps(Place& place, const Vec3d& x, double t) const;
@@ -65,10 +61,6 @@ class SetCells {
     if (place == nullptr) return sum;
     for (const SetField<S>& field : place->fields) sum += field.velocity(x0, moved, t);
     return sum;
-  }
-  S hidden_speed(Place /*place*/, const Vec3d& /*x0*/, const Vec3<S>& /*moved*/, double /*t*/) const { return S(0); }
-  S width(Place /*place*/, const Vec3d& /*x0*/, const Vec3<S>& /*moved*/, double /*t*/) const {
-    return std::numeric_limits<S>::infinity();
   }
 
  private:
@@ -84,6 +76,7 @@ class SetCells {
 
   Part make_part(const Field& field, double error) const;
   void lay_grid();
+  int cell_count() const { return counts_[0] * counts_[1] * counts_[2]; }
   Vec3d in_tool(const Vec3d& x, double t) const { return x - anchor_ - displacement_ * t; }
   bool holds(Place place, const Vec3d& d) const;
   Place cell_at(const Vec3d& d) const;

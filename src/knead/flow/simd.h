@@ -1,11 +1,11 @@
-// Which instruction set the inner loops use.
+// The instruction set that advect() uses.
 #pragma once
 
 namespace knead {
 
-// "scalar", "avx2", "avx512" or "neon": the widest that this machine has, or what the environment variable KNEAD_SIMD
-// names. Results are the same bits with each. Throws InvalidInput where KNEAD_SIMD names one that there is not, or that
-// the machine does not have.
+// Returns "scalar", "avx2", "avx512" or "neon": the one that the environment variable KNEAD_SIMD names, else the widest
+// that this machine has. Results have the same bits with each. Throws InvalidInput if KNEAD_SIMD names an instruction
+// set that is unknown or that the machine does not have.
 const char* simd_name();
 
 }  // namespace knead

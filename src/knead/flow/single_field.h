@@ -32,8 +32,8 @@ S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
   return S(0);
 }
 
-// The length over which r passes from one threshold to the other, where that depends on the place: between marked sets
-// it is the way from the one past d to the other. Infinity where the thresholds are themselves lengths.
+// The length over which r passes from one threshold to the other, where that depends on the place: between handles, the
+// distance from one set past d to the other. Infinity where the thresholds are themselves lengths.
 template <class S, class Set>
 S local_width(const Handles<S, Set>& region, const Vec3<S>& d, double t) {
   const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));

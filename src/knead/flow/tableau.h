@@ -12,12 +12,13 @@ enum class Integrator {
   tsitouras          // 5(4), Tsitouras 2011
 };
 
-// k_i = f(t + c_i h, x + h sum_j a_ij k_j); the step is h sum_i b_i k_i, its error estimate h sum_i e_i k_i.
+// The coefficients of a method: k_i = f(t + c_i h, x + h sum_j a_ij k_j); the step is h sum_i b_i k_i and the estimate
+// of its error h sum_i e_i k_i.
 struct Tableau {
   static constexpr int kMaxStages = 11;
 
   int stages = 0;
-  int order = 0;        // of the solution that is carried on
+  int order = 0;        // of the solution with which the integration continues
   int error_order = 0;  // the estimate is O(h^(error_order + 1))
   bool first_same_as_last = false;
   std::array<double, kMaxStages> c{};
@@ -26,6 +27,7 @@ struct Tableau {
   std::array<double, kMaxStages> e{};
 };
 
+// Returns the coefficients of a method.
 const Tableau& tableau(Integrator integrator);
 
 }  // namespace knead

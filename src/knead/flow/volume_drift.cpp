@@ -10,6 +10,7 @@
 #include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
 #include "knead/flow/segment_mover.h"
+#include "knead/flow/step_rule.h"
 #include "knead/math/error.h"
 
 namespace knead {
@@ -69,7 +70,7 @@ class DriftLine {
   DriftLine(const Segment& segment, const AdvectOptions& options)
       : segment_(segment),
         tableau_(tableau(options.integrator)),
-        tolerance_(detail::kSafety * options.tolerance),
+        tolerance_(detail::kErrorShare * options.tolerance),
         direction_(segment.end >= segment.begin ? 1 : -1),
         reach_(detail::reach_of_step(segment)) {}
 
@@ -109,18 +110,20 @@ class DriftLine {
   double longest_step(const Vec3d& velocity) const {
     const Vec3d tool = segment_.time_law == TimeLaw::swept ? segment_.displacement : Vec3d{};
     const double speed = std::max(norm(velocity - tool), norm(tool)) + turning_speed(segment_, x_);
-    const double longest = std::isfinite(reach_) ? reach_ / std::max(speed, 1e-300) : 1.0 / 16;
-    return segment_.time_law == TimeLaw::swept ? longest : std::min(longest, 1.0 / 32);
+    const double longest = std::isfinite(reach_) ? detail::step_rule::longest_step(speed, reach_) : 1.0 / 16;
+    return segment_.time_law == TimeLaw::swept ? longest : std::min(longest, detail::kLeastBlendedStep);
   }
 
   void step(double& t, double& trial) {
     evaluate(0, t, {}, jacobian_);
     const double remaining = std::abs(segment_.end - t);
-    const double shortest = 1e-7 * std::min(1.0, longest_step(slopes_[0]));
+    const double longest = longest_step(slopes_[0]);
+    const double shortest = detail::step_rule::shortest_step(longest, detail::kShortestPart<double>);
     for (;;) {
-      const double h = std::min({std::max(trial, shortest), longest_step(slopes_[0]), remaining});
+      const double h = detail::step_rule::chosen_step(trial, shortest, longest, remaining);
       const double error = try_step(t, h * direction_);
-      trial = h * step_factor(error);
+      const double relative = error / tolerance_;
+      trial = h * detail::step_rule::step_factor(relative * relative, tableau_.error_order);
       if (error > tolerance_ && h > shortest) continue;
       const double signed_h = h * direction_;
       x_ += combine(slopes_, tableau_.b) * signed_h;
@@ -162,12 +165,6 @@ class DriftLine {
     Mat3d sum{{}, {}, {}};
     for (int j = 0; j < count; ++j) sum = sum + rates[j] * weights[j];
     return sum;
-  }
-
-  double step_factor(double error) const {
-    const double ratio = tolerance_ / std::max(error, tolerance_ * 1e-4);
-    const double root = tableau_.error_order == 2 ? std::sqrt(ratio) : std::sqrt(std::sqrt(ratio));
-    return std::clamp(0.9 * root, 0.2, 5.0);
   }
 
   const Segment& segment_;

@@ -1,15 +1,16 @@
-// How far the integration of path lines is from keeping volume.
+// How exactly the integration of path lines keeps volume. Internal to the library.
 #pragma once
 
 #include "knead/flow/advect.h"
 
 namespace knead {
 
-// det J - 1 for the Jacobian J, at x, of the map that the integration is: dJ/dt = grad v J is taken along the path line
-// in the same steps, by the same method. In double, so that what is seen is the truncation of the method at
-// options.tolerance (of the other options only `integrator` is looked at) and nothing of rounding; 0 where the motion
-// is known in closed form. x is moved along. Accuracy: about 1e-13 a step. Not a number where v has no derivative on
-// the way. Throws InvalidInput as advect, and for a caller's own motion or region, whose derivatives are not known.
+// Moves x along its path line and returns det J - 1, where J is the Jacobian at x of the computed flow map. Integrates
+// dJ/dt = grad v J along the path line, in the same steps and by the same method. Computes in double, so that the
+// result shows the truncation of the method at options.tolerance, not rounding; of the other options only `integrator`
+// is used. Returns 0 where the motion is known in closed form, and not a number where v has no derivative on the path
+// line. Accuracy: about 1e-13 a step. Throws InvalidInput where advect does, and for a motion or region of the caller's
+// own, whose derivatives are not known.
 double volume_drift(const Flow& flow, const AdvectOptions& options, Vec3d& x);
 
 }  // namespace knead

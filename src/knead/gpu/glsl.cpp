@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "knead/flow/step_rule.h"
+
 namespace knead::gpu {
 
 namespace {
@@ -147,13 +149,32 @@ std::string kind_defines(const ShaderKind& kind) {
   return text;
 }
 
+// How much of a region's width a step may pass at most, over the regions of these kinds.
+double greatest_reach(unsigned regions) {
+  if ((regions >> kHandles & 1U) != 0) return detail::kHandlesReach;
+  return regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
+}
+
+// The rule of the steps and its numbers, as step_rule.h has them.
+std::string step_rule(const ShaderKind& kind) {
+  std::string text = "#define STEP_RULE\n";
+  for (const detail::StepConstant& constant : detail::kStepConstants) {
+    text += fmt::format("const double {} = {:.17e}lf;\n", constant.name, constant.value);
+  }
+  const double reach = greatest_reach(kind.regions);
+  text += fmt::format("const R kShortestPart = {};\nconst R kExpectedError = {};\nconst uint kStepLimit = {}u;\n",
+                      literal(kind.in_double ? detail::kShortestPart<double> : detail::kShortestPart<float>),
+                      literal(detail::kExpectedThirdOrderError * reach * reach * reach), detail::kStepLimit);
+  return text +
+         "R minimum(R a, R b) { return b < a ? b : a; }\n"
+         "R maximum(R a, R b) { return a < b ? b : a; }\n" +
+         detail::step_rule::kStepRuleText + "\n";
+}
+
 std::string method_defines(const ShaderKind& kind) {
   const Tableau& method = tableau(kind.integrator);
-  return fmt::format(
-      "const int kErrorOrder = {};\nconst bool kFirstSameAsLast = {};\nconst R kShortest = {};\nconst R kEpsilon = "
-      "{};\n",
-      method.error_order, method.first_same_as_last, literal(kind.in_double ? 1e-7 : 1.0 / 16),
-      literal(kind.in_double ? 0x1p-52 : 0x1p-23));
+  return fmt::format("const int kErrorOrder = {};\nconst bool kFirstSameAsLast = {};\nconst R kEpsilon = {};\n",
+                     method.error_order, method.first_same_as_last, literal(kind.in_double ? 0x1p-52 : 0x1p-23));
 }
 
 constexpr const char* kInterface = R"(
@@ -170,8 +191,6 @@ uniform uint point_count;
 uniform int segment_count;
 
 const R kNever = R(1e30);
-const R kShortWay = R(1.0 / 16.0);
-const uint kStepLimit = 1000000u;
 
 // The segment.
 int field_count;
@@ -199,8 +218,8 @@ int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
 }  // namespace
 
 std::string shader_source(const ShaderKind& kind) {
-  return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + kInterface +
-         kind_function("motion_kind", "kMotionKind", kind.motions) +
+  return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + step_rule(kind) +
+         kInterface + kind_function("motion_kind", "kMotionKind", kind.motions) +
          kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
          kGlslVelocity + kGlslContact + kGlslClosedForm +
          (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +

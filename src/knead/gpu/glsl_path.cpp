@@ -102,36 +102,52 @@ bool is_known(R3 d, R begin, R end, out dvec3 by) {
 }
 )";
 
-// path_line.h for the GPU, and the shader's main function.
+// A path line through a segment, by the rule of flow/step_rule.h, and the shader's main function.
 const char* const kGlslPath = R"(
+R speed_at(R3 at, R3 slope, R t) { return max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t); }
+
+// How far a step may pass.
+R reach_at(R3 at, R t) { return min(n[segment_numbers + kReach], R(kHandlesReach) * local_width(at, t)); }
+
 // The longest step that jumps over nothing.
-R longest_step(R3 at, R3 slope, R t) {
-  R speed = max(length(slope - tool_velocity), tool_speed) + hidden_speed(at, t);
-  R reach = min(n[segment_numbers + kReach], R(0.3lf) * local_width(at, t));
-  R longest = speed > R(0) ? reach / speed : kNever;
+R longest_step_at(R speed, R reach, R t) {
 #ifdef BLENDED
-  longest = min(longest, max(R(0.5) * min(t, R(1) - t), R(1.0 / 32.0)));
+  return min(longest_step(speed, reach), longest_blended_step(t));
+#else
+  return longest_step(speed, reach);
 #endif
-  return longest;
 }
 
-R step_factor(R error) {
-  R ratio = tolerance / max(error, tolerance * R(1e-4lf));
-  R root = kErrorOrder == 2 ? sqrt(ratio) : sqrt(sqrt(ratio));
-  return clamp(R(0.9lf) * root, R(0.2lf), R(5));
-}
+bool is_number(R x) { return !isnan(x) && !isinf(x); }
 
-// Where the whole way is a small part of what a step may pass: Heun's method.
-bool goes_a_short_way(R3 base, R t, R end, R3 first, R longest, out R3 moved) {
+// Tries the whole segment as one step of second order, then of third: moved is the step if the result is true.
+bool crosses_in_one_step(R3 base, R t, R end, R3 k0, R speed, R reach, R longest, out R3 moved) {
   moved = R3(0);
-  R h = abs(end - t);
-  R share = h / longest;
-  if (!(share <= kShortWay)) return false;
-  R3 second = velocity_at(base + first * (end - t), end);
-  if (first == R3(0) && second == R3(0)) return false;
-  share = max(share, h * length(second - tool_velocity) / n[segment_numbers + kReach]);
-  if (!(share <= kShortWay) || !(length(second - first) * R(0.5) * share <= tolerance)) return false;
-  moved = (first + second) * (R(0.5) * (end - t));
+  R h = end - t;
+  R part = h / longest;
+  R part2 = part * part;
+  R speed2 = (speed / reach) * (speed / reach);
+  R scale = kExpectedError * reach / tolerance;
+  if (expected_third_order_error2(part2, speed2, scale * scale) > R(1)) return false;
+  if (part2 > R(kThirdOrderReach * kThirdOrderReach)) return false;
+  R3 k1 = velocity_at(base + k0 * h, end);
+  R part_there = h * length(k1 - tool_velocity) / reach;
+  part2 = maximum(part2, part_there * part_there);
+  R3 slope = (k0 + k1) * R(0.5);
+  R3 change = (k1 - slope) / tolerance;
+  R change2 = dot(change, change);
+  // Drivers may take !(a <= b) for a > b, and any maximum for one that drops what is not a number.
+  if (!is_number(change2)) return false;
+  if (second_order_excess(change2, part2) > R(1) || slope == R3(0)) {
+    if (third_order_outlook(change2, part2) > R(1)) return false;
+    R3 k2 = velocity_at(base + (k0 + k1) * (R(0.25) * h), t + R(0.5) * h);
+    R3 correction = (k2 - slope) * R(2.0 / 3.0);
+    slope += correction;
+    change = correction / tolerance;
+    change2 = dot(change, change);
+    if (!is_number(change2) || third_order_excess(change2, part2) > R(1) || slope == R3(0)) return false;
+  }
+  moved = slope * h;
   ++accepted;
   return true;
 }
@@ -158,26 +174,29 @@ dvec3 run(R3 base, R t, R end) {
     }
     at_contact = false;
     if (carries && slope == tool_velocity) return dvec3(moved) + exact_displacement * double(end - t);
-    R longest = longest_step(base + moved, slope, t);
+    R speed = speed_at(base + moved, slope, t);
+    R reach = reach_at(base + moved, t);
+    R longest = longest_step_at(speed, reach, t);
     if (at_beginning) {
       at_beginning = false;
-      R3 way;
-      if (goes_a_short_way(base, t, end, slope, longest, way)) return dvec3(way);
+      R3 whole;
+      if (crosses_in_one_step(base, t, end, slope, speed, reach, longest, whole)) return dvec3(whole);
     }
     R remaining = abs(end - t);
-    R shortest = min(longest, R(1)) * kShortest;
-    R h = min(max(trial, shortest), longest);
+    R shortest = shortest_step(longest, kShortestPart);
+    R h = chosen_step(trial, shortest, longest, remaining);
     bool is_last = h >= remaining;
-    if (is_last) h = remaining;
     R3 by;
     R3 estimate;
     R3 last;
     try_step(base + moved, slope, t, direction * h, by, estimate, last);
-    R error = length(estimate);
-    bool accept = error <= tolerance + R(8) * kEpsilon * length(by) || h <= shortest;
-    trial = h * step_factor(error);
+    R3 error = estimate / tolerance;
+    R3 rounding = by * (R(kRoundingOfSlope) * kEpsilon / tolerance);
+    R error2 = dot(error, error);
+    bool accept = error2 <= R(1) + dot(rounding, rounding) || h <= shortest;
+    trial = h * step_factor(error2, kErrorOrder);
     if (accept) ++accepted; else ++rejected;
-    if (accepted >= kStepLimit || rejected >= kStepLimit || isnan(error) || isinf(error)) {
+    if (accepted >= kStepLimit || rejected >= kStepLimit || !is_number(error2)) {
       complete = false;
       break;
     }
@@ -261,7 +280,7 @@ void count(uint at, uint number) {
   if (before + number < before) atomicAdd(counts[at + 1u], 1u);
 }
 
-// The point's way through one segment.
+// The point's displacement through one segment.
 dvec3 move(int s, dvec3 x) {
   open_segment(s);
   R begin = R(e[s * kSegmentPlaces + 6]);

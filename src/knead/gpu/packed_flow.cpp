@@ -7,6 +7,7 @@
 
 #include "knead/flow/culling.h"
 #include "knead/flow/segment_mover.h"
+#include "knead/flow/step_rule.h"
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 
@@ -78,7 +79,7 @@ ClosedForm form_of(const Rotation<double>& motion, const Field& field, const Seg
     return motion.rate == marked->turn_angle && motion.axis == marked->turn_axis ? kMarked : kNoClosedForm;
   }
   if (std::holds_alternative<Ball<double>>(field.region)) {
-    return motion.companion == RotationGauge::radial ? kTurningBall : kNoClosedForm;
+    return motion.zero_gauge == RotationGauge::radial ? kTurningBall : kNoClosedForm;
   }
   const auto* space = std::get_if<HalfSpace<double>>(&field.region);
   const bool known = space != nullptr && (space->turn_angle == 0 || is_parallel(space->turn_axis, motion.axis));
@@ -119,7 +120,7 @@ void put_motion(std::vector<double>& to, std::size_t at, const Translation<doubl
 
 void put_motion(std::vector<double>& to, std::size_t at, const Rotation<double>& motion) {
   const double rest = 1 - motion.gauge;
-  const bool radial = motion.companion == RotationGauge::radial;
+  const bool radial = motion.zero_gauge == RotationGauge::radial;
   put(to, at, motion.axis);
   to[at + 3] = motion.rate;
   to[at + 4] = motion.rate * (motion.gauge * 0.5 + (radial ? rest : 0));
@@ -206,7 +207,7 @@ class Packer {
     put(packed_.numbers, numbers, segment.displacement);
     packed_.numbers[numbers + 3] = norm(segment.displacement);
     packed_.numbers[numbers + kReach] = std::min(detail::reach_of_step(segment), 1e30);
-    packed_.numbers[numbers + kTolerance] = detail::kSafety * options_.tolerance;
+    packed_.numbers[numbers + kTolerance] = detail::kErrorShare * options_.tolerance;
     packed_.numbers[numbers + kLeast] = least_motion(segment);
     const ClosedForm form = form_of(segment);
     if (form == kStretchedCore) {

@@ -1,0 +1,187 @@
+// Kernels of the fields that no pack kernel evaluates: large point sets, curves, handles, sums, blended fields and the
+// caller's own. Internal to the flow room: instantiated in lane_kernel_float.cpp and lane_kernel_double.cpp.
+#pragma once
+
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "knead/field/packed_set.h"
+#include "knead/flow/segment_mover.h"
+#include "knead/flow/set_paths.h"
+#include "knead/flow/step_rule.h"
+
+namespace knead::detail {
+
+extern template BoundKernel<float> lane_kernel<float>(const Segment&, double);
+extern template BoundKernel<double> lane_kernel<double>(const Segment&, double);
+
+template <class S, class F>
+void lane_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const F& field = *static_cast<const F*>(data);
+  if constexpr (std::is_same_v<F, CellField<S>>) {
+    if (stage.from_start) return evaluate_from_start(field, bundle, stage);
+  }
+  const LanePlaces<S> places(bundle, stage);
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(bundle.count); ++lane) {
+    if (!bundle.asked.has(lane)) continue;
+    set_slope(bundle, stage.out, lane, field.velocity(bundle.origins[lane], places[lane]));
+  }
+}
+
+template <class S, class F>
+void limit_lanes(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+  const F& field = *static_cast<const F*>(data);
+  const bool blended = field.segment.time_law == TimeLaw::blended;
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(bundle.count); ++lane) {
+    if (!bundle.asked.has(lane)) continue;
+    const Vec3d& x0 = bundle.origins[lane].x0;
+    const Vec3<S> moved = from_start ? Vec3<S>{} : lane_of(bundle.moved, lane);
+    const auto t = static_cast<double>(bundle.t[lane]);
+    limits.speed[lane] = field.field.hidden_speed(x0, moved, t);
+    const S width = field.field.width(x0, moved, t);
+    limits.reach[lane] = std::min(static_cast<S>(field.reach), static_cast<S>(kHandlesReach) * width);
+    if (blended) limits.time[lane] = step_rule::longest_blended_step(bundle.t[lane]);
+  }
+}
+
+template <class F>
+double contact_or_never(const void* data, const Vec3d& x, double t, const void*& cell) {
+  return static_cast<const F*>(data)->next_contact(cell, x, t).value_or(2);
+}
+
+// Adds the displacement to a point of the block.
+inline void move_point(const BlockTask& task, std::size_t i, const Vec3d& by, Classified& result) {
+  double* const to[3] = {task.points.x + i, task.points.y + i, task.points.z + i};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (by[axis] != 0) *to[axis] += by[axis];  // -0 stays -0
+    result.moved = std::max(result.moved, std::abs(by[axis]));
+  }
+}
+
+template <class F>
+Classified classify_lanes(const void* data, const BlockTask& task) {
+  const F& field = *static_cast<const F*>(data);
+  const double begin = field.segment.begin;
+  Classified result;
+  for (std::size_t i = 0; i < kBlock; ++i) {
+    const std::uint64_t bit = std::uint64_t{1} << i;
+    if ((task.members & bit) == 0) continue;
+    const Vec3d x{task.points.x[i], task.points.y[i], task.points.z[i]};
+    const void* cell = nullptr;
+    const std::optional<double> contact = field.next_contact(cell, x, begin);
+    if (!contact) continue;
+    if (const std::optional<Vec3d> known = field.closed_form(x)) {
+      move_point(task, i, *known, result);
+    } else if (*contact == begin) {
+      result.inside |= bit;
+    } else {
+      result.later |= bit;
+      task.start[i] = *contact;
+    }
+  }
+  return result;
+}
+
+template <class S>
+int follow_cells(const void* data, Bundle<S>& bundle) {
+  const auto& field = *static_cast<const CellField<S>*>(data);
+  int changed = 0;
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(bundle.count); ++lane) {
+    if (!bundle.asked.has(lane)) continue;
+    Origin& origin = bundle.origins[lane];
+    auto cell = static_cast<typename CellField<S>::Cell>(origin.cell);
+    const LanePlace<S> at{lane_of(bundle.moved, lane), bundle.t[lane]};
+    if (field.cells.keeps(cell, origin.x0 + Vec3d(at.moved), static_cast<double>(at.t))) continue;
+    origin.cell = cell;
+    set_slope(bundle, 0, lane, field.velocity(origin, at));
+    ++changed;
+  }
+  return changed;
+}
+
+template <class S, class F>
+BoundKernel<S> bound(std::shared_ptr<const F> field) {
+  BoundKernel<S> result;
+  result.kernel.by_lanes = true;
+  result.kernel.stage = &lane_stage<S, F>;
+  result.kernel.classify = &classify_lanes<F>;
+  if constexpr (std::is_same_v<F, CellField<S>>) {
+    result.kernel.follow = &follow_cells<S>;
+  } else {
+    result.kernel.limit = &limit_lanes<S, F>;
+  }
+  result.next_contact = &contact_or_never<F>;
+  result.contact_data = field.get();
+  result.field = std::move(field);
+  return result;
+}
+
+template <class S, class F>
+BoundKernel<S> whole_field(const Segment& segment, F field) {
+  using Whole = WholeField<S, F>;
+  return bound<S, Whole>(std::make_shared<const Whole>(Whole{segment, reach_of_step(segment), std::move(field)}));
+}
+
+// A motion or region with its numbers in the scalar S; the caller's own stay as they are.
+template <class S, template <class> class Part>
+Part<S> in_scalar(const Part<double>& part) {
+  return static_cast<Part<S>>(part);
+}
+template <class S>
+PackedSet<S> in_scalar(const PointSet<double>& set) {
+  return packed<S>(set);
+}
+template <class S>
+Handles<S, PackedSet<S>> in_scalar(const Handles<double>& region) {
+  return {packed<S>(region.full), packed<S>(region.zero), Vec3<S>(region.sweep), Vec3<S>(region.turn_axis),
+          static_cast<S>(region.turn_angle)};
+}
+template <class S>
+CustomMotion in_scalar(const CustomMotion& motion) {
+  return motion;
+}
+template <class S>
+CustomRegion in_scalar(const CustomRegion& region) {
+  return region;
+}
+
+// Calls body with the field as a SingleField of the right types: the dispatch on the variants, once per segment.
+template <class S, class Body>
+auto with_field(const Segment& segment, const Field& field, const Body& body) {
+  return std::visit(
+      [&](const auto& m, const auto& r) {
+        auto motion = in_scalar<S>(m);
+        auto region = in_scalar<S>(r);
+        return body(SingleField<S, decltype(motion), decltype(region)>{
+            std::move(motion), std::move(region), static_cast<Thresholds<S>>(field.thresholds), field.center,
+            Vec3<S>(segment.displacement), segment.time_law == TimeLaw::blended});
+      },
+      field.motion, field.region);
+}
+
+template <class S>
+BoundKernel<S> lane_kernel(const Segment& segment, double tolerance) {
+  if (is_of_sets(segment)) {
+    return bound<S, CellField<S>>(std::make_shared<const CellField<S>>(segment, tolerance));
+  }
+  if (segment.fields.size() == 1) {
+    return with_field<S>(segment, segment.fields.front(),
+                         [&](auto field) { return whole_field<S>(segment, std::move(field)); });
+  }
+  FieldSum<S> sum;
+  for (const Field& field : segment.fields) {
+    sum.parts.push_back(with_field<S>(segment, field, [](const auto& field_in_s) {
+      using Part = typename FieldSum<S>::Part;
+      return Part{
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.velocity(x0, moved, t); },
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) {
+            return field_in_s.hidden_speed(x0, moved, t);
+          },
+          [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.width(x0, moved, t); }};
+    }));
+  }
+  return whole_field<S>(segment, std::move(sum));
+}
+
+}  // namespace knead::detail

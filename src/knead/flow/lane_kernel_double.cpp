@@ -1,0 +1,7 @@
+#include "knead/flow/lane_kernel.h"
+
+namespace knead::detail {
+
+template BoundKernel<double> lane_kernel<double>(const Segment&, double);
+
+}  // namespace knead::detail

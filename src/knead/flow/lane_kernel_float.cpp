@@ -1,0 +1,7 @@
+#include "knead/flow/lane_kernel.h"
+
+namespace knead::detail {
+
+template BoundKernel<float> lane_kernel<float>(const Segment&, double);
+
+}  // namespace knead::detail
