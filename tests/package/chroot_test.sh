@@ -34,6 +34,7 @@ if [[ $# -ge 2 ]]; then
   keep=yes
 else
   root=$(mktemp -d /var/tmp/knead_chroot.XXXXXX)
+  chmod 755 "$root" # apt's own user must be able to read it
   keep=no
 fi
 clean_up() {
