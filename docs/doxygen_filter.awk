@@ -10,7 +10,7 @@ function escaped(text,   piece, count, i, result) {
   count = split(text, piece, "`")
   for (i = 1; i <= count; ++i) {
     if (i % 2 == 1) {
-      gsub(/\\/, "\\\\", piece[i])
+      gsub(/\\/, "\\\\\\\\", piece[i])
       gsub(/</, "\\&lt;", piece[i])
       gsub(/>/, "\\&gt;", piece[i])
       gsub(/[@#%~]/, "\\\\&", piece[i])
