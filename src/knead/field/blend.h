@@ -20,6 +20,7 @@ struct Thresholds {
   friend bool operator==(const Thresholds&, const Thresholds&) = default;
 };
 
+// The weight of the inner motion at one point.
 template <class T>
 struct Weight {
   T value{};       // w, 1 in the inner region, 0 in the outer one

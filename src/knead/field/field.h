@@ -15,6 +15,7 @@
 
 namespace knead {
 
+// An inner motion in a region around a centre, blended between the thresholds.
 struct Field {
   Vec3d center;  // c at t = 0
   Motion motion;
@@ -59,6 +60,7 @@ Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>
   return mul_add(cross(d, inner.potential), pull, inner.velocity * w.value);
 }
 
+// Returns v at d = x - c(t) for any region.
 template <class T, class M, class R, class S>
 Vec3<T> velocity(const M& motion, const R& region, const Thresholds<S>& thresholds, const Vec3<T>& d, const T& t) {
   return velocity_where(evaluate(region, d, t), motion, thresholds, d);

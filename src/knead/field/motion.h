@@ -16,6 +16,7 @@
 
 namespace knead {
 
+// Velocity and vector potential at one point.
 template <class T>
 struct MotionValue {
   Vec3<T> velocity;   // u
@@ -93,8 +94,10 @@ struct CustomMotion {
   friend bool operator==(const CustomMotion&, const CustomMotion&) = default;
 };
 
+// Any inner motion.
 using Motion = std::variant<Translation<double>, Rotation<double>, Twist<double>, Strain<double>, CustomMotion>;
 
+// Returns u and A of the translation at d = x - c.
 template <class T, class S>
 MotionValue<T> evaluate(const Translation<S>& motion, const Vec3<T>& d) {
   const Vec3<S> parallel = motion.axis * dot(motion.axis, motion.velocity);
@@ -105,6 +108,7 @@ MotionValue<T> evaluate(const Translation<S>& motion, const Vec3<T>& d) {
   return {Vec3<T>(motion.velocity), cross(Vec3<T>(half), d) + along};
 }
 
+// Returns u and A of the rotation at d = x - c.
 template <class T, class S>
 MotionValue<T> evaluate(const Rotation<S>& motion, const Vec3<T>& d) {
   const Vec3<T> a(motion.axis);
@@ -119,6 +123,7 @@ MotionValue<T> evaluate(const Rotation<S>& motion, const Vec3<T>& d) {
   return {cross(a, d) * T(motion.rate), d_perp * (T(across) * height) + a * along};
 }
 
+// Returns u and A of the twist at d = x - c.
 template <class T, class S>
 MotionValue<T> evaluate(const Twist<S>& motion, const Vec3<T>& d) {
   const Vec3<T> a(motion.axis);
@@ -130,6 +135,7 @@ MotionValue<T> evaluate(const Twist<S>& motion, const Vec3<T>& d) {
           d_perp * (T(across) * height * height) + a * (T(along) * norm2(d_perp) * height)};
 }
 
+// Returns u and A of the strain at d = x - c.
 template <class T, class S>
 MotionValue<T> evaluate(const Strain<S>& motion, const Vec3<T>& d) {
   const Vec3<T> u{dot(Vec3<T>(motion.matrix.row0), d), dot(Vec3<T>(motion.matrix.row1), d),
@@ -137,6 +143,7 @@ MotionValue<T> evaluate(const Strain<S>& motion, const Vec3<T>& d) {
   return {u, cross(u, d) * T(S(1) / S(3))};
 }
 
+// Returns u and A of the caller's motion at d = x - c.
 template <std::floating_point T>
 MotionValue<T> evaluate(const CustomMotion& motion, const Vec3<T>& d) {
   const MotionValue<double> value = (*motion.evaluate)(Vec3d(d));

@@ -18,6 +18,7 @@
 
 namespace knead {
 
+// Value and gradient of a region field at one point.
 template <class T>
 struct RegionValue {
   T value{};         // r
@@ -120,6 +121,7 @@ inline CustomRegion custom_region(std::function<RegionValue<double>(const Vec3d&
   return {std::make_shared<const Function>(std::move(evaluate)), slope, speed};
 }
 
+// Any region.
 using Region =
     std::variant<Ball<double>, Capsule<double>, HalfSpace<double>, PointSet<double>, Handles<double>, CustomRegion>;
 
@@ -133,11 +135,13 @@ RegionValue<T> distance_to_origin(const Vec3<T>& d) {
   return {r, d * inverse};
 }
 
+// Returns r and grad r of the ball at d = x - c.
 template <class T, class S>
 RegionValue<T> evaluate(const Ball<S>& /*region*/, const Vec3<T>& d, const T& /*t*/) {
   return distance_to_origin(d);
 }
 
+// Returns r and grad r of the capsule at d = x - c.
 template <class T, class S>
 RegionValue<T> evaluate(const Capsule<S>& region, const Vec3<T>& d, const T& /*t*/) {
   const S length2 = norm2(region.half_axis);
@@ -162,6 +166,7 @@ Vec3<T> normal_at(const HalfSpace<S>& region, const T& t) {
   return rotate(Vec3<T>(region.normal), Vec3<T>(region.turn_axis), small ? small_sincos(angle) : sincos(angle));
 }
 
+// Returns r and grad r of the half-space at d = x - c and the time t.
 template <class T, class S>
 RegionValue<T> evaluate(const HalfSpace<S>& region, const Vec3<T>& d, const T& t) {
   const Vec3<T> n = normal_at(region, t);
@@ -176,6 +181,7 @@ RegionValue<T> evaluate(const PointSet<S>& region, const Vec3<T>& d, const T& t)
 template <class T, class S, class Set>
 RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t);
 
+// Returns r and grad r of the caller's region at d = x - c and the time t.
 template <std::floating_point T>
 RegionValue<T> evaluate(const CustomRegion& region, const Vec3<T>& d, const T& t) {
   const RegionValue<double> value = (*region.evaluate)(Vec3d(d), static_cast<double>(t));

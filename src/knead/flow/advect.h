@@ -31,6 +31,7 @@ inline constexpr double kDefaultRelativeTolerance = 1e-5;
 // length above 0.
 double absolute_tolerance(double relative_tolerance, double diagonal);
 
+// How points are moved.
 struct AdvectOptions {
   // Position error of one path line over one segment: a length above 0, which depends on the shape's size and so has no
   // default. absolute_tolerance() gives one.
@@ -45,8 +46,10 @@ struct AdvectOptions {
 // Throws InvalidInput unless `tolerance` is a finite length above 0, and `steps` empty or of one number for each point.
 void validate(const AdvectOptions& options, std::size_t points);
 
+// How advect() ended.
 enum class AdvectStatus { done, cancelled, step_limit };
 
+// How advect() ended, and how much work it was, over all path lines.
 struct AdvectResult {
   AdvectStatus status = AdvectStatus::done;
   std::uint64_t accepted_steps = 0;

@@ -25,6 +25,7 @@ class PointBlocks {
 
   explicit PointBlocks(std::span<const Vec3d> points, Order order = Order::sorted);
 
+  // Returns the number of points.
   std::size_t size() const { return size_; }
 
   // Copies all points, as they are now, into size() places.

@@ -35,6 +35,7 @@ struct Segment {
   friend bool operator==(const Segment&, const Segment&) = default;
 };
 
+// Segments, applied one after the other.
 struct Flow {
   std::vector<Segment> segments;
 

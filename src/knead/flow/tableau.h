@@ -5,6 +5,7 @@
 
 namespace knead {
 
+// The Runge-Kutta methods.
 enum class Integrator {
   rk4,               // the paper's: classical RK4 with step doubling, local extrapolation off
   bogacki_shampine,  // 3(2), Bogacki and Shampine 1989

@@ -43,16 +43,20 @@ class Json {
   Json(std::vector<Json> items);
   template <class T>
   Json(const std::vector<T>& items) : Json(std::vector<Json>(items.begin(), items.end())) {}
+  // Returns an empty array.
   static Json array() { return std::vector<Json>(); }
 
   // Makes an object; a later member replaces an earlier one of the same key.
   Json(std::initializer_list<JsonMember> members);
+  // Returns an empty object.
   static Json object();
 
+  // Returns whether the value is of the kind that the name says.
   bool is_null() const { return std::holds_alternative<std::monostate>(value_); }
   bool is_flag() const { return std::holds_alternative<bool>(value_); }
   bool is_number() const;
   bool is_whole() const { return std::holds_alternative<std::uint64_t>(value_); }  // written as 0, 1, 2 ...
+  // Returns whether the value is of the kind that the name says.
   bool is_text() const { return std::holds_alternative<SharedText>(value_); }
   bool is_array() const { return std::holds_alternative<SharedItems>(value_); }
   bool is_object() const { return std::holds_alternative<SharedObject>(value_); }
@@ -69,6 +73,7 @@ class Json {
   // proportion to the logarithm of the number of members. The pointer is valid until this object changes.
   const Json* find(std::string_view key) const;
 
+  // Returns whether this is an object that has the key.
   bool has(std::string_view key) const { return find(key) != nullptr; }
 
   // Returns the member with this key. Throws InvalidInput if there is none.
@@ -94,6 +99,7 @@ class Json {
   std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, SharedText, SharedItems, SharedObject> value_;
 };
 
+// A key of an object with its value.
 struct JsonMember {
   std::string key;
   Json value;
@@ -102,10 +108,12 @@ struct JsonMember {
 // A text is not the JSON that parse_json accepts. what() is a whole sentence; the members serve better messages.
 class JsonError : public InvalidInput {
  public:
+  // What is wrong with the text.
   enum class Kind { not_json, incomplete, repeated_key, too_deep, too_large };
 
   JsonError(Kind kind, std::size_t byte, std::optional<std::string> key);
 
+  // Returns what is wrong with the text.
   Kind kind() const { return kind_; }
   std::size_t byte() const { return byte_; }                      // where reading stopped, counted from 1
   const std::optional<std::string>& key() const { return key_; }  // the last one that was read; the repeated one
@@ -118,6 +126,7 @@ class JsonError : public InvalidInput {
 
 inline constexpr std::size_t kDeepestJson = 128;
 
+// How strictly a text is read.
 enum class JsonDialect {
   strict,
   by_hand,  // comments are skipped, and the last value of a repeated key counts
@@ -128,6 +137,7 @@ enum class JsonDialect {
 // large for a double. Takes time in proportion to the text's length, and the logarithm of an object's members for each.
 Json parse_json(std::string_view text, JsonDialect dialect = JsonDialect::strict);
 
+// How a value is written.
 struct JsonStyle {
   int indent = -1;     // spaces for each level, each value on a line of its own; negative: all on one line
   bool ascii = false;  // writes other characters as \u....

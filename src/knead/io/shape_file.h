@@ -40,6 +40,7 @@ ShapeFile read_shape(const std::filesystem::path& path);
 // multiple of bytes.size(), whatever the file declares.
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name);
 
+// How a shape is written.
 struct WriteOptions {
   // Writes x y z of PLY files as doubles; those of a source with float coordinates only if a vertex moved. The other
   // formats have one type: doubles in text, floats in binary STL, binary OFF and GLB.

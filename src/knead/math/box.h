@@ -16,7 +16,9 @@ struct Box {
 
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+  // Returns whether the box contains no point.
   bool empty() const { return !(min.x <= max.x); }
+  // Returns the midpoint. The box must not be empty.
   Vec3d center() const { return (min + max) * 0.5; }
   // The length of the diagonal; 0 if the box is empty.
   double diagonal() const { return empty() ? 0.0 : norm(max - min); }

@@ -28,11 +28,13 @@ class InvalidInput : public std::invalid_argument {
 // A file cannot be opened, read or written.
 class IoError : public std::runtime_error {
  public:
+  // What was tried with the file.
   enum class Operation { read, write };
 
   IoError(Operation operation, const std::string& file, const std::string& what)
       : std::runtime_error(file + ": " + what), operation_(operation) {}
 
+  // Returns what was tried with the file.
   Operation operation() const { return operation_; }
 
  private:

@@ -5,6 +5,7 @@
 
 namespace knead {
 
+// Three rows; by default the identity.
 template <class T>
 struct Mat3 {
   Vec3<T> row0{T(1), T(0), T(0)};
@@ -17,6 +18,7 @@ struct Mat3 {
   template <class U>
   constexpr explicit Mat3(const Mat3<U>& m) : row0(m.row0), row1(m.row1), row2(m.row2) {}
 
+  // Returns column i, from 0.
   constexpr Vec3<T> column(std::size_t i) const { return {row0[i], row1[i], row2[i]}; }
 
   friend constexpr Mat3 operator+(const Mat3& a, const Mat3& b) {
@@ -26,6 +28,7 @@ struct Mat3 {
   friend constexpr bool operator==(const Mat3&, const Mat3&) = default;
 };
 
+// A matrix in double.
 using Mat3d = Mat3<double>;
 
 // Returns the matrix times the vector. T may be a dual number or a SIMD pack.
@@ -44,11 +47,13 @@ constexpr Mat3<T> operator*(const Mat3<T>& a, const Mat3<T>& b) {
           {dot(a.row2, c0), dot(a.row2, c1), dot(a.row2, c2)}};
 }
 
+// Returns the sum of the diagonal.
 template <class T>
 constexpr T trace(const Mat3<T>& m) {
   return m.row0.x + m.row1.y + m.row2.z;
 }
 
+// Returns the determinant of m.
 template <class T>
 constexpr T determinant(const Mat3<T>& m) {
   return dot(m.row0, cross(m.row1, m.row2));

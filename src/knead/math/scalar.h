@@ -18,20 +18,24 @@ template <class T>
 constexpr T mul_add(const T& a, const T& b, const T& c) {
   return a * b + c;
 }
+// Returns a b - c, as mul_add.
 template <class T>
 constexpr T mul_sub(const T& a, const T& b, const T& c) {
   return a * b - c;
 }
+// Returns c - a b, as mul_add.
 template <class T>
 constexpr T neg_mul_add(const T& a, const T& b, const T& c) {
   return c - a * b;
 }
 
+// Returns the smaller value; a if they are equal or one is not a number.
 template <class T>
 constexpr T minimum(const T& a, const T& b) {
   return select(b < a, b, a);
 }
 
+// Returns the larger value; a if they are equal or one is not a number.
 template <class T>
 constexpr T maximum(const T& a, const T& b) {
   return select(a < b, b, a);
@@ -43,6 +47,7 @@ inline float round_to_integer(float x) {
   const float shift = 12582912.0F;
   return (x + shift) - shift;
 }
+// The same for double.
 inline double round_to_integer(double x) {
   const double shift = 6755399441055744.0;
   return (x + shift) - shift;

@@ -25,6 +25,7 @@ T reduce_by_quarters(const T& x, const T& quarter) {
   }
 }
 
+// Sine and cosine of one angle.
 template <class T>
 struct SinCos {
   T sin{};

@@ -24,6 +24,7 @@ class TriangleRay {
  public:
   TriangleRay(const Vec3d& origin, const Vec3d& direction);
 
+  // Where the ray meets a triangle.
   struct Meeting {
     double t = 0;         // the point is origin + t direction; t has any sign
     bool leaves = false;  // the ray passes to the side that the triangle's normal points to

@@ -8,6 +8,7 @@
 
 namespace knead {
 
+// Three components. T may be a dual number or a SIMD pack.
 template <class T>
 struct Vec3 {
   T x{};
@@ -38,14 +39,18 @@ struct Vec3 {
   friend constexpr bool operator==(const Vec3& a, const Vec3& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 };
 
+// Positions, displacements and directions, in double.
 using Vec3d = Vec3<double>;
+// The same in float.
 using Vec3f = Vec3<float>;
 
+// Returns the scalar product a.b.
 template <class T>
 constexpr T dot(const Vec3<T>& a, const Vec3<T>& b) {
   return mul_add(a.z, b.z, mul_add(a.y, b.y, a.x * b.x));
 }
 
+// Returns the vector product a x b.
 template <class T>
 constexpr Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {mul_sub(a.y, b.z, a.z * b.y), mul_sub(a.z, b.x, a.x * b.z), mul_sub(a.x, b.y, a.y * b.x)};
@@ -63,11 +68,13 @@ constexpr Vec3<T> neg_mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
   return {neg_mul_add(a.x, s, b.x), neg_mul_add(a.y, s, b.y), neg_mul_add(a.z, s, b.z)};
 }
 
+// Returns the squared length of a.
 template <class T>
 constexpr T norm2(const Vec3<T>& a) {
   return dot(a, a);
 }
 
+// Returns the length of a.
 template <class T>
 T norm(const Vec3<T>& a) {
   using std::sqrt;
@@ -80,6 +87,7 @@ Vec3<T> normalized(const Vec3<T>& a) {
   return a / norm(a);
 }
 
+// Returns whether no component is infinite or not a number.
 inline bool is_finite(const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 // Returns a unit vector orthogonal to a, without loss of accuracy for any direction of a. The caller guarantees |a| >

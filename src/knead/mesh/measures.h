@@ -34,7 +34,9 @@ struct Measures {
   std::optional<double> smallest_angle_deg;  // of the triangles that are not degenerate
   Box box;                                   // of all vertices, also unused ones
 
+  // Returns whether there are faces, and no edge has only one.
   bool closed() const { return faces > 0 && boundary_edges == 0; }
+  // Returns whether no edge has more than two faces and no vertex lies in several fans.
   bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }
   // The faces at each edge agree which side is outside: the numbers of uses in the two directions differ by at most
   // one. The volume of a closed mesh then does not depend on the origin, even if the mesh is not manifold.
@@ -50,6 +52,7 @@ struct VolumeAndArea {
   double volume = 0;
   double area = 0;
 };
+// Returns the volume and area of `mesh` with other positions (same count), by the same sums as measure().
 VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions);
 
 // Returns true if the triangle has no area: its height over the longest edge is below 1e-12 times that edge, or two

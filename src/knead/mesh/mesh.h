@@ -39,7 +39,9 @@ struct Mesh {
   std::vector<std::uint32_t> corner_vertex;
   std::vector<Attribute> attributes;
 
+  // Returns the number of vertices.
   std::size_t vertex_count() const { return positions.size(); }
+  // Returns the number of faces.
   std::size_t face_count() const { return face_begin.size() - 1; }
 
   // Returns the vertices of face f, in order.

@@ -11,6 +11,7 @@ namespace knead {
 // A function that is negative inside and positive outside. A point with f = 0 or NaN counts as outside.
 using ScalarFunction = std::function<double(const Vec3d&)>;
 
+// Where and how finely a surface is sampled.
 struct PolygoniseOptions {
   double cell = 0;       // edge length of the cubic grid cells, > 0; at most 4096 cells along each side of the box
   double lipschitz = 0;  // |f(p) - f(q)| <= lipschitz |p - q|, e.g. 1 for a distance; 0: unknown

@@ -12,11 +12,13 @@
 
 namespace knead {
 
+// Threads, and the greatest number of pairs.
 struct SelfIntersectionOptions {
   int threads = 0;                 // 0: as many as the machine has
   std::size_t limit = 10'000'000;  // the search stops after this many pairs
 };
 
+// The pairs of triangles that cross.
 struct SelfIntersections {
   std::vector<std::array<std::uint32_t, 2>> pairs;  // numbers of triangles, the smaller first, sorted; each pair once
   std::size_t count = 0;                            // of pairs; at most the limit

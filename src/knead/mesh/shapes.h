@@ -9,6 +9,7 @@
 
 namespace knead {
 
+// The kinds of procedural shapes.
 enum class ShapeKind {
   sphere,    // radius 1, about the origin; an evenly subdivided icosahedron
   box,       // a bar along x: [-3, 3] x [-0.5, 0.5] x [-0.5, 0.5]
@@ -32,6 +33,7 @@ struct ShapeCounts {
   std::size_t standard;
   std::size_t maximum;
 };
+// Returns the numbers of vertices that a kind can have.
 ShapeCounts shape_counts(ShapeKind kind);
 
 // Returns a closed, manifold, connected triangle mesh of about `vertices` vertices (0: the standard number of the

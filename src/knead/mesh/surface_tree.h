@@ -15,6 +15,7 @@
 
 namespace knead {
 
+// A point of the surface and the triangle that it lies in.
 struct SurfacePoint {
   std::uint32_t triangle = 0;
   std::array<double, 3> barycentric{};  // weights of the corners: each from 0 to 1, sum 1
@@ -22,6 +23,7 @@ struct SurfacePoint {
   double distance = 0;
 };
 
+// Where a ray meets the surface.
 struct RayHit {
   std::uint32_t triangle = 0;
   double t = 0;         // the hit is at origin + t direction

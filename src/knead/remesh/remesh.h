@@ -74,6 +74,7 @@ struct Deformation {
   double feature = std::numeric_limits<double>::infinity();
 };
 
+// What remesh() must know beside the two meshes and the targets.
 struct RemeshOptions {
   RemeshTargets targets;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
@@ -96,6 +97,7 @@ struct RemeshCounts {
   bool complete = true;           // false if a limit on vertices or rounds left edges that do not meet the targets
 };
 
+// The remeshed shape, and where its vertices and faces come from.
 struct Remeshed {
   Mesh mesh;                                 // the shape after, with interpolated attributes
   std::vector<std::uint32_t> face_source;    // for each face: the face of the mesh before that contains it
