@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "knead/gpu/provoked_failures.h"
+#include "support/provoked_failures.h"
 
 namespace {
 

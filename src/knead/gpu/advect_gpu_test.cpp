@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "knead/gpu/gpu_fixture.h"
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
+#include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
 namespace knead {

@@ -6,9 +6,9 @@
 
 #include "knead/gl/context.h"
 #include "knead/gl/objects.h"
-#include "knead/gpu/gpu_fixture.h"
 #include "knead/gpu/gpu_surface.h"
-#include "knead/gpu/provoked_failures.h"
+#include "support/gpu_fixture.h"
+#include "support/provoked_failures.h"
 #include "support/random_segments.h"
 #include "support/sanitized.h"
 

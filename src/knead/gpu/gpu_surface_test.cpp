@@ -6,11 +6,11 @@
 #include <algorithm>
 
 #include "knead/gl/context.h"
-#include "knead/gpu/gpu_fixture.h"
 #include "knead/math/error.h"
 #include "knead/mesh/dirty_shapes.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/surface_tree.h"
+#include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
 namespace knead::gpu {

@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include "knead/gl/context.h"
-#include "knead/gpu/gpu_fixture.h"
 #include "knead/math/error.h"
+#include "support/gpu_fixture.h"
 #include "support/random_segments.h"
 
 namespace knead::gpu {

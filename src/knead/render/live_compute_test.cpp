@@ -7,7 +7,7 @@
 
 #include "knead/gl/objects.h"
 #include "knead/math/error.h"
-#include "knead/render/live_view_fixture.h"
+#include "support/live_view_fixture.h"
 
 namespace knead::render {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
-#include "knead/render/live_test_shapes.h"
+#include "support/pictures.h"
 
 namespace knead::render {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "knead/math/error.h"
-#include "knead/render/live_view_fixture.h"
+#include "support/live_view_fixture.h"
 
 namespace knead::render {
 namespace {

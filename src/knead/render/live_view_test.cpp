@@ -16,8 +16,8 @@
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
 #include "knead/render/live_mesh.h"
-#include "knead/render/live_view_fixture.h"
 #include "knead/render/renderer.h"
+#include "support/live_view_fixture.h"
 
 namespace knead::render {
 namespace {

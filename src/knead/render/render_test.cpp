@@ -10,7 +10,7 @@
 #include "knead/gl/context.h"
 #include "knead/math/error.h"
 #include "knead/render/renderer.h"
-#include "knead/render/test_context.h"
+#include "support/pictures.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wold-style-cast"
@@ -44,32 +44,6 @@ Mesh make_ball(const Vec3d& center, double radius) {
     }
   }
   return mesh;
-}
-
-Mesh make_cube() {
-  Mesh mesh;
-  for (int i = 0; i < 8; ++i) mesh.positions.push_back({(i & 1) * 2.0 - 1, (i & 2) - 1.0, (i & 4) / 2.0 - 1});
-  for (const auto& face : {std::array{0u, 2u, 3u, 1u},
-                           {4u, 5u, 7u, 6u},
-                           {0u, 1u, 5u, 4u},
-                           {2u, 6u, 7u, 3u},
-                           {0u, 4u, 6u, 2u},
-                           {1u, 3u, 7u, 5u}}) {
-    mesh.add_face(face);
-  }
-  return mesh;
-}
-
-struct Pixel {
-  int red;
-  int green;
-  int blue;
-  int alpha;
-};
-
-Pixel at(const Image& image, int x, int y) {
-  const std::uint8_t* p = image.pixels.data() + 4 * (static_cast<std::size_t>(y) * image.width + x);
-  return {p[0], p[1], p[2], p[3]};
 }
 
 // The number of pixels covered, from the alpha of a picture without background and ground.
@@ -205,7 +179,7 @@ TEST_F(RenderTest, RodsShineThroughAndCoverInFront) {
 }
 
 TEST_F(RenderTest, SmoothShadingStopsAtCreases) {
-  const Mesh cube = make_cube();
+  const Mesh cube = cube();
   Scene scene = scene_of(cube);
   scene.camera = fit_camera(shapes_box(scene), {-1, -1, -1}, {0, 1, 0}, 1.2);
   Options options = small_options();
@@ -218,7 +192,7 @@ TEST_F(RenderTest, SmoothShadingStopsAtCreases) {
 }
 
 TEST_F(RenderTest, WireframeFollowsPolygonsNotTriangles) {
-  const Mesh cube = make_cube();
+  const Mesh cube = cube();
   Scene scene = scene_of(cube);
   Options options = small_options();
   const Pixel bare = at(render(scene, options), 120, 100);

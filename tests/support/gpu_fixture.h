@@ -1,10 +1,8 @@
-// What the tests of this room have in common: a GPU, and how points are compared.
+// For tests on a GPU: a shared GPU, and the comparison of points.
 #pragma once
 
 #include <gtest/gtest.h>
 
-#include <bit>
-#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -12,15 +10,16 @@
 
 #include "knead/gpu/gpu.h"
 #include "knead/math/box.h"
+#include "support/outcome.h"
 
 namespace knead::gpu {
 
-// Whether that is why there is no GPU: then tests are skipped. One that is there and fails must not pass for none.
+using test::bits;
+
+// Returns true if `failure` says that there is no GPU: then tests are skipped. A GPU that fails must fail the test.
 inline bool says_none(const std::string& failure) { return failure.starts_with("no GPU"); }
 
-// The GPU is shared by all tests of a suite, as it compiles each shader once. Where there is no OpenGL 4.3 the tests
-// say so and are skipped.
-
+// All tests of a suite share one GPU, because it compiles each shader once. Without OpenGL 4.3 the tests are skipped.
 class GpuTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -58,14 +57,6 @@ class GpuTest : public ::testing::Test {
     return gpu;
   }
 };
-
-inline std::vector<std::uint64_t> bits(const std::vector<Vec3d>& points) {
-  std::vector<std::uint64_t> result;
-  for (const Vec3d& p : points) {
-    for (const double x : {p.x, p.y, p.z}) result.push_back(std::bit_cast<std::uint64_t>(x));
-  }
-  return result;
-}
 
 inline AdvectOptions default_options(double diagonal) {
   AdvectOptions options;

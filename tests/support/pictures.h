@@ -1,15 +1,43 @@
-// Shapes for the tests of the live view.
+// For tests of pictures: whether OpenGL is there, shapes, and pixels.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <string>
 #include <vector>
 
+#include "knead/gl/context.h"
 #include "knead/mesh/shapes.h"
 #include "knead/render/live_view.h"
 
 namespace knead::render {
+
+// Returns the reason why there is no OpenGL here, or an empty string. Tries once: contexts are slow to make.
+inline const std::string& no_context() {
+  static const std::string reason = [] {
+    try {
+      std::printf("OpenGL: %s\n", gl::OffscreenContext().description().c_str());
+      return std::string();
+    } catch (const GpuError& error) {
+      return std::string(error.what());
+    }
+  }();
+  return reason;
+}
+
+struct Pixel {
+  int red;
+  int green;
+  int blue;
+  int alpha;
+};
+
+inline Pixel at(const Image& image, int x, int y) {
+  const std::uint8_t* p = image.pixels.data() + 4 * (static_cast<std::size_t>(y) * image.width + x);
+  return {p[0], p[1], p[2], p[3]};
+}
 
 inline Mesh sphere(const Vec3d& center, double radius, std::size_t vertices = 2562) {
   Mesh mesh = make_shape(ShapeKind::sphere, vertices);

@@ -1,5 +1,5 @@
-// A GPU's failures, provoked. For tests only. The library that finds OpenGL's functions (epoxy) calls them
-// through pointers, which are set to others here.
+// For tests: makes a GPU fail. epoxy, the library that finds OpenGL's functions, calls them through pointers, which are
+// replaced here.
 #pragma once
 
 #include <epoxy/egl.h>

@@ -13,25 +13,13 @@
 
 #include "knead/gl/context.h"
 #include "knead/math/box.h"
-#include "knead/render/live_test_shapes.h"
 #include "knead/render/live_view.h"
-#include "knead/render/test_context.h"
+#include "support/pictures.h"
 
 namespace knead::render {
 
 inline constexpr int kWidth = 240;
 inline constexpr int kHeight = 200;
-
-struct Pixel {
-  int red;
-  int green;
-  int blue;
-};
-
-inline Pixel at(const Image& image, int x, int y) {
-  const std::uint8_t* p = image.pixels.data() + 4 * (static_cast<std::size_t>(y) * image.width + x);
-  return {p[0], p[1], p[2]};
-}
 
 inline int largest_difference(const Image& a, const Image& b) {
   int worst = 0;
