@@ -174,7 +174,7 @@ std::string text_of(const std::vector<IntegratorRun>& runs) {
 std::optional<Integrator> soonest_by_default(const std::vector<TimesToAccuracy>& all) {
   const AdvectOptions options;
   const auto row = std::find_if(all.begin(), all.end(), [&](const TimesToAccuracy& times) {
-    return times.precision == options.precision && times.error == options.tolerance;
+    return times.precision == options.precision && times.error == BenchScene{}.tolerance;
   });
   return row == all.end() ? std::nullopt : row->soonest();
 }
@@ -189,9 +189,8 @@ std::string text_of(const std::vector<TimesToAccuracy>& all) {
     }
     text += "  " + to_string(times.soonest());
   }
-  const AdvectOptions options;
-  return text + fmt::format("\nthe default for {} to {:.0e} should be {}\n", name_of(options.precision),
-                            options.tolerance, to_string(soonest_by_default(all)));
+  return text + fmt::format("\nthe default for {} to {:.0e} should be {}\n", name_of(AdvectOptions{}.precision),
+                            BenchScene{}.tolerance, to_string(soonest_by_default(all)));
 }
 
 }  // namespace knead::command

@@ -179,8 +179,8 @@ TEST_F(RenderTest, RodsShineThroughAndCoverInFront) {
 }
 
 TEST_F(RenderTest, SmoothShadingStopsAtCreases) {
-  const Mesh cube = cube();
-  Scene scene = scene_of(cube);
+  const Mesh mesh = cube();
+  Scene scene = scene_of(mesh);
   scene.camera = fit_camera(shapes_box(scene), {-1, -1, -1}, {0, 1, 0}, 1.2);
   Options options = small_options();
   options.ambient_occlusion = false;
@@ -192,8 +192,8 @@ TEST_F(RenderTest, SmoothShadingStopsAtCreases) {
 }
 
 TEST_F(RenderTest, WireframeFollowsPolygonsNotTriangles) {
-  const Mesh cube = cube();
-  Scene scene = scene_of(cube);
+  const Mesh mesh = cube();
+  Scene scene = scene_of(mesh);
   Options options = small_options();
   const Pixel bare = at(render(scene, options), 120, 100);
   options.wireframe = true;
