@@ -26,11 +26,8 @@ render:  math field flow mesh gl
 
 # file: the internal headers it may include, because it measures what they hold.
 readonly measured='
-bench/counted.cpp:       knead/flow/kernel_source.h knead/flow/segment_mover.h
-bench/remesh_bench.cpp:  knead/mesh/edges.h knead/remesh/patch.h knead/remesh/surface.h
-bench/sets_bench.cpp:    knead/field/packed_set.h knead/flow/point_tree.h
-bench/stamp_bench.cpp:   knead/mesh/polygonise.h
-bench/surface_bench.cpp: knead/mesh/triangle_queries.h
+apps/knead/benchmark/counted.cpp: knead/flow/kernel_source.h knead/flow/segment_mover.h
+bench/remesh_bench.cpp:           knead/mesh/edges.h
 '
 
 # shellcheck disable=SC2016  # awk's own dollar signs
