@@ -75,6 +75,7 @@ class OffscreenContext {
  public:
   explicit OffscreenContext(int version = 33) : context_(Context::open(version)), current_(context_) {}
 
+  // Returns the names of the GPU and of its driver.
   const std::string& description() const { return context_.description(); }
 
  private:

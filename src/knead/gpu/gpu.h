@@ -16,6 +16,7 @@
 
 namespace knead::gpu {
 
+// How the GPU is used.
 struct GpuOptions {
   // The largest number of points in one buffer; more points use several buffers. 0: as many as the driver allows.
   std::size_t most_points = 0;
@@ -53,6 +54,7 @@ class GpuPoints {
   GpuPoints(GpuPoints&&) noexcept;
   GpuPoints& operator=(GpuPoints&&) noexcept;
 
+  // Returns the number of points.
   std::size_t size() const;
 
   struct State;  // internal to the gpu room
@@ -89,6 +91,7 @@ class Gpu {
   // Returns true if the CPU does the work of a GPU.
   bool is_software() const;
 
+  // Returns what has been sent and read back so far.
   Transfers transfers() const;
 
   // Copies the points to the GPU.
@@ -112,6 +115,7 @@ class Gpu {
   // Replaces the points [first, first + positions.size()), in whole groups of kGroup or up to the last point. Throws
   // InvalidInput for other ranges.
   static constexpr std::size_t kGroup = 64;
+  // Replaces points; see kGroup for the ranges that are allowed.
   void write(GpuPoints& points, std::size_t first, std::span<const Vec3d> positions);
 
   // Copies `from` to `to` on the GPU. Throws InvalidInput if they differ in size.

@@ -6,6 +6,7 @@
 
 namespace knead::render {
 
+// Whether far things look smaller.
 enum class Projection { orthographic, perspective };
 
 // Looks from eye to target. The picture shows `height` units from bottom to top in the plane through the target, in
@@ -29,6 +30,7 @@ struct CameraFrame {
 // Returns the unit vectors of a valid camera.
 CameraFrame camera_frame(const Camera& camera);
 
+// Projection and margin of fit_camera().
 struct FitOptions {
   Projection projection = Projection::perspective;
   double field_of_view_deg = 25;  // vertical; perspective only

@@ -103,6 +103,7 @@ class LiveView {
   // positive.
   Image picture(const LiveScene& scene, int width, int height);
 
+  // Returns what the last call of move() sent to the GPU.
   UploadCounts counts() const;
 
   // Returns true if the driver draws on the CPU: then one sample per pixel is several times faster than four.

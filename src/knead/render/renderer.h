@@ -16,6 +16,7 @@ struct Programs;  // the compiled shaders (passes.h)
 
 enum class Shading { smooth, flat };
 
+// Size and appearance of the picture.
 struct Options {
   int width = 1600;
   int height = 1200;
@@ -46,6 +47,7 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
+  // Returns a picture of the scene, as render() does.
   Image render(const Scene& scene, const Options& options);
 
  private:

@@ -67,6 +67,7 @@ struct Clip {
   Color color{0.86f, 0.42f, 0.30f, 1};
 };
 
+// What a picture shows.
 struct Scene {
   std::vector<Shape> shapes;
   std::vector<TranslucentSurface> surfaces;

@@ -27,6 +27,7 @@ struct DrawnTool {
   std::optional<double> moment;
 };
 
+// How finely a tool is drawn.
 struct ToolDrawing {
   SurfaceDetail detail{};
   SurfaceCache* cache = nullptr;  // keeps surfaces from one picture to the next, if not null
