@@ -1,8 +1,5 @@
 // Pulls the first vertex of a shape up by a tenth of the shape's size: pull IN OUT
-#include <knead/flow/advect.h>
-#include <knead/io/shape_file.h>
-#include <knead/math/box.h>
-#include <knead/tool/stroke.h>
+#include <knead/knead.h>
 
 #include <cstdio>
 #include <exception>
