@@ -47,12 +47,4 @@ install(FILES ${changelog}.gz ${changelog}.Debian.gz DESTINATION ${CMAKE_INSTALL
 install(FILES ${changelog}.gz ${changelog}.Debian.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/libknead-dev
         COMPONENT development)
 
-# Everything that the packages hold: `./dev package` builds this target.
-add_custom_target(knead_package DEPENDS knead_core)
-foreach(part IN ITEMS knead knead-studio knead_gl knead_gpu knead_render)
-  if(TARGET ${part})
-    add_dependencies(knead_package ${part})
-  endif()
-endforeach()
-
 include(CPack)

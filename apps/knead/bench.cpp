@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,7 +32,7 @@ struct BenchOptions {
   std::vector<std::string> meshes;
   bool integrators = false;
   std::string backend = "cpu";
-  std::size_t vertices = 0;  // of a made knot; 0: not asked for
+  std::optional<std::size_t> vertices;  // of a made knot
   CommonOptions common;
 };
 
@@ -226,8 +227,8 @@ Json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) 
 // The paper's scenes, on its four shapes or those asked for.
 std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
   std::vector<BenchScene> scenes;
-  if (options.vertices > 0) scenes.push_back(paper_knot(options.vertices));
-  if (options.meshes.empty() && options.vertices == 0) {
+  if (options.vertices) scenes.push_back(paper_knot(*options.vertices));
+  if (options.meshes.empty() && !options.vertices) {
     scenes = standard_scenes(mesh_folder());
     scenes.resize(kPaperScenes);
   }
@@ -238,11 +239,10 @@ std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
 void run_bench(const BenchOptions& options) {
   const bool quiet = options.common.json;
   check_backend(options.backend);
-  if (options.vertices > 0 && options.backend != "gpu")
-    throw UsageError("--vertices is for --backend gpu; leave it out");
+  if (options.vertices && options.backend != "gpu") throw UsageError("--vertices is for --backend gpu; leave it out");
   if (options.backend == "gpu") {
     if (options.integrators) throw UsageError("--integrators are measured on the CPU; leave --backend out");
-    const bool all = options.meshes.empty() && options.vertices == 0;
+    const bool all = options.meshes.empty() && !options.vertices;
     const Json json = measure_on_gpu(paper_scenes_of(options), all, quiet);
     if (quiet) print(to_indented_text(json));
     return;
@@ -276,29 +276,25 @@ void run_bench(const BenchOptions& options) {
 
 }  // namespace
 
-Subcommand add_bench(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("bench", "Measure how fast shapes are deformed on this machine");
+Subcommand bench_command() {
   const auto options = std::make_shared<BenchOptions>();
-  app->add_option("--mesh", options->meshes, "The paper's benchmark on this shape instead; may be given again")
-      ->type_name("FILE");
-  app->add_flag("--integrators", options->integrators,
-                "Instead, the error and time of every integrator and tolerance for a stroke of each tool");
-  app->add_option("--backend", options->backend, "gpu: the paper's scenes on a GPU instead")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app->add_option("-n,--vertices", options->vertices, "With --backend gpu, on a made knot of about so many instead")
-      ->type_name("N");
-  add_common_options(*app, options->common);
-  add_examples(
-      *app,
-      "  knead bench\n"
-      "  knead bench --integrators\n"
-      "  knead bench --backend gpu\n"
-      "  knead bench --backend gpu -n 10000000\n"
-      "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
-      "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
-      "procedural shapes of the same size take their place.");
-  return {app, [options] { run_bench(*options); }};
+  std::vector<Option> described{
+      {"--mesh", &options->meshes, "The paper's benchmark on this shape instead; may be given again", "FILE"},
+      {"--integrators", &options->integrators,
+       "Instead, the error and time of every integrator and tolerance for a stroke of each tool"},
+      {"--backend", &options->backend, "gpu: the paper's scenes on a GPU instead", "NAME", OptionKind::with_default},
+      {"-n,--vertices", &options->vertices, "With --backend gpu, on a made knot of about so many instead", "N"},
+  };
+  add_common_options(described, options->common);
+  return {"bench", "Measure how fast shapes are deformed on this machine", described,
+          "  knead bench\n"
+          "  knead bench --integrators\n"
+          "  knead bench --backend gpu\n"
+          "  knead bench --backend gpu -n 10000000\n"
+          "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
+          "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
+          "procedural shapes of the same size take their place.",
+          [options] { run_bench(*options); }};
 }
 
 }  // namespace knead::command

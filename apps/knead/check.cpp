@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,7 +23,7 @@ namespace {
 struct CheckOptions {
   std::string shape;
   std::string before;
-  std::string require;
+  std::optional<std::string> require;
   CommonOptions common;
 };
 
@@ -98,9 +99,9 @@ std::size_t count_repeated(std::vector<Vec3d> positions) {
   return repeated;
 }
 
-void run_check(const CheckOptions& options, bool has_requirements) {
+void run_check(const CheckOptions& options) {
   std::vector<Requirement> requirements;
-  if (has_requirements) requirements = parse_requirements(options.require, !options.before.empty());
+  if (options.require) requirements = parse_requirements(*options.require, !options.before.empty());
   ShapeInfo info = read_info(options.shape);
   const Findings findings = find(options, info);
   if (!findings.self_intersections.complete) {
@@ -123,22 +124,19 @@ void run_check(const CheckOptions& options, bool has_requirements) {
 
 }  // namespace
 
-Subcommand add_check(CLI::App& parent) {
-  CLI::App* app =
-      parent.add_subcommand("check", "Whether a surface is sound: self-intersections, flat triangles, folds");
+Subcommand check_command() {
   const auto options = std::make_shared<CheckOptions>();
-  app->add_option("SHAPE", options->shape, "A mesh")->required()->type_name("");
-  app->add_option("--before", options->before, "The same mesh before it was deformed, to count flipped triangles")
-      ->type_name("FILE");
-  const CLI::Option* require = app->add_option("--require", options->require,
-                                               "Exit with code 4 unless all of these hold: " + known_requirements())
-                                   ->type_name("LIST");
-  add_common_options(*app, options->common);
-  add_examples(*app,
-               "  knead check scan.ply\n"
-               "  knead check bent.ply --before hand.ply --json\n"
-               "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1");
-  return {app, [options, require] { run_check(*options, require->count() > 0); }};
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "A mesh", "", OptionKind::required},
+      {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
+      {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
+  };
+  add_common_options(described, options->common);
+  return {"check", "Whether a surface is sound: self-intersections, flat triangles, folds", described,
+          "  knead check scan.ply\n"
+          "  knead check bent.ply --before hand.ply --json\n"
+          "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",
+          [options] { run_check(*options); }};
 }
 
 }  // namespace knead::command

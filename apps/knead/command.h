@@ -1,10 +1,9 @@
 // The subcommands of `knead`, a file each: parse, call the library, print.
 #pragma once
 
-#include <CLI/App.hpp>
-#include <functional>
 #include <stdexcept>
-#include <string>
+
+#include "options.h"
 
 namespace knead::command {
 
@@ -34,31 +33,14 @@ class QualityError : public std::runtime_error {
 // The user ended the program while it worked.
 struct Interrupted {};
 
-// A subcommand on the command line, and what it does once that is parsed. run throws UsageError, QualityError,
-// Interrupted, or what the library throws.
-struct Subcommand {
-  CLI::App* app = nullptr;
-  std::function<void()> run;
-};
-
-Subcommand add_deform(CLI::App& parent);
-Subcommand add_resolve(CLI::App& parent);
-Subcommand add_info(CLI::App& parent);
-Subcommand add_check(CLI::App& parent);
-Subcommand add_make(CLI::App& parent);
-Subcommand add_remesh(CLI::App& parent);
-Subcommand add_render(CLI::App& parent);
-Subcommand add_bench(CLI::App& parent);
-Subcommand add_studio(CLI::App& parent);
-
-// The options that every subcommand has.
-struct CommonOptions {
-  bool quiet = false;
-  bool json = false;
-};
-void add_common_options(CLI::App& app, CommonOptions& options);
-
-// The examples under the help of a subcommand.
-void add_examples(CLI::App& app, const std::string& examples);
+Subcommand deform_command();
+Subcommand resolve_command();
+Subcommand info_command();
+Subcommand check_command();
+Subcommand make_command();
+Subcommand remesh_command();
+Subcommand render_command();
+Subcommand bench_command();
+Subcommand studio_command();
 
 }  // namespace knead::command

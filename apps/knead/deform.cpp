@@ -176,10 +176,10 @@ Report report_of(const Mesh& mesh, const Certified& certified, const ReportSecon
   return report;
 }
 
-void run_deform(const DeformOptions& options, bool has_bounds) {
+void run_deform(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
-  const std::vector<Bound> bounds = has_bounds ? parse_bounds(options.require) : std::vector<Bound>{};
+  const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
   const Target target(options);
   check_outputs(options, target);
   replay.single_precision = holds_floats(target.path(0), replay.precision);
@@ -215,19 +215,16 @@ void run_deform(const DeformOptions& options, bool has_bounds) {
 
 }  // namespace
 
-Subcommand add_deform(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("deform", "Deform a mesh or point cloud by a session");
+Subcommand deform_command() {
   const auto options = std::make_shared<DeformOptions>();
-  add_options(*app, *options);
-  const CLI::Option* require = app->get_option("--require");
-  add_examples(*app,
-               "  knead deform hand.ply bend.knead -o bent.ply\n"
-               "  knead deform bent.ply bend.knead --inverse -o hand_again.ply\n"
-               "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
-               "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
-               "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
-               "A file whose name begins with - is given after --, as in: knead deform -o out.ply -- -a.ply b.knead");
-  return {app, [options, require] { run_deform(*options, require->count() > 0); }};
+  return {"deform", "Deform a mesh or point cloud by a session", describe(*options),
+          "  knead deform hand.ply bend.knead -o bent.ply\n"
+          "  knead deform bent.ply bend.knead --inverse -o hand_again.ply\n"
+          "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
+          "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
+          "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
+          "A file whose name begins with - is given after --, as in: knead deform -o out.ply -- -a.ply b.knead",
+          [options] { run_deform(*options); }};
 }
 
 }  // namespace knead::command

@@ -60,45 +60,43 @@ ReplayOptions replay_options(const DeformOptions& options) {
   return replay;
 }
 
-void add_options(CLI::App& app, DeformOptions& options) {
-  app.add_option("SHAPE", options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
-      ->required()
-      ->type_name("");
-  app.add_option("SESSION", options.session, "The strokes: a .knead file")->required()->type_name("");
-  app.add_option("-o,--output", options.output,
-                 "The file to write, in the format of its extension; may be SHAPE itself")
-      ->required()
-      ->type_name("FILE");
-  app.add_option("--tolerance", options.tolerance,
-                 "Position error of one path line over one segment, relative to the shape's box diagonal")
-      ->capture_default_str()
-      ->type_name("T");
-  app.add_option("--integrator", options.integrator,
-                 "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--precision", options.precision, "float or double; double writes PLY coordinates as doubles")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--backend", options.backend, "cpu, or gpu: a GPU with OpenGL 4.3, or the CPU where there is none")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--threads", options.threads, "How many threads (all); the result is the same")->type_name("N");
-  app.add_flag("--inverse", options.inverse, "The session backwards: takes a deformed shape back");
-  add_remesh_options(app, options.remesh);
-  app.add_flag("--check", options.check,
-               "Prove what the result is: crossings, flips, volume, angles, the distance to the true image");
-  app.add_option("--require", options.require,
-                 "Check, refine where the mesh is remeshed, and write nothing and exit with code 4 unless all of these "
-                 "hold: " +
-                     known_bounds())
-      ->type_name("LIST");
-  app.add_option("--until", options.until, "Stop after so many strokes; 2.5: half of the third")->type_name("S");
-  app.add_option("--frames", options.frames,
-                 "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d")
-      ->type_name("N");
-  app.add_option("--report", options.report, "Write a JSON report to this file; -: standard output")->type_name("FILE");
-  add_common_options(app, options.common);
+std::vector<Option> describe(DeformOptions& options) {
+  std::vector<Option> result{
+      {"SHAPE", &options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ", "", OptionKind::required},
+      {"SESSION", &options.session, "The strokes: a .knead file", "", OptionKind::required},
+      {"-o,--output", &options.output, "The file to write, in the format of its extension; may be SHAPE itself", "FILE",
+       OptionKind::required},
+      {"--tolerance", &options.tolerance,
+       "Position error of one path line over one segment, relative to the shape's box diagonal", "T",
+       OptionKind::with_default},
+      {"--integrator", &options.integrator,
+       "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)", "NAME",
+       OptionKind::with_default},
+      {"--precision", &options.precision, "float or double; double writes PLY coordinates as doubles", "NAME",
+       OptionKind::with_default},
+      {"--backend", &options.backend, "cpu, or gpu: a GPU with OpenGL 4.3, or the CPU where there is none", "NAME",
+       OptionKind::with_default},
+      {"--threads", &options.threads, "How many threads (all); the result is the same", "N"},
+      {"--inverse", &options.inverse, "The session backwards: takes a deformed shape back"},
+  };
+  add_remesh_options(result, options.remesh);
+  result.insert(
+      result.end(),
+      {
+          {"--check", &options.check,
+           "Prove what the result is: crossings, flips, volume, angles, the distance to the true image"},
+          {"--require", &options.require,
+           "Check, refine where the mesh is remeshed, and write nothing and exit with code 4 unless all of these "
+           "hold: " +
+               known_bounds(),
+           "LIST"},
+          {"--until", &options.until, "Stop after so many strokes; 2.5: half of the third", "S"},
+          {"--frames", &options.frames,
+           "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d", "N"},
+          {"--report", &options.report, "Write a JSON report to this file; -: standard output", "FILE"},
+      });
+  add_common_options(result, options.common);
+  return result;
 }
 
 }  // namespace knead::command

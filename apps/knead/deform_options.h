@@ -1,9 +1,9 @@
 // The command line of `knead deform`.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "command.h"
 #include "knead/session/replay.h"
@@ -22,7 +22,7 @@ struct DeformOptions {
   std::optional<int> threads;
   bool inverse = false;
   bool check = false;
-  std::string require;
+  std::optional<std::string> require;
   RemeshFlags remesh;
   std::optional<double> until;
   std::optional<int> frames;
@@ -30,7 +30,8 @@ struct DeformOptions {
   CommonOptions common;
 };
 
-void add_options(CLI::App& app, DeformOptions& options);
+// The options of the subcommand, whose values go to `options`.
+std::vector<Option> describe(DeformOptions& options);
 
 // Throws UsageError for values out of range.
 ReplayOptions replay_options(const DeformOptions& options);

@@ -25,17 +25,16 @@ void run_info(const InfoOptions& options) {
 
 }  // namespace
 
-Subcommand add_info(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("info", "What is in a file: counts, closed?, manifold?, volume, area, box");
+Subcommand info_command() {
   const auto options = std::make_shared<InfoOptions>();
-  app->add_option("SHAPE", options->shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ")
-      ->required()
-      ->type_name("");
-  add_common_options(*app, options->common);
-  add_examples(*app,
-               "  knead info hand.ply\n"
-               "  knead info hand.ply --json");
-  return {app, [options] { run_info(*options); }};
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ", "", OptionKind::required},
+  };
+  add_common_options(described, options->common);
+  return {"info", "What is in a file: counts, closed?, manifold?, volume, area, box", described,
+          "  knead info hand.ply\n"
+          "  knead info hand.ply --json",
+          [options] { run_info(*options); }};
 }
 
 }  // namespace knead::command

@@ -4,11 +4,12 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <algorithm>
-#include <array>
 #include <csignal>
 #include <exception>
 #include <new>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include "command.h"
@@ -18,16 +19,41 @@
 
 namespace knead::command {
 
-void add_common_options(CLI::App& app, CommonOptions& options) {
-  app.add_flag("-q,--quiet", options.quiet, "Only errors, and what was asked for with --json or --report");
-  app.add_flag("--json", options.json, "The result as one JSON object on standard output");
+namespace {
+
+std::vector<Subcommand> all_subcommands() {
+  return {deform_command(), resolve_command(), info_command(),  check_command(), make_command(),
+          remesh_command(), render_command(),  bench_command(), studio_command()};
 }
 
 void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }
 
-namespace {
+CLI::Option* add_option(CLI::App& app, const Option& option) {
+  return std::visit(
+      [&](auto* target) {
+        if constexpr (std::is_same_v<decltype(target), bool*>) {
+          return app.add_flag(option.name, *target, option.help);
+        } else {
+          return app.add_option(option.name, *target, option.help);
+        }
+      },
+      option.target);
+}
 
-using Subcommands = std::array<Subcommand, 9>;
+void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
+  CLI::App& app = *parent.add_subcommand(subcommand.name, subcommand.help);
+  for (const Option& option : subcommand.options) {
+    CLI::Option& added = *add_option(app, option);
+    if (option.kind == OptionKind::required) added.required();
+    if (option.kind == OptionKind::with_default) added.capture_default_str();
+    if (!option.choices.empty()) {
+      added.check(CLI::IsMember(option.choices));
+    } else if (!std::holds_alternative<bool*>(option.target)) {
+      added.type_name(option.value_name);
+    }
+  }
+  add_examples(app, subcommand.examples);
+}
 
 int fail(ExitCode code, const std::string& message) {
   print_message(message);
@@ -39,7 +65,7 @@ int run_subcommand(const Subcommand& subcommand) {
     subcommand.run();
     return kDone;
   } catch (const UsageError& error) {
-    return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.app->get_name() + " --help)");
+    return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.name + " --help)");
   } catch (const QualityError& error) {
     return fail(kQualityNotMet, error.what());
   } catch (const InvalidInput& error) {
@@ -52,13 +78,13 @@ int run_subcommand(const Subcommand& subcommand) {
 }
 
 // Words that name no subcommand are told here, where the parser would speak of unexpected arguments.
-void check_first_word(int argc, char** argv, const Subcommands& subcommands) {
+void check_first_word(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
   std::string names;
-  for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.app->get_name();
+  for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.name;
   if (argc < 2) throw UsageError("no command given; say one of " + names);
   const std::string word = argv[1];
   if (word.starts_with('-') && word != "-" && word != "--") return;
-  const auto is_named = [&](const Subcommand& each) { return each.app->get_name() == word; };
+  const auto is_named = [&](const Subcommand& each) { return each.name == word; };
   if (std::any_of(subcommands.begin(), subcommands.end(), is_named)) return;
   throw UsageError("no command '" + word + "'; say one of " + names);
 }
@@ -87,8 +113,8 @@ int run(int argc, char** argv) {
                "  knead make hand -o hand.ply\n"
                "  knead deform hand.ply bend.knead -o bent.ply\n"
                "  knead COMMAND --help");
-  const Subcommands subcommands{add_deform(app), add_resolve(app), add_info(app),  add_check(app), add_make(app),
-                                add_remesh(app), add_render(app),  add_bench(app), add_studio(app)};
+  const std::vector<Subcommand> subcommands = all_subcommands();
+  for (const Subcommand& subcommand : subcommands) add_subcommand(app, subcommand);
   try {
     check_first_word(argc, argv, subcommands);
     app.parse(argc, argv);
@@ -105,9 +131,8 @@ int run(int argc, char** argv) {
   } catch (const UsageError& error) {
     return fail(kWrongUsage, error.what() + (" (see " + help_of(app) + ")"));
   }
-  const auto chosen =
-      std::find_if(subcommands.begin(), subcommands.end(), [](const Subcommand& each) { return each.app->parsed(); });
-  return run_subcommand(*chosen);
+  const std::string chosen = app.get_subcommands().front()->get_name();
+  return run_subcommand(*std::ranges::find(subcommands, chosen, &Subcommand::name));
 }
 
 }  // namespace

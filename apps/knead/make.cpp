@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "command.h"
@@ -16,7 +17,7 @@ namespace {
 
 struct MakeOptions {
   std::string kind;
-  std::size_t vertices = 0;
+  std::optional<std::size_t> vertices;  // nothing: the default of the kind
   std::string output;
   CommonOptions common;
 };
@@ -31,17 +32,17 @@ ShapeKind checked_kind(const std::string& name) {
 
 void check_count(ShapeKind kind, const MakeOptions& options) {
   const ShapeCounts counts = shape_counts(kind);
-  if (options.vertices >= counts.minimum && options.vertices <= counts.maximum) return;
-  throw UsageError(fmt::format("--vertices {}: a {} can have {} to {}", options.vertices, options.kind, counts.minimum,
+  if (!options.vertices || (*options.vertices >= counts.minimum && *options.vertices <= counts.maximum)) return;
+  throw UsageError(fmt::format("--vertices {}: a {} can have {} to {}", *options.vertices, options.kind, counts.minimum,
                                counts.maximum));
 }
 
-void run_make(const MakeOptions& options, bool with_count) {
+void run_make(const MakeOptions& options) {
   const ShapeKind kind = checked_kind(options.kind);
-  if (with_count) check_count(kind, options);
+  check_count(kind, options);
   require_shape_extension(options.output);
   require_writable(options.output);
-  const Mesh mesh = make_shape(kind, options.vertices);
+  const Mesh mesh = make_shape(kind, options.vertices.value_or(0));
   write_mesh(options.output, mesh);
   if (options.common.json) {
     const Json json{{"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
@@ -53,20 +54,19 @@ void run_make(const MakeOptions& options, bool with_count) {
 
 }  // namespace
 
-Subcommand add_make(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("make", "A shape made by computation: closed, in one piece, of triangles");
+Subcommand make_command() {
   const auto options = std::make_shared<MakeOptions>();
-  app->add_option("KIND", options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")))->required()->type_name("");
-  CLI::Option* count =
-      app->add_option("-n,--vertices", options->vertices, "About so many (each kind has its default)")->type_name("N");
-  app->add_option("-o,--output", options->output, "The file: .ply (binary, float coordinates) or .obj")
-      ->required()
-      ->type_name("FILE");
-  add_common_options(*app, options->common);
-  add_examples(*app,
-               "  knead make hand -o hand.ply\n"
-               "  knead make sphere -n 100000 -o sphere.obj");
-  return {app, [options, count] { run_make(*options, count->count() > 0); }};
+  std::vector<Option> described{
+      {"KIND", &options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")), "", OptionKind::required},
+      {"-n,--vertices", &options->vertices, "About so many (each kind has its default)", "N"},
+      {"-o,--output", &options->output, "The file: .ply (binary, float coordinates) or .obj", "FILE",
+       OptionKind::required},
+  };
+  add_common_options(described, options->common);
+  return {"make", "A shape made by computation: closed, in one piece, of triangles", described,
+          "  knead make hand -o hand.ply\n"
+          "  knead make sphere -n 100000 -o sphere.obj",
+          [options] { run_make(*options); }};
 }
 
 }  // namespace knead::command

@@ -82,25 +82,26 @@ void run_remesh(RemeshCommand command) {
 
 }  // namespace
 
-Subcommand add_remesh(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("remesh", "Refine a mesh and improve its triangles");
+Subcommand remesh_command() {
   const auto command = std::make_shared<RemeshCommand>();
-  app->add_option("SHAPE", command->shape, "A mesh: PLY, OBJ, STL, OFF or GLB")->required()->type_name("");
-  app->add_option("-o,--output", command->output,
-                  "The file to write, in the format of its extension; may be SHAPE itself")
-      ->required()
-      ->type_name("FILE");
-  add_edge_options(*app, command->flags);
-  app->add_option("--iterations", command->flags.iterations,
-                  fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations))
-      ->type_name("N");
-  app->add_option("--threads", command->threads, "How many threads (all); the result is the same")->type_name("N");
-  add_common_options(*app, command->common);
-  add_examples(*app,
-               "  knead remesh scan.ply -o even.ply\n"
-               "  knead remesh box.obj --max-edge 0.05 -o fine.obj\n"
-               "  knead remesh fine.obj --min-edge 0.1 --max-edge 0.5 --json -o coarse.obj");
-  return {app, [command] { run_remesh(*command); }};
+  std::vector<Option> options{
+      {"SHAPE", &command->shape, "A mesh: PLY, OBJ, STL, OFF or GLB", "", OptionKind::required},
+      {"-o,--output", &command->output, "The file to write, in the format of its extension; may be SHAPE itself",
+       "FILE", OptionKind::required},
+  };
+  add_edge_options(options, command->flags);
+  options.insert(options.end(),
+                 {
+                     {"--iterations", &command->flags.iterations,
+                      fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations), "N"},
+                     {"--threads", &command->threads, "How many threads (all); the result is the same", "N"},
+                 });
+  add_common_options(options, command->common);
+  return {"remesh", "Refine a mesh and improve its triangles", options,
+          "  knead remesh scan.ply -o even.ply\n"
+          "  knead remesh box.obj --max-edge 0.05 -o fine.obj\n"
+          "  knead remesh fine.obj --min-edge 0.1 --max-edge 0.5 --json -o coarse.obj",
+          [command] { run_remesh(*command); }};
 }
 
 }  // namespace knead::command

@@ -51,30 +51,35 @@ std::optional<RemeshSettings> settings_of(const RemeshFlags& flags) {
   return settings;
 }
 
-void add_edge_options(CLI::App& app, RemeshFlags& flags) {
-  app.add_option("--max-edge", flags.max_edge,
-                 "Split edges that are longer (twice what 95% of the shape's edges do not pass)")
-      ->type_name("LENGTH");
-  app.add_option("--min-edge", flags.min_edge,
-                 "Collapse edges that are shorter where the surface is flat (a quarter of the shape's mean edge)")
-      ->type_name("LENGTH");
+void add_edge_options(std::vector<Option>& options, RemeshFlags& flags) {
+  options.insert(
+      options.end(),
+      {
+          {"--max-edge", &flags.max_edge,
+           "Split edges that are longer (twice what 95% of the shape's edges do not pass)", "LENGTH"},
+          {"--min-edge", &flags.min_edge,
+           "Collapse edges that are shorter where the surface is flat (a quarter of the shape's mean edge)", "LENGTH"},
+      });
 }
 
-void add_remesh_options(CLI::App& app, RemeshFlags& flags) {
-  app.add_flag("--remesh", flags.remesh,
-               "Let the mesh follow each stroke: split what it stretches, keep triangles well shaped; implied by the "
-               "next five");
-  add_edge_options(app, flags);
-  app.add_option("--max-angle", flags.max_angle,
-                 fmt::format("Split edges whose ends are turned apart by more ({})", kDefaultMaxAngleDeg))
-      ->type_name("DEGREES");
-  app.add_option("--max-chord", flags.max_chord,
-                 fmt::format("Split edges whose middle misses its true image by more, of the box diagonal ({})",
-                             kDefaultMaxChord))
-      ->type_name("PART");
-  app.add_option("--remesh-iterations", flags.iterations,
-                 fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations))
-      ->type_name("N");
+void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags) {
+  options.push_back(
+      {"--remesh", &flags.remesh,
+       "Let the mesh follow each stroke: split what it stretches, keep triangles well shaped; implied by the "
+       "next five"});
+  add_edge_options(options, flags);
+  options.insert(
+      options.end(),
+      {
+          {"--max-angle", &flags.max_angle,
+           fmt::format("Split edges whose ends are turned apart by more ({})", kDefaultMaxAngleDeg), "DEGREES"},
+          {"--max-chord", &flags.max_chord,
+           fmt::format("Split edges whose middle misses its true image by more, of the box diagonal ({})",
+                       kDefaultMaxChord),
+           "PART"},
+          {"--remesh-iterations", &flags.iterations,
+           fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations), "N"},
+      });
 }
 
 }  // namespace knead::command

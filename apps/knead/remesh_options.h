@@ -1,10 +1,11 @@
 // The options that say how a mesh is remade, of `knead deform` and `knead remesh`.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <optional>
+#include <vector>
 
 #include "knead/remesh/remesh.h"
+#include "options.h"
 
 namespace knead::command {
 
@@ -21,9 +22,9 @@ struct RemeshFlags {
 std::optional<RemeshSettings> settings_of(const RemeshFlags& flags);
 
 // --max-edge and --min-edge, which have a meaning without a deformation too.
-void add_edge_options(CLI::App& app, RemeshFlags& flags);
+void add_edge_options(std::vector<Option>& options, RemeshFlags& flags);
 
 // --remesh, and all else that follows a deformation.
-void add_remesh_options(CLI::App& app, RemeshFlags& flags);
+void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags);
 
 }  // namespace knead::command

@@ -203,57 +203,50 @@ void run_render(RenderOptions options) {
   }
 }
 
-void add_options(CLI::App& app, RenderOptions& options) {
-  app.add_option("SHAPE", options.panels.shapes, "One or more meshes or point clouds, drawn side by side")
-      ->required()
-      ->type_name("");
-  app.add_option("-o,--output", options.output, "The .png or .jpg file to write")->required()->type_name("FILE");
-  app.add_option("--session", options.panels.session,
-                 "Draw this session's tools over the first shape: r = inner red, r = outer green")
-      ->type_name("FILE");
-  app.add_option("--stroke", options.panels.stroke, "Only the tool of this stroke, counted from 1")->type_name("N");
-  app.add_option("--until", options.until,
-                 "The one shape as the session has deformed it after S strokes, a panel for each S; 2.5: half of the "
-                 "third")
-      ->type_name("S,S,...");
-  app.add_option("--tools", options.tools,
-                 "first: all tools in the first panel; each: in every panel the tool then at work; none")
-      ->capture_default_str()
-      ->type_name("WHERE");
-  app.add_option("--cut", options.cut, "Take away what lies beyond the plane N.x = OFFSET, and show the cut")
-      ->type_name("NX,NY,NZ,OFFSET");
-  app.add_option("--size", options.size, "WIDTHxHEIGHT of the whole picture in pixels")
-      ->capture_default_str()
-      ->type_name("WxH");
-  app.add_option("--view", options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees")
-      ->capture_default_str()
-      ->type_name("NAME");
-  app.add_option("--up", options.up, "The axis that points up, y or z")->capture_default_str()->type_name("AXIS");
-  app.add_option("--close-up", options.close_up, "Look at this point, and show so much about it from bottom to top")
-      ->type_name("X,Y,Z,HEIGHT");
-  app.add_option("--background", options.background, "white or transparent")->capture_default_str()->type_name("COLOR");
-  app.add_flag("--no-ground", options.no_ground, "No shadow on the ground");
-  app.add_flag("--flat", options.flat, "One shade for each face");
-  app.add_flag("--wireframe", options.wireframe, "The faces' edges as lines");
-  app.add_flag("--same-scale", options.same_scale,
-               "Each shape in the middle of its part of the picture, all at one scale; else one camera shows all");
-  add_common_options(app, options.common);
+std::vector<Option> describe(RenderOptions& options) {
+  std::vector<Option> result{
+      {"SHAPE", &options.panels.shapes, "One or more meshes or point clouds, drawn side by side", "",
+       OptionKind::required},
+      {"-o,--output", &options.output, "The .png or .jpg file to write", "FILE", OptionKind::required},
+      {"--session", &options.panels.session,
+       "Draw this session's tools over the first shape: r = inner red, r = outer green", "FILE"},
+      {"--stroke", &options.panels.stroke, "Only the tool of this stroke, counted from 1", "N"},
+      {"--until", &options.until,
+       "The one shape as the session has deformed it after S strokes, a panel for each S; 2.5: half of the "
+       "third",
+       "S,S,..."},
+      {"--tools", &options.tools,
+       "first: all tools in the first panel; each: in every panel the tool then at work; none", "WHERE",
+       OptionKind::with_default},
+      {"--cut", &options.cut, "Take away what lies beyond the plane N.x = OFFSET, and show the cut", "NX,NY,NZ,OFFSET"},
+      {"--size", &options.size, "WIDTHxHEIGHT of the whole picture in pixels", "WxH", OptionKind::with_default},
+      {"--view", &options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees", "NAME",
+       OptionKind::with_default},
+      {"--up", &options.up, "The axis that points up, y or z", "AXIS", OptionKind::with_default},
+      {"--close-up", &options.close_up, "Look at this point, and show so much about it from bottom to top",
+       "X,Y,Z,HEIGHT"},
+      {"--background", &options.background, "white or transparent", "COLOR", OptionKind::with_default},
+      {"--no-ground", &options.no_ground, "No shadow on the ground"},
+      {"--flat", &options.flat, "One shade for each face"},
+      {"--wireframe", &options.wireframe, "The faces' edges as lines"},
+      {"--same-scale", &options.same_scale,
+       "Each shape in the middle of its part of the picture, all at one scale; else one camera shows all"},
+  };
+  add_common_options(result, options.common);
+  return result;
 }
 
 }  // namespace
 
-Subcommand add_render(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("render", "Draw shapes, and the tools of a session, into a picture");
+Subcommand render_command() {
   const auto options = std::make_shared<RenderOptions>();
-  add_options(*app, *options);
-  add_examples(
-      *app,
-      "  knead render hand.ply -o hand.png\n"
-      "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
-      "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
-      "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
-      "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png");
-  return {app, [options] { run_render(*options); }};
+  return {"render", "Draw shapes, and the tools of a session, into a picture", describe(*options),
+          "  knead render hand.ply -o hand.png\n"
+          "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
+          "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
+          "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
+          "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png",
+          [options] { run_render(*options); }};
 }
 
 }  // namespace knead::command

@@ -41,19 +41,19 @@ void run_resolve(const ResolveOptions& options) {
 
 }  // namespace
 
-Subcommand add_resolve(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("resolve", "Write the session as strokes that read no surface");
+Subcommand resolve_command() {
   const auto options = std::make_shared<ResolveOptions>();
-  app->add_option("SHAPE", options->shape, "The shape that the session was made for: PLY, OBJ, STL, OFF, GLB or XYZ")
-      ->required()
-      ->type_name("");
-  app->add_option("SESSION", options->session, "The strokes: a .knead file")->required()->type_name("");
-  app->add_option("-o,--output", options->output, "The .knead file to write")->required()->type_name("FILE");
-  add_common_options(*app, options->common);
-  add_examples(*app,
-               "  knead resolve hand.ply paint.knead -o flow.knead\n"
-               "  knead deform fine_hand.ply flow.knead -o painted.ply");
-  return {app, [options] { run_resolve(*options); }};
+  std::vector<Option> described{
+      {"SHAPE", &options->shape, "The shape that the session was made for: PLY, OBJ, STL, OFF, GLB or XYZ", "",
+       OptionKind::required},
+      {"SESSION", &options->session, "The strokes: a .knead file", "", OptionKind::required},
+      {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
+  };
+  add_common_options(described, options->common);
+  return {"resolve", "Write the session as strokes that read no surface", described,
+          "  knead resolve hand.ply paint.knead -o flow.knead\n"
+          "  knead deform fine_hand.ply flow.knead -o painted.ply",
+          [options] { run_resolve(*options); }};
 }
 
 }  // namespace knead::command

@@ -24,11 +24,17 @@ void become(const std::string& program, std::vector<std::string>& words) {
   ::execvp(program.c_str(), arguments.data());
 }
 
-void run_studio(const std::string& backend, const std::string& shape, const std::string& session) {
+struct StudioOptions {
+  std::string backend;
+  std::string shape;
+  std::string session;
+};
+
+void run_studio(const StudioOptions& options) {
   std::vector<std::string> words{kProgram};
-  if (!backend.empty()) words.insert(words.end(), {"--backend", backend});
+  if (!options.backend.empty()) words.insert(words.end(), {"--backend", options.backend});
   words.emplace_back("--");
-  for (const std::string& file : {shape, session}) {
+  for (const std::string& file : {options.shape, options.session}) {
     if (!file.empty()) words.push_back(file);
   }
   std::error_code error;
@@ -42,19 +48,21 @@ void run_studio(const std::string& backend, const std::string& shape, const std:
 
 }  // namespace
 
-Subcommand add_studio(CLI::App& parent) {
-  CLI::App* app = parent.add_subcommand("studio", "The interactive application");
-  const auto shape = std::make_shared<std::string>();
-  const auto session = std::make_shared<std::string>();
-  const auto backend = std::make_shared<std::string>();
-  app->add_option("--backend", *backend, "What moves the shape under the hand: cpu, or gpu (default: as last chosen)")
-      ->check(CLI::IsMember({"cpu", "gpu"}));
-  app->add_option("SHAPE", *shape, "What to work on; a new sphere where it is not given")->type_name("");
-  app->add_option("SESSION", *session, "What has been done to it before")->type_name("");
-  add_examples(*app,
-               "  knead studio\n"
-               "  knead studio hand.ply bend.knead");
-  return {app, [=] { run_studio(*backend, *shape, *session); }};
+Subcommand studio_command() {
+  const auto options = std::make_shared<StudioOptions>();
+  return {"studio",
+          "The interactive application",
+          {{"--backend",
+            &options->backend,
+            "What moves the shape under the hand: cpu, or gpu (default: as last chosen)",
+            "",
+            OptionKind::optional,
+            {"cpu", "gpu"}},
+           {"SHAPE", &options->shape, "What to work on; a new sphere where it is not given"},
+           {"SESSION", &options->session, "What has been done to it before"}},
+          "  knead studio\n"
+          "  knead studio hand.ply bend.knead",
+          [options] { run_studio(*options); }};
 }
 
 }  // namespace knead::command

@@ -1,0 +1,50 @@
+// What a subcommand understands, as data: the command line is parsed by it, and help, completions and a manual page
+// can be made from it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+namespace knead::command {
+
+// Where the value of an option goes. An optional tells whether the option was given.
+using OptionTarget = std::variant<bool*, double*, std::string*, std::vector<std::string>*, std::optional<int>*,
+                                  std::optional<double>*, std::optional<std::size_t>*, std::optional<std::string>*>;
+
+enum class OptionKind {
+  optional,
+  required,
+  with_default,  // the value before parsing is shown in the help
+};
+
+struct Option {
+  std::string name;     // "-o,--output", or "SHAPE" for an argument without a name
+  OptionTarget target;  // a bool makes it a flag, which takes no value
+  std::string help;
+  std::string value_name = {};  // stands for the value in the help, e.g. "FILE"
+  OptionKind kind = OptionKind::optional;
+  std::vector<std::string> choices = {};  // empty: every value is accepted
+};
+
+// A subcommand and what it does once its options are parsed. run throws UsageError, QualityError, Interrupted, or what
+// the library throws.
+struct Subcommand {
+  std::string name;
+  std::string help;
+  std::vector<Option> options;
+  std::string examples;  // printed below the help
+  std::function<void()> run;
+};
+
+// The options that nearly every subcommand has.
+struct CommonOptions {
+  bool quiet = false;
+  bool json = false;
+};
+void add_common_options(std::vector<Option>& options, CommonOptions& common);
+
+}  // namespace knead::command
