@@ -46,7 +46,7 @@ sort -k 3 "$build/times" | awk '
     split(name, part, "/")
     target = part[1]
     sub(/\.dir$/, "", target)
-    if (target == "knead_core") target = target " " (part[3] == "" ? "headers" : part[2])
+    if (target == "knead_core") target = target " " part[2]
     ++sources[target]
     seconds[target] += $1 + $2
     total += $1 + $2
