@@ -183,7 +183,7 @@ class Application {
     draw_dialogs(studio_, dialogs_, gui_, [this](const std::filesystem::path& path) { write_picture(path); });
   }
 
-  // Begins or ends the use of the graphics card, as was chosen.
+  // Starts or ends the use of the GPU, as chosen.
   void choose_mover() {
     const bool wanted = studio_.preferences().backend == BackendChoice::gpu;
     if (wanted == card_.has_value()) return;
@@ -192,8 +192,9 @@ class Application {
       card_.emplace();
       times_.mover = card_->description();
       studio_.set_hit_test([this](const Ray& ray) { return hit_on_card(ray); });
-      studio_.tell({false, fmt::format("What you see under the hand is now moved by {}.{}", times_.mover,
-                                       card_->is_software() ? " That is no graphics card: the CPU is faster." : "")});
+      studio_.tell(
+          {false, fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
+                              card_->is_software() ? " It is emulated in software, so the CPU is faster." : "")});
     } catch (const std::exception& error) {
       give_up_card(error);
     }
@@ -220,10 +221,10 @@ class Application {
   void give_up_card(const std::exception& error) {
     leave_card();
     studio_.preferences().backend = BackendChoice::cpu;
-    studio_.tell({true, fmt::format("Studio goes on with the CPU: {}.", error.what())});
+    studio_.tell({true, fmt::format("Studio continues on the CPU: {}.", error.what())});
   }
 
-  // Whether the card shows the shape.
+  // Returns true if the GPU shows the shape.
   bool show_on_card() {
     if (!card_) return false;
     try {
@@ -253,7 +254,7 @@ class Application {
     view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
   }
 
-  // Smooth edges are given up where pictures take long, as without a graphics card.
+  // Turns smooth edges off if pictures take long, as without a GPU.
   void lower_quality_if_slow() {
     slow_frames_ = times_.drawing > kSlow ? slow_frames_ + 1 : 0;
     if (slow_frames_ < kSlowFrames || !is_smooth_) return;
@@ -299,7 +300,7 @@ class Application {
   render::LiveView view_;
   Overlay overlay_;
   DrawnShape shape_;
-  std::optional<CardShape> card_;  // where the graphics card moves the shape
+  std::optional<CardShape> card_;  // empty: the CPU moves the shape
   std::uint64_t reads_before_ = 0;
   Dialogs dialogs_;
   HistoryEditor editor_;
@@ -342,14 +343,13 @@ void run_application(const ApplicationOptions& options) {
   auto application = std::make_unique<Application>(studio);
   begin(studio, options);
   for (int windows = 1; !application->run(); ++windows) {
-    if (windows == kMostWindows) throw std::runtime_error("the graphics driver loses its work again and again");
+    if (windows == kMostWindows) throw std::runtime_error("the graphics driver keeps resetting");
     const Pointer& at = studio.pointer();
     if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
     application.reset();
     application = std::make_unique<Application>(studio);
     studio.preferences().backend = BackendChoice::cpu;
-    studio.tell(
-        {true, "The graphics card was reset. The work is as it was; Studio goes on with the CPU in a new window."});
+    studio.tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
   }
   studio.close();
 }

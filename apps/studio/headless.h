@@ -8,9 +8,9 @@
 
 namespace knead::studio {
 
-// Runs a script (script.h) to its end and puts the work away. What Studio tells goes to standard error; returns whether
-// there was no error among it. Pictures need OpenGL, no display; `backend` moves what is in them while a hand does.
-// Throws as run_script, and as CardShape where there is no graphics card for it.
+// Runs a script (script.h) to its end and closes the document. Writes Studio's notices to standard error and returns
+// true if none of them is an error. Pictures need OpenGL but no display; `backend` moves the shape in them during a
+// drag. Throws as run_script, and as CardShape if there is no suitable GPU.
 bool run_headless(std::istream& script, const std::string& name, const StudioOptions& options, BackendChoice backend);
 
 }  // namespace knead::studio

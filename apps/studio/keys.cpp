@@ -11,16 +11,16 @@ namespace {
 
 struct ActionInfo {
   Action action;
-  std::string_view name;
-  std::string_view title;
+  std::string name;
+  std::string title;
   std::string_view group;
   std::array<std::string_view, 2> chords;  // empty: none
 };
 
 using enum Action;
 
-// In the order of Action.
-const std::array<ActionInfo, kActionCount> kActions{{
+// In the order of Action, up to the tools.
+const std::vector<ActionInfo> kFixedActions{
     {new_shape, "new_shape", "New shape...", "File", {"Ctrl+N"}},
     {open, "open", "Open...", "File", {"Ctrl+O"}},
     {save, "save", "Save", "File", {"Ctrl+S"}},
@@ -30,27 +30,16 @@ const std::array<ActionInfo, kActionCount> kActions{{
     {quit, "quit", "Quit", "File", {"Ctrl+Q"}},
     {undo, "undo", "Undo", "Edit", {"Ctrl+Z"}},
     {redo, "redo", "Redo", "Edit", {"Ctrl+Shift+Z", "Ctrl+Y"}},
-    {cancel, "cancel", "Give up what is under way", "Edit", {"Escape"}},
+    {cancel, "cancel", "Cancel", "Edit", {"Escape"}},
     {finish, "finish", "Finish a curve", "Edit", {"Enter", "Numpad Enter"}},
-    {tool_ball, "tool_ball", "Ball", "Tools", {"1"}},
-    {tool_capsule, "tool_capsule", "Capsule", "Tools", {"2"}},
-    {tool_paint, "tool_paint", "Paint", "Tools", {"3"}},
-    {tool_points, "tool_points", "Points", "Tools", {"4"}},
-    {tool_curve, "tool_curve", "Curve", "Tools", {"5"}},
-    {tool_stamp, "tool_stamp", "Stamp", "Tools", {"6"}},
-    {tool_rotate, "tool_rotate", "Rotate", "Tools", {"7"}},
-    {tool_stretch, "tool_stretch", "Stretch", "Tools", {"8"}},
-    {tool_twist, "tool_twist", "Twist", "Tools", {"9"}},
-    {tool_bend, "tool_bend", "Bend", "Tools", {"0"}},
-    {tool_handles, "tool_handles", "Handles", "Tools", {"-"}},
-    {radius, "radius", "Radius by moving the pointer", "Tools", {"F"}},
-    {inner_ratio, "inner_ratio", "Inner ratio by moving the pointer", "Tools", {"Shift+F"}},
+    {radius, "radius", "Set the radius with the pointer", "Tools", {"F"}},
+    {inner_ratio, "inner_ratio", "Set the inner ratio with the pointer", "Tools", {"Shift+F"}},
     {larger, "larger", "Larger radius", "Tools", {"]"}},
     {smaller, "smaller", "Smaller radius", "Tools", {"["}},
     {rounder, "rounder", "Smaller inner ratio", "Tools", {"Shift+["}},
     {sharper, "sharper", "Larger inner ratio", "Tools", {"Shift+]"}},
-    {drag_mode, "drag_mode", "Next way of dragging", "Tools", {"D"}},
-    {paint_in, "paint_in", "Paint in or out", "Tools", {"I"}},
+    {drag_mode, "drag_mode", "Next drag direction", "Tools", {"D"}},
+    {paint_in, "paint_in", "Press in or pull out", "Tools", {"I"}},
     {mirror_x, "mirror_x", "Mirror in x", "Tools", {"Alt+X"}},
     {mirror_y, "mirror_y", "Mirror in y", "Tools", {"Alt+Y"}},
     {mirror_z, "mirror_z", "Mirror in z", "Tools", {"Alt+Z"}},
@@ -72,9 +61,21 @@ const std::array<ActionInfo, kActionCount> kActions{{
     {history, "history", "History", "Window", {"L"}},
     {statistics, "statistics", "Statistics", "Window", {"T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
-}};
+};
 
-const ActionInfo& info(Action action) { return kActions[static_cast<std::size_t>(action)]; }
+// All, in the order of Action.
+const std::vector<ActionInfo>& actions() {
+  static const std::vector<ActionInfo> kActions = [] {
+    std::vector<ActionInfo> all = kFixedActions;
+    for (const StudioTool& tool : studio_tools()) {
+      all.push_back({action_of(tool), "tool_" + word_of(tool), tool.name, "Tools", {tool.key}});
+    }
+    return all;
+  }();
+  return kActions;
+}
+
+const ActionInfo& info(Action action) { return actions()[static_cast<std::size_t>(action)]; }
 
 constexpr std::array<std::string_view, 95> kKeyNames{
     "A",         "B",         "C",        "D",        "E",        "F",        "G",
@@ -107,6 +108,25 @@ bool take(std::string_view& text, std::string_view prefix) {
 bool remove_chord(std::vector<Chord>& chords, const Chord& chord) { return std::erase(chords, chord) > 0; }
 
 }  // namespace
+
+std::span<const Action> all_actions() {
+  static const std::vector<Action> kAll = [] {
+    std::vector<Action> all;
+    for (const StudioTool& tool : studio_tools()) all.push_back(action_of(tool));
+    for (const ActionInfo& one : kFixedActions) all.push_back(one.action);
+    return all;
+  }();
+  return kAll;
+}
+
+Action action_of(const StudioTool& tool) {
+  return static_cast<Action>(static_cast<std::ptrdiff_t>(first_tool) + (&tool - studio_tools().data()));
+}
+
+const StudioTool* tool_of(Action action) {
+  return action < first_tool ? nullptr
+                             : &studio_tools()[static_cast<std::size_t>(action) - static_cast<std::size_t>(first_tool)];
+}
 
 std::string text_of(const Chord& chord) {
   return fmt::format("{}{}{}{}", chord.modifiers.ctrl ? "Ctrl+" : "", chord.modifiers.alt ? "Alt+" : "",
@@ -141,8 +161,8 @@ std::string_view title_of(Action action) { return info(action).title; }
 std::string_view group_of(Action action) { return info(action).group; }
 
 std::optional<Action> action_named(std::string_view name) {
-  if (name == "tool_marks") return tool_handles;  // its name in version 0.1
-  for (const ActionInfo& info : kActions) {
+  if (name == "tool_marks") return action_of(studio_tool(ToolUse::handles));  // its name in version 0.1
+  for (const ActionInfo& info : actions()) {
     if (info.name == name) return info.action;
   }
   return std::nullopt;
@@ -150,7 +170,7 @@ std::optional<Action> action_named(std::string_view name) {
 
 KeyMap default_keys() {
   KeyMap keys;
-  for (const ActionInfo& info : kActions) {
+  for (const ActionInfo& info : actions()) {
     for (const std::string_view text : info.chords) {
       if (const std::optional<Chord> chord = chord_of(text)) keys.of(info.action).push_back(*chord);
     }
@@ -159,7 +179,7 @@ KeyMap default_keys() {
 }
 
 std::optional<Action> action_of(const KeyMap& keys, const Chord& chord) {
-  for (const ActionInfo& info : kActions) {
+  for (const ActionInfo& info : actions()) {
     const std::vector<Chord>& chords = keys.of(info.action);
     if (std::find(chords.begin(), chords.end(), chord) != chords.end()) return info.action;
   }
@@ -174,11 +194,12 @@ std::string keys_text(const KeyMap& keys, Action action) {
 
 std::vector<std::string> choose_keys(KeyMap& keys, std::span<const KeyChoice> choices) {
   std::vector<std::string> messages;
-  std::array<bool, kActionCount> chosen{};
+  std::vector<bool> chosen(all_actions().size());
   for (const KeyChoice& choice : choices) {
     const std::optional<Action> action = action_named(choice.action);
     if (!action) {
-      messages.push_back(fmt::format("keys: there is no action \"{}\"; the help (H) lists them", choice.action));
+      messages.push_back(
+          fmt::format("keys: there is no action \"{}\"; docs/studio.md lists the actions", choice.action));
       continue;
     }
     chosen[static_cast<std::size_t>(*action)] = true;

@@ -1,13 +1,13 @@
 // What can be asked for with a key, and which key asks for it.
 #pragma once
 
-#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "gestures/tools.h"
 #include "platform/event.h"
 
 namespace knead::studio {
@@ -24,17 +24,6 @@ enum class Action {
   redo,
   cancel,
   finish,
-  tool_ball,
-  tool_capsule,
-  tool_paint,
-  tool_points,
-  tool_curve,
-  tool_stamp,
-  tool_rotate,
-  tool_stretch,
-  tool_twist,
-  tool_bend,
-  tool_handles,
   radius,
   inner_ratio,
   larger,
@@ -64,8 +53,15 @@ enum class Action {
   history,
   statistics,
   full_screen,
+  first_tool,  // this and those that follow choose a tool, in the order of studio_tools()
 };
-inline constexpr std::size_t kActionCount = static_cast<std::size_t>(Action::full_screen) + 1;
+
+// Returns all actions, each once, in the order of the help.
+std::span<const Action> all_actions();
+
+// Returns the action that chooses a tool, and the tool that an action chooses (a null pointer for other actions).
+Action action_of(const StudioTool& tool);
+const StudioTool* tool_of(Action action);
 
 // A key with the modifiers held. A letter is the one printed on the key; another key's name is that of its place on a
 // US keyboard: see key_names().
@@ -95,7 +91,7 @@ std::string_view group_of(Action action);
 
 // The chords of each action; no chord belongs to two.
 struct KeyMap {
-  std::array<std::vector<Chord>, kActionCount> chords;
+  std::vector<std::vector<Chord>> chords{all_actions().size()};
 
   const std::vector<Chord>& of(Action action) const { return chords[static_cast<std::size_t>(action)]; }
   std::vector<Chord>& of(Action action) { return chords[static_cast<std::size_t>(action)]; }

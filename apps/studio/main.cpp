@@ -18,10 +18,10 @@ constexpr const char* kHelp =
     "usage: knead-studio [--backend cpu|gpu] [SHAPE] [SESSION]\n"
     "       knead-studio [--backend cpu|gpu] --script FILE\n"
     "\n"
-    "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere where none is given) is shaped by\n"
-    "hand, after the strokes of the session. H shows the keys.\n"
+    "Opens a window in which the shape (PLY, OBJ, GLB, STL, OFF or XYZ; a sphere if none is given) can be\n"
+    "deformed, after the strokes of the session. H shows the keys.\n"
     "\n"
-    "--backend gpu: the graphics card moves what is seen while a hand does (View > Deform on).\n"
+    "--backend gpu: the GPU moves the shape during a drag (View > Deform on).\n"
     "--script needs no display: it does what the lines of FILE say, as a hand would do it (- is standard input;\n"
     "docs/studio.md has the lines).\n";
 
@@ -67,12 +67,12 @@ int main(int argc, char** argv) {
         if (name != "cpu" && name != "gpu") return fail(2, "--backend takes cpu or gpu");
         options.backend = name == "gpu" ? knead::studio::BackendChoice::gpu : knead::studio::BackendChoice::cpu;
       } else if (!only_files && word.starts_with('-')) {
-        return fail(2, "no such option; see knead-studio --help");
+        return fail(2, "unknown option; see knead-studio --help");
       } else {
         files.push_back(word);
       }
     }
-    if (files.size() > 2) return fail(2, "a shape and a session at most; see knead-studio --help");
+    if (files.size() > 2) return fail(2, "give at most one shape and one session; see knead-studio --help");
     if (!files.empty()) options.shape = files[0];
     if (files.size() > 1) options.session = files[1];
     knead::studio::run_application(options);

@@ -16,7 +16,7 @@ namespace knead::studio {
 std::filesystem::path config_folder();
 std::filesystem::path state_folder();
 
-// What moves the shape while a hand does; what is kept is always the CPU's.
+// What moves the shape during a drag. The result always comes from the CPU.
 enum class BackendChoice { cpu, gpu };
 
 struct Preferences {

@@ -55,14 +55,11 @@ Modifiers modifiers_of(const Json& line) {
   return result;
 }
 
-ToolKind tool_named(const std::string& name) {
-  if (name == "marks") return ToolKind::handles;  // its name in version 0.1
-  for (int i = 0; i < kToolCount; ++i) {
-    std::string known = name_of(static_cast<ToolKind>(i));
-    known.front() = static_cast<char>(std::tolower(known.front()));
-    if (known == name) return static_cast<ToolKind>(i);
-  }
-  fail(fmt::format("there is no tool '{}'", name));
+const StudioTool& tool_named(const std::string& name) {
+  if (name == "marks") return studio_tool(ToolUse::handles);  // its name in version 0.1
+  const StudioTool* const tool = studio_tool(name);
+  if (tool == nullptr) fail(fmt::format("there is no tool '{}'", name));
+  return *tool;
 }
 
 class Script {
@@ -73,7 +70,7 @@ class Script {
     if (!line.is_object() || line.members().empty()) fail("a line is a JSON object such as {\"key\": \"Ctrl+Z\"}");
     studio_.refresh();
     if (!pointer(line) && !settings(line) && !files(line) && !pauses(line)) {
-      fail(fmt::format("nothing is known by the keys of {}", to_text(line)));
+      fail(fmt::format("no command has the keys of {}", to_text(line)));
     }
   }
 
@@ -158,8 +155,7 @@ class Script {
 
   bool settings(const Json& line) {
     if (line.has("tool")) {
-      const int tool = static_cast<int>(tool_named(line.at("tool").text()));
-      studio_.perform(static_cast<Action>(static_cast<int>(Action::tool_ball) + tool));
+      studio_.perform(action_of(tool_named(line.at("tool").text())));
     } else if (line.has("set")) {
       for (const auto& [key, value] : line.at("set").members()) set(key, value);
     } else if (line.has("view")) {
@@ -226,7 +222,7 @@ class Script {
     } else if (key == "height") {
       view.height = value.number();
     } else {
-      fail(fmt::format("the view has no '{}'", key));
+      fail(fmt::format("the view has no setting '{}'", key));
     }
   }
 
@@ -252,7 +248,7 @@ class Script {
     } else if (key == "cut_offset") {
       view.cut_offset = value.number();
     } else {
-      fail(fmt::format("there is no '{}' to be shown", key));
+      fail(fmt::format("there is no '{}' to show", key));
     }
   }
 
@@ -265,7 +261,7 @@ class Script {
       studio_.open_made(shape_kind(line.at("new").text()), member_or(line, "vertices", 0U).whole());
       settle();
     } else if (line.has("recover")) {
-      if (studio_.abandoned().empty()) fail("no work was left behind");
+      if (studio_.abandoned().empty()) fail("there is no unsaved work to recover");
       studio_.recover(studio_.abandoned().front().folder);
       settle();
     } else if (line.has("save")) {
@@ -273,7 +269,7 @@ class Script {
     } else if (line.has("export")) {
       studio_.export_shape(path("export"), true);
     } else if (line.has("picture")) {
-      if (!host_.picture) fail("pictures cannot be taken here");
+      if (!host_.picture) fail("pictures cannot be written here");
       settle();
       host_.picture(path("picture"));
     } else if (line.has("edit")) {

@@ -1,7 +1,7 @@
-// Studio driven by a script instead of a hand: the same events, one line each.
+// Drives Studio by a script instead of a pointer: the same events, one line each.
 //
-// JSON Lines. Opening, recovering and stamps wait until that is done; nothing else does. A place is [x, y] in pixels,
-// or [x, y, z] in the scene, which means the pixel where that is seen.
+// JSON Lines. Opening, recovering and choosing a stamp wait for the result; other commands do not. A place is [x, y] in
+// pixels, or [x, y, z] in the scene, which means the pixel that shows it.
 //   {"size": [1280, 800]}                      the view's size
 //   {"open": FILE} {"new": "sphere", "vertices": 2562} {"recover": "newest"}
 //   {"key": "Ctrl+Z"}                          pressed and let go
@@ -35,8 +35,8 @@ struct ScriptHost {
   std::function<void()> after_event{};                          // called after every event and command
 };
 
-// Files are relative to the working folder. Throws InvalidInput with the line for what is not understood. What Studio
-// tells meanwhile stays in its notices.
+// Runs a script. Files are relative to the working folder. Throws InvalidInput with the line for an unknown command.
+// Studio's messages stay in its notices.
 void run_script(std::istream& script, const std::string& name, Studio& studio, const ScriptHost& host);
 
 }  // namespace knead::studio

@@ -117,7 +117,7 @@ bool Studio::picker_is_right() const {
 
 // Other gestures ask where they go on the surface, too, as it was when they began.
 bool Studio::asks_hit_test() const {
-  const bool asks_once = settings_.tool == ToolKind::ball || settings_.tool == ToolKind::capsule;
+  const bool asks_once = settings_.tool->use == ToolUse::pull;
   return hit_test_ && asks_once && settings_.drag != DragMode::surface && !picker_is_right();
 }
 
@@ -169,7 +169,7 @@ void Studio::press(const ButtonChanged& button) {
   if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
     look_at(std::nullopt);
-    tell({false, "Back from the past: the shape is as it is now."});
+    tell({false, "This is the present shape again."});
     return;
   }
   begin();
@@ -180,7 +180,7 @@ void Studio::begin() {
   Surroundings around = surroundings();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
   if (has_surface && around.picker == nullptr && !around.hit_test) {
-    tell({false, "One moment: the shape is being prepared for the hand."});
+    tell({false, "One moment: Studio is still preparing the shape."});
     return;
   }
   gesture_ = begin_gesture(pointer_, around, placed_);
@@ -190,7 +190,7 @@ void Studio::begin() {
     ended_strokes_.clear();
   }
   if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
-  if (settings_.tool == ToolKind::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
+  if (settings_.tool->use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   send_live();
 }
 
@@ -246,10 +246,10 @@ void Studio::end(bool is_kept) {
 }
 
 void Studio::find_barrel(bool may_turn) {
-  const bool needs_barrel = settings_.tool == ToolKind::twist || settings_.tool == ToolKind::bend;
-  if (!needs_barrel || !settings_.uses_barrel || !placed_.placement) return;
+  const Turning& turning = settings_.tool->turning;
+  if (!turning.takes_barrel || !settings_.uses_barrel || !placed_.placement) return;
   const Placement placement = *placed_.placement;
-  const bool bends = settings_.tool == ToolKind::bend;
+  const bool bends = turning.axis == &Placement::x;
   post([this, placement, bends, may_turn](Progress& /*progress*/) {
     const Placement found = document_.with_barrel(placement, bends, may_turn);
     const std::lock_guard lock(mailbox_.mutex);
@@ -356,7 +356,7 @@ void Studio::use_stamp(ShapeKind kind) {
 
 void Studio::use_stamp(const std::filesystem::path& file) {
   if (gesture_) end(false);
-  settings_.tool = ToolKind::stamp;
+  settings_.tool = &studio_tool(ToolUse::stamp);
   set_stamp([this, file] { return document_.add_stamp(file.stem().string(), read_shape(file).mesh); });
 }
 

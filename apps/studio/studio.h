@@ -1,7 +1,7 @@
-// Knead Studio without its window: takes events, keeps the tools, the view and the work, and says what is to be seen.
+// Knead Studio without its window: takes events, holds the tools, the view and the document, and tells what to show.
 //
-// Used on one thread, the window's. The work is done on another (worker.h); without a thread everything is done before
-// a call returns, which is what scripts and tests ask for.
+// Used on the window's thread only. The deformation runs on another (worker.h); without that thread every call returns
+// when its work is done, as scripts and tests need it.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ struct ViewSettings {
   bool help = false;
 };
 
-// What hands have done that the worker has not: the shape as it was before, and the strokes since.
+// The strokes that the worker has not completed yet, and the shape before them.
 struct PendingStrokes {
   ShapeState start;
   std::vector<SessionStroke> strokes;
@@ -61,10 +61,10 @@ class Studio {
 
   void handle(const Event& event);
 
-  // Takes what the worker has got done. To be called once a frame.
+  // Takes over what the worker has completed. To be called once a frame.
   void refresh();
 
-  // What a key or a menu asks for. Actions that need a dialog are handed to the window: take_request.
+  // Does what a key or a menu asks for. Actions that need a dialog go to the window: take_request.
   void perform(Action action);
   std::optional<Action> take_request() { return std::exchange(request_, std::nullopt); }
   std::vector<Notice> take_notices();
@@ -78,12 +78,12 @@ class Studio {
   void export_frames(const std::filesystem::path& pattern, int frames);
   const std::vector<std::filesystem::path>& recent() const { return recent_; }
 
-  // Work that another run left behind, and what is to become of it.
+  // Unsaved work of an earlier run, and what to do with it.
   const std::vector<AbandonedJournal>& abandoned() const { return abandoned_; }
   void recover(std::filesystem::path journal);
   void discard(std::filesystem::path journal);
 
-  // The history. edit: no strokes take the entry out.
+  // The history. edit without strokes removes the entry.
   void undo();
   void redo();
   void edit(std::size_t entry, std::vector<SessionStroke> strokes);
@@ -91,7 +91,7 @@ class Studio {
   void count_crossings();
 
   void use_stamp(ShapeKind kind);
-  void use_stamp(const std::filesystem::path& file);  // which the stamp in the hand is then
+  void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
   void clear_placed();
 
   // What panels show and change.
@@ -103,7 +103,7 @@ class Studio {
   Preferences& preferences() { return preferences_; }
   const Placed& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
-  // Of the gesture under way and those before it that are not done yet; null: the shape is as shown.
+  // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
   const PendingStrokes* pending() const;
   const std::optional<Gesture>& gesture() const { return gesture_; }
   const Pointer& pointer() const { return pointer_; }
@@ -114,14 +114,15 @@ class Studio {
   void cancel_work() { worker_->cancel(); }
   void wait() { worker_->wait(); }
 
-  // Where a drag of a ball or capsule begins while the picker is behind; empty: it waits.
+  // Sets how a drag of a ball or capsule finds its start while the picker is not up to date; empty: it waits.
   void set_hit_test(HitTest hit_test) { hit_test_ = std::move(hit_test); }
 
   Screen screen() const;
-  // The strokes as they are now with mirror images, or nothing where the hand is still: what the tool picture shows.
+  // Returns the strokes of the current gesture with mirror images, which the tool picture shows; empty if there is
+  // none.
   std::vector<Stroke> preview() const;
 
-  // The work is put away properly: its journal is removed. Else the next start offers it back.
+  // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
 
  private:
@@ -139,7 +140,7 @@ class Studio {
   void move(const PointerMoved& moved);
   void turn_wheel(const WheelTurned& wheel);
   void press_key(const KeyChanged& key);
-  void choose(ToolKind tool);
+  void choose(const StudioTool& tool);
   void adjust(double x);
   void begin();
   void send_live();

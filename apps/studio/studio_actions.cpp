@@ -11,13 +11,6 @@ namespace {
 constexpr double kKeyFactor = 1.15;  // of [ and ]
 constexpr double kKeyRatio = 0.05;
 
-std::optional<ToolKind> tool_of(Action action) {
-  const auto first = static_cast<int>(Action::tool_ball);
-  const int index = static_cast<int>(action) - first;
-  if (index < 0 || index >= kToolCount) return std::nullopt;
-  return static_cast<ToolKind>(index);
-}
-
 std::optional<StandardView> side_of(Action action) {
   constexpr std::array<std::pair<Action, StandardView>, 6> sides{{{Action::view_front, StandardView::front},
                                                                   {Action::view_back, StandardView::back},
@@ -39,10 +32,10 @@ void Studio::press_key(const KeyChanged& key) {
   if (action) perform(*action);
 }
 
-void Studio::choose(ToolKind tool) {
+void Studio::choose(const StudioTool& tool) {
   if (gesture_) end(false);
-  settings_.tool = tool;
-  if (tool == ToolKind::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
+  settings_.tool = &tool;
+  if (tool.use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   find_barrel(false);
 }
 
@@ -85,7 +78,7 @@ void Studio::perform(Action action) {
 }
 
 bool Studio::perform_tool(Action action) {
-  if (const auto tool = tool_of(action)) {
+  if (const StudioTool* tool = tool_of(action)) {
     choose(*tool);
     return true;
   }

@@ -1,4 +1,4 @@
-// Studio without its window, driven by the events that a hand makes.
+// Studio without its window, driven by the events of a pointer.
 #include "studio.h"
 
 #include <gtest/gtest.h>
@@ -194,7 +194,7 @@ TEST_F(StudioTest, AStampFromAFileIsInTheHandAtOnce) {
                   R"("}
 {"wait": true})");
   EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(studio.settings().tool, ToolKind::stamp);
+  EXPECT_EQ(studio.settings().tool->use, ToolUse::stamp);
   ASSERT_TRUE(studio.placed().stamp);
   EXPECT_EQ(studio.placed().stamp->name, "letter");
 }

@@ -57,11 +57,11 @@
 #include "knead/remesh/remesh.h"
 
 // Strokes: one plain struct per tool, and the flow that each becomes.
-#include "knead/tool/mirrored.h"
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/stamp.h"
 #include "knead/tool/stroke.h"
+#include "knead/tool/tool.h"
 
 // Sessions: the .knead file, replay, the certificate, and the workbench of an interactive program.
 #include "knead/session/certificate.h"

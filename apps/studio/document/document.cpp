@@ -36,7 +36,7 @@ bool Document::guarded(const std::function<void()>& work) const {
     work();
     return true;
   } catch (const std::bad_alloc&) {
-    options_.tell({true, "There is not enough memory for that; close other programs or take a smaller shape."});
+    options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape."});
   } catch (const std::exception& error) {
     options_.tell({true, error.what()});
   }
@@ -68,7 +68,8 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
       journal.emplace(Journal::create(options_.journals, *next, title));
       folder = journal->folder();
     } catch (const IoError& error) {
-      options_.tell({true, fmt::format("No journal can be kept, so a crash would lose work: {}", error.what())});
+      options_.tell(
+          {true, fmt::format("The crash journal cannot be written, so a crash would lose work: {}", error.what())});
     }
     try {
       return Workbench(next->mesh, folder, face_labels(*next), options_.threads);

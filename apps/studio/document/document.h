@@ -1,5 +1,5 @@
-// The work itself: a shape, its history, its files and its journal. What takes time, so used on the worker's thread
-// only; what the window shows of it is a value (DocumentState) that any thread may keep.
+// The document: a shape, its history, its files and its journal. Its calls take time, so only the worker's thread uses
+// it; what the window shows of it is a value (DocumentState) that any thread may keep.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct Notice {
   std::string text;  // a sentence or two: what happened, what to do
 };
 
-// What there is to be seen of the work at a moment.
+// The document as a person sees it at one moment.
 struct DocumentState {
   std::uint64_t version = 0;  // grows with every change
   std::uint64_t opened = 0;   // grows when another shape is opened; 0: none is
@@ -46,33 +46,33 @@ struct DocumentState {
   std::uint64_t live_steps = 0;         // accepted steps of the last entry
   double journal_seconds = 0;           // that the last batch took to be written
   std::string journal_trouble;          // one line while the disk refuses the journal
-  std::optional<Stroke> contacts;       // of a stamp under the hand: the points that it pushed last
-  std::string refusal;                  // why the stroke under the hand cannot be done; empty: it can
+  std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
+  std::string refusal;                  // why the current stroke is impossible; empty: it is possible
 };
 
-// Where things are kept.
+// Where the document keeps its files, and whom it informs.
 struct DocumentOptions {
   std::filesystem::path journals;  // root of the crash journals
   int threads = 0;
   std::function<void(const DocumentState&)> show;  // called after every change
-  std::function<void(Notice)> tell;                // what the person is to be told
+  std::function<void(Notice)> tell;                // a notice for the person
 };
 
-// A shape that is known by name: the procedural ones, for new shapes and as stamps.
+// Returns a procedural shape, for new shapes and for stamps.
 ShapeFile made_shape(ShapeKind kind, std::size_t vertices);
 
 class Document {
  public:
   explicit Document(DocumentOptions options);
 
-  // Opens what there is to be worked on; the work before it is put away (its journal removed). What cannot be read is
-  // told, and then all stays as it was.
+  // Opens a shape or a session. Closes the work before it and removes its journal. If the file cannot be read, a notice
+  // says why and everything stays as it was.
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
   void recover(const std::filesystem::path& journal, Progress& progress);
 
-  // As in Workbench, with what it costs and the journal. Strokes name stamps by their file in stamp_folder().
+  // As in Workbench; they also measure time and write the journal. Strokes name stamps by their file in stamp_folder().
   void set_live(std::vector<SessionStroke> strokes, Progress& progress);
   void finish(Progress& progress);
   void give_up(Progress& progress);
@@ -81,13 +81,13 @@ class Document {
   void edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress);
   void look_at(std::optional<std::size_t> entries, Progress& progress);
 
-  // Files. Told when done.
+  // Write files. A notice says when they are done.
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double);
   void export_frames(const std::filesystem::path& pattern, int frames, Progress& progress);
 
-  // A closed shape as a stamp, its file in the folder of stamps under that name; with `planes` (a bit mask) also of its
-  // mirror image. Throws InvalidInput and IoError.
+  // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
+  // and IoError.
   StampShape add_stamp(const std::string& name, const Mesh& mesh);
 
   // Returns the placement with the barrel of the part that a twist or bend there moves. With may_turn (it was just
@@ -96,10 +96,10 @@ class Document {
   Placement with_barrel(const Placement& placement, bool bends, bool may_turn) const;
   void count_crossings();
 
-  // What can wait until nothing else is to be done: the tree for picking, the journal on the disk.
+  // Does what can wait until there is no other work: builds the tree for picking, flushes the journal to disk.
   void when_idle();
 
-  // The work is put away: nothing of it has to be kept.
+  // Closes the document and removes its journal.
   void close();
 
  private:
@@ -126,10 +126,11 @@ class Document {
   bool picker_is_stale_ = false;
 };
 
-// Mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), faces turned where that turns them inside out.
+// Returns the mesh mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), its faces facing outwards
+// again.
 Mesh mirrored_mesh(Mesh mesh, unsigned planes);
 
-// The file of a stamp's mirror image.
+// Returns the name of the file of a stamp's mirror image.
 std::string image_file(const std::string& file, unsigned planes);
 
 }  // namespace knead::studio

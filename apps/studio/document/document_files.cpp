@@ -215,7 +215,7 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
     const std::string text = pattern.string();
     const std::size_t at = text.find("%04d");
     if (at == std::string::npos) {
-      throw InvalidInput("Frames are numbered: give a name with %04d in it, as frame_%04d.ply");
+      throw InvalidInput("Frames are numbered: give a name with %04d in it, for example frame_%04d.ply");
     }
     Session session;
     session.name = (stamp_folder().parent_path() / "session").string();
@@ -236,7 +236,7 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
     };
     const ReplayResult result = replay(source_->mesh, session, options);
     options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
-                                                              : std::string("Exporting frames: cancelled.")});
+                                                              : std::string("The export of frames was cancelled.")});
   });
 }
 

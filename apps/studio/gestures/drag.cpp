@@ -93,7 +93,7 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& aroun
   gesture.stroke.inner = settings.inner_ratio * settings.radius;
   gesture.stroke.outer = settings.radius;
   gesture.stroke.path = {start};
-  if (settings.tool == ToolKind::capsule) {
+  if (settings.tool->is_long) {
     gesture.stroke.region = ImplicitRegion::capsule;
     const Vec3d right = render::camera_frame(around.screen.camera).right;
     gesture.stroke.half_axis = right * (settings.capsule_length * settings.radius);

@@ -6,15 +6,8 @@
 #include <iterator>
 
 #include "gestures/gesture_kinds.h"
-#include "knead/tool/mirrored.h"
 
 namespace knead::studio {
-
-const char* name_of(ToolKind tool) {
-  constexpr std::array<const char*, kToolCount> names{"Ball",   "Capsule", "Paint", "Points", "Curve",  "Stamp",
-                                                      "Rotate", "Stretch", "Twist", "Bend",   "Handles"};
-  return names[static_cast<std::size_t>(tool)];
-}
 
 namespace {
 
@@ -35,7 +28,7 @@ std::optional<Gesture> made(std::optional<G> gesture) {
 constexpr double kStampReach = 35;  // pixels
 
 bool is_on_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
-  if (around.settings.tool != ToolKind::stamp || !placed.stamp || !placed.placement) return false;
+  if (around.settings.tool->use != ToolUse::stamp || !placed.stamp || !placed.placement) return false;
   const auto middle = pixel_of(around.screen, placed.placement->center);
   return middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) <= kStampReach;
 }
@@ -60,26 +53,23 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
   return Gesture{gesture};
 }
 
-}  // namespace
-
-namespace {
-
 std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings& around, Placed& placed) {
-  switch (around.settings.tool) {
-    case ToolKind::ball:
-    case ToolKind::capsule:
+  switch (around.settings.tool->use) {
+    case ToolUse::pull:
       return Gesture{begin_implicit(pointer, around)};
-    case ToolKind::paint:
+    case ToolUse::paint:
       return made(begin_paint(pointer, around));
-    case ToolKind::points:
-    case ToolKind::curve:
+    case ToolUse::points:
+    case ToolUse::curve:
       if (is_near(placed, pointer, around)) return Gesture{begin_points(pointer, around, placed)};
       return made(begin_draw(pointer, around));
-    case ToolKind::handles:
+    case ToolUse::handles:
       return begin_any_handles(pointer, around, placed);
-    default:
+    case ToolUse::stamp:
+    case ToolUse::turn:
       return begin_placed(pointer, around, placed);
   }
+  return std::nullopt;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// From the pointer's way to strokes: what a person does between pressing and letting go. No window in it.
+// Turns the movement of the pointer between press and release into strokes. Needs no window.
 #pragma once
 
 #include <functional>
@@ -15,7 +15,7 @@
 
 namespace knead::studio {
 
-// Finds what a ray hits where there is no picker for it.
+// Returns what a ray hits, if there is no picker for it.
 using HitTest = std::function<std::optional<SurfaceHit>(const Ray& ray)>;
 
 struct Pointer {
@@ -25,14 +25,14 @@ struct Pointer {
   Modifiers modifiers{};
 };
 
-// What a gesture sees of the world at a moment.
+// What a gesture depends on at one moment.
 struct Surroundings {
   Screen screen;
-  const ShapeState& state;         // as it was when the gesture began: what it does to the shape is not in it
+  const ShapeState& state;         // the shape as it was when the gesture began
   const Picker* picker = nullptr;  // fits the state; null: nothing can be hit yet
   const ToolSettings& settings;
-  bool is_taken = true;  // what the gesture was last is being worked on; else it waits, and its last place may change
-  HitTest hit_test{};    // asked instead of the picker; empty: it is not
+  bool is_taken = true;  // the last version of the gesture is being computed; false: it waits, and may change
+  HitTest hit_test{};    // if not empty, used instead of the picker
 };
 
 // Where a drag takes a point: `start` goes with the pointer.
@@ -52,8 +52,8 @@ struct ImplicitGesture {
   ImplicitStroke stroke;
 };
 
-// Dabs as the pointer goes, each where the dabs before it have brought the surface: what is painted does not depend on
-// how fast the hand and the machine are.
+// Dabs along the pointer's path, each on the surface as the earlier dabs have moved it: the result does not depend on
+// the speed of the person or the machine.
 struct PaintGesture {
   PaintStroke stroke;
   Flow done;             // of the stroke so far
@@ -113,17 +113,17 @@ struct Gesture {
                HandlesGesture, GizmoGesture>
       kind;
   ShapeState start{};     // the shape as it was
-  std::string trouble{};  // not empty: why nothing can be done so, a sentence for the person
+  std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
 };
 
-// The left button is pressed. Nothing: it has no meaning here.
+// Starts a gesture when the left button is pressed. Returns nothing if that has no meaning here.
 std::optional<Gesture> begin_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed);
 void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
-// The button is let go.
+// Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
 
-// What the gesture does to the shape so far, mirror images (tool/mirrored.h) made in turn; empty: nothing. `image_file`
-// names the file with the mirror image of a stamp's tool in the planes of a bit mask (1: x, 2: y, 4: z).
+// Returns the strokes of the gesture so far, each followed by its mirror images; empty if it does nothing. `image_file`
+// returns the file with the mirror image of a stamp's tool in the planes of a bit mask (1: x, 2: y, 4: z).
 using ImageFile = std::function<std::string(const std::string& file, unsigned planes)>;
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
@@ -131,10 +131,10 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
 // twist or bend with a barrel where none was found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);
 
-// The placed stamp: its pose, size and orientation.
+// Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);
 
-// Where the stamp stands just outside the surface, and where a tool that turns is placed, by a click there.
+// Returns the placement that a click gives: a stamp just outside the surface, or a tool that turns.
 std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 
 }  // namespace knead::studio

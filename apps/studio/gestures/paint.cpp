@@ -96,7 +96,7 @@ void end_paint(PaintGesture& gesture) {
 std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around) {
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
-  return DrawGesture{{hit->point}, around.settings.tool == ToolKind::curve};
+  return DrawGesture{{hit->point}, around.settings.tool->use == ToolUse::curve};
 }
 
 void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture) {

@@ -1,10 +1,12 @@
-// The tools in the person's hand: which, how large, where placed.
+// The tools: what each is called, how it is placed and dragged, what its button shows; and what is set and placed.
 #pragma once
 
 #include <array>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "knead/math/mat3.h"
@@ -15,16 +17,13 @@
 
 namespace knead::studio {
 
-enum class ToolKind { ball, capsule, paint, points, curve, stamp, rotate, stretch, twist, bend, handles };
-inline constexpr int kToolCount = 11;
-
-// "Ball", "Capsule", ...: as a person reads it.
-const char* name_of(ToolKind tool);
-
 // Where a drag takes the tool.
 enum class DragMode { view, surface, normal, axis };
 
 enum class HandleMode { full, zero, erase, move };
+
+struct Placed;
+struct ToolSettings;
 
 // How a closed tool is held.
 struct StampShape {
@@ -48,9 +47,90 @@ struct Placement {
   }
 };
 
+// How a tool is used.
+enum class ToolUse {
+  pull,     // a drag carries it along a path
+  paint,    // a drag sets dabs on the surface
+  points,   // clicks set points on the surface; a drag of one moves all
+  curve,    // a drag draws a curve on the surface; another drag moves it
+  stamp,    // a click places it; a drag of its middle presses it in
+  turn,     // a click places it; a drag beside it turns it
+  handles,  // drags paint what moves and what stays; then a drag moves it
+};
+
+// Which way the z axis of a placement points after a click.
+enum class Facing {
+  viewer,   // towards the viewer
+  surface,  // out of the surface
+  up,       // up in the picture; the centre is in the middle of the shape
+};
+
+// What turns for a tool of ToolUse::turn.
+struct Turning {
+  Facing facing = Facing::viewer;
+  Vec3d Placement::*axis = &Placement::z;  // about which it turns
+  bool is_percent = false;                 // a drag gives percent of a logarithm; else degrees
+  bool takes_barrel = false;               // it can move one part alone
+
+  // Returns the stroke for an amount. `barrel` is null if nothing limits it.
+  Stroke (*stroke)(const ToolSettings& settings, const Placement& placement, double amount,
+                   const BarrelPlacement* barrel) = nullptr;
+};
+
+// A number of the tool's own at the panel.
+struct ToolSlider {
+  const char* label;
+  double ToolSettings::*value;
+  double least;
+  double most;
+  const char* help;
+};
+
+enum class IconShape { line, circle, disc, halo, box, wave, arc, arrow, arrow_head };
+
+// A part of an icon, in a square from -1 to 1, y downwards. line, box, arrow: two points; circle, disc, halo: centre
+// and radius; wave: the four points of a Bezier curve; arc: centre, radius, first and last angle; arrow_head: point,
+// angle.
+struct IconPart {
+  IconShape shape;
+  std::array<float, 8> numbers;
+};
+
+// One tool as a person knows it. Everything that Studio shows of it or does with it comes from here.
+struct StudioTool {
+  std::string name;  // as a person reads it; in lower case in scripts, after "tool_" in the preferences
+  const char* key;   // that chooses it, if the preferences say nothing else
+  ToolUse use;
+  bool has_inner = false;  // its inner ratio can be set
+  bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
+  std::vector<ToolSlider> sliders{};
+  const char* hint;         // what to do first
+  const char* second_hint;  // once something is placed; for ToolUse::paint, when it presses in
+  std::vector<IconPart> icon;
+  Turning turning{};  // of ToolUse::turn
+};
+
+// Returns the tools in the order of the tool bar.
+std::span<const StudioTool> studio_tools();
+
+// Returns the name of a tool in lower case.
+std::string word_of(const StudioTool& tool);
+
+// Returns the tool with a name in lower case, or a null pointer.
+const StudioTool* studio_tool(std::string_view word);
+
+// Returns the first tool that is used so.
+const StudioTool& studio_tool(ToolUse use);
+
+const char* name_of(DragMode mode);
+const char* name_of(HandleMode mode);
+
+// Returns one line: what to do with the tool now.
+std::string hint_of(const ToolSettings& settings, const Placed& placed);
+
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
-  ToolKind tool = ToolKind::ball;
+  const StudioTool* tool = &studio_tools().front();
   double radius = 1;          // the outer threshold, > 0
   double inner_ratio = 0.35;  // inner over outer threshold, in [0.01, 0.95]
   DragMode drag = DragMode::view;
@@ -68,7 +148,7 @@ struct ToolSettings {
   RemeshSettings remesh_settings;
 };
 
-// What a person has put somewhere for the next drag.
+// What has been placed for the next drag.
 struct Placed {
   std::vector<Vec3d> points;
   std::vector<std::vector<Vec3d>> curves;

@@ -15,10 +15,6 @@ constexpr double kFacing = 0.4;           // sine of the angle between the axis 
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
 constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
 
-Vec3d turning_axis(ToolKind tool, const Placement& placement) {
-  return tool == ToolKind::bend ? placement.x : placement.z;
-}
-
 // Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
 // up; about an axis that points at the person, or away, round the centre.
 double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis, const Surroundings& around) {
@@ -83,7 +79,7 @@ std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings
   if (!hit) return std::nullopt;
   const render::CameraFrame frame = render::camera_frame(around.screen.camera);
   const ToolSettings& settings = around.settings;
-  if (settings.tool == ToolKind::stamp) {
+  if (settings.tool->use == ToolUse::stamp) {
     Placement result = frame_about(hit->point, hit->normal, frame.right);
     if (!placed.stamp) return result;
     const StampStroke stroke = stamp_at(settings, *placed.stamp, result);
@@ -91,8 +87,9 @@ std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings
     result.center += hit->normal * (reach + kStandOff * settings.stamp_size * settings.radius);
     return result;
   }
-  if (settings.tool == ToolKind::rotate) return frame_about(hit->point, -frame.forward, frame.right);
-  if (settings.tool == ToolKind::stretch) return frame_about(hit->point, hit->normal, frame.right);
+  const Facing facing = settings.tool->turning.facing;
+  if (facing == Facing::viewer) return frame_about(hit->point, -frame.forward, frame.right);
+  if (facing == Facing::surface) return frame_about(hit->point, hit->normal, frame.right);
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   const Vec3d middle = around.picker->middle(ray, around.state).value_or(hit->point);
   // Up in the picture, away from the shape's middle where that is down: towards the tip of what was clicked.
@@ -100,55 +97,22 @@ std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings
 }
 
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
-  if (amount == 0) return std::nullopt;
-  const double outer = settings.radius;
-  const double inner = settings.inner_ratio * settings.radius;
-  const std::optional<BarrelPlacement>& barrel = placement.barrel;
-  const bool takes_barrel = settings.tool == ToolKind::twist || settings.tool == ToolKind::bend;
-  const bool in_barrel = settings.uses_barrel && barrel && barrel->problem.empty();
-  if (takes_barrel && settings.uses_barrel && !in_barrel) return std::nullopt;
-  if (settings.tool == ToolKind::rotate) return RotateStroke{placement.center, placement.z, amount, inner, outer};
-  if (settings.tool == ToolKind::stretch) {
-    return StretchStroke{placement.center, placement.z, std::exp(amount / 100), inner, outer};
-  }
-  if (settings.tool == ToolKind::twist) {
-    TwistStroke stroke{placement.center, placement.z, 0, -0.5 * outer, 0.5 * outer};
-    stroke.normal = -placement.z;
-    if (in_barrel) {
-      stroke.center = barrel->center;
-      stroke.axis = -barrel->normal;
-      stroke.normal = barrel->normal;
-      stroke.inner = barrel->inner;
-      stroke.outer = barrel->outer;
-      stroke.radius = barrel->radius;
-    }
-    stroke.rate_deg = -amount / (stroke.outer - stroke.inner);
-    return stroke;
-  }
-  BendStroke stroke;
-  stroke.center = placement.center;
-  stroke.normal = -placement.z;
-  stroke.angle_deg = amount;
-  stroke.extent = BendWidth{outer};
-  if (in_barrel) {
-    stroke.center = barrel->center;
-    stroke.normal = barrel->normal;
-    stroke.extent = Thresholds<double>{barrel->inner, barrel->outer};
-    stroke.radius = barrel->radius;
-  }
-  const Vec3d across = placement.x - stroke.normal * dot(stroke.normal, placement.x);
-  stroke.axis = norm(across) > 1e-6 ? normalized(across) : any_orthogonal(stroke.normal);
-  return stroke;
+  const Turning& turning = settings.tool->turning;
+  if (amount == 0 || turning.stroke == nullptr) return std::nullopt;
+  const bool has_barrel = placement.barrel && placement.barrel->problem.empty();
+  const bool needs_barrel = turning.takes_barrel && settings.uses_barrel;
+  if (needs_barrel && !has_barrel) return std::nullopt;
+  return turning.stroke(settings, placement, amount, needs_barrel ? &*placement.barrel : nullptr);
 }
 
 void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture) {
   const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
   if (!gesture.placement || (gesture.amount == 0 && is_click)) return;
-  const ToolKind tool = around.settings.tool;
-  if (tool == ToolKind::stretch) {
+  const Turning& turning = around.settings.tool->turning;
+  if (turning.is_percent) {
     gesture.amount = (pointer.x - gesture.start.x + gesture.start.y - pointer.y) * kStretchPerPixel;
   } else {
-    gesture.amount = angle_of(gesture, pointer, turning_axis(tool, *gesture.placement), around);
+    gesture.amount = angle_of(gesture, pointer, (*gesture.placement).*turning.axis, around);
   }
   if (pointer.modifiers.ctrl) gesture.amount = 15 * std::round(gesture.amount / 15);
 }

@@ -51,7 +51,7 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
   const int most = static_cast<int>(std::min<std::size_t>(counts.maximum, 1'000'000));
   ImGui::SliderInt("Vertices", &dialogs.new_vertices, least, most, "%d", ImGuiSliderFlags_Logarithmic);
   dialogs.new_vertices = std::clamp(dialogs.new_vertices, least, most);
-  if (ImGui::Button("Make it") || enter_pressed()) {
+  if (ImGui::Button("Create") || enter_pressed()) {
     dialogs.is_new_shape_open = false;
     do_or_ask(studio, dialogs, [&studio, kind_wanted = dialogs.new_kind, count = dialogs.new_vertices] {
       studio.open_made(kind_wanted, static_cast<std::size_t>(count));
@@ -76,13 +76,13 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
   ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted(description_of(journal).c_str());
   if (journal.problem.empty()) {
-    if (ImGui::Button("Take it up again")) chosen = journal.folder;
+    if (ImGui::Button("Recover")) chosen = journal.folder;
     ImGui::SameLine();
   } else {
     text_in_colour(kWarning, journal.problem);
   }
   const bool sure = dialogs.to_discard == journal.folder;
-  if (ImGui::Button(sure ? "Really throw it away" : "Throw it away")) {
+  if (ImGui::Button(sure ? "Click again to delete" : "Delete")) {
     if (sure) studio.discard(fs::path(journal.folder));
     dialogs.to_discard = sure ? std::nullopt : std::optional(journal.folder);
   }
@@ -91,8 +91,8 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
 }
 
 void draw_recovery(Studio& studio, Dialogs& dialogs) {
-  if (!begin_question("Work that was not put away")) return;
-  ImGui::TextUnformatted("Studio ended without being closed. What was done until then is kept:");
+  if (!begin_question("Unsaved work")) return;
+  ImGui::TextUnformatted("Studio ended unexpectedly. Its work is still there:");
   ImGui::Separator();
   std::optional<fs::path> chosen;
   const std::vector<AbandonedJournal> journals = studio.abandoned();
@@ -103,7 +103,7 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
   if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
   if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
   ImGui::SameLine();
-  ImGui::TextDisabled("File > Recover... brings this back.");
+  ImGui::TextDisabled("File > Recover... opens this dialog again.");
   if (chosen) {
     dialogs.is_recovery_open = false;
     do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.recover(folder); });
@@ -121,7 +121,7 @@ void follow_saving(Studio& studio, Dialogs& dialogs) {
 }
 
 void draw_question(Studio& studio, Dialogs& dialogs) {
-  if (!begin_question("Save what was done?")) return;
+  if (!begin_question("Save the changes?")) return;
   ImGui::Text("%s has changes that are not saved.", studio.shown().title.c_str());
   bool done = true;
   if (ImGui::Button("Save") || enter_pressed()) {

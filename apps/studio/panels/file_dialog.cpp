@@ -22,8 +22,12 @@ namespace {
 bool writes(FileUse use) { return use != FileUse::open && use != FileUse::stamp; }
 
 const char* title_of(FileUse use) {
-  constexpr std::array titles{"Open a shape or a session", "A closed shape as stamp", "Save the session",
-                              "Export the shape",          "Export frames",           "Picture"};
+  constexpr std::array titles{"Open a shape or a session",
+                              "Choose a closed shape as the stamp",
+                              "Save the session",
+                              "Export the shape",
+                              "Export frames",
+                              "Picture"};
   return titles[static_cast<std::size_t>(use)];
 }
 
@@ -116,7 +120,7 @@ bool draw_choice(FileDialog& dialog, bool chosen) {
   std::error_code error;
   const bool replaces = writes(dialog.use) && !dialog.name.empty() && fs::exists(chosen_path(dialog), error);
   const char* const label = !writes(dialog.use)          ? "Open"
-                            : replaces && dialog.is_sure ? "Replace the file that is there"
+                            : replaces && dialog.is_sure ? "Replace the existing file"
                                                          : "Write";
   ImGui::BeginDisabled(dialog.name.empty());
   const bool pressed = ImGui::Button(label);

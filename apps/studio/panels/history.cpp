@@ -24,7 +24,7 @@ std::string lines_of(const std::vector<SessionStroke>& strokes) {
 std::vector<SessionStroke> strokes_of_lines(const std::string& text, const std::optional<RemeshSettings>& remesh) {
   Session session = parse_session(header_line({}, {}) + "\n" + text, "history");
   for (SessionStroke& stroke : session.strokes) stroke.remesh = remesh;
-  if (session.strokes.empty()) throw InvalidInput("no stroke is left; use \"Take out\" instead");
+  if (session.strokes.empty()) throw InvalidInput("no stroke is left; use \"Remove\" instead");
   return session.strokes;
 }
 
@@ -47,7 +47,7 @@ void draw_numbers(HistoryEditor& editor) {
 }
 
 void draw_text(HistoryEditor& editor) {
-  if (!ImGui::TreeNode("As lines of the session")) return;
+  if (!ImGui::TreeNode("Edit as session lines")) return;
   const ImVec2 size{-1, ImGui::GetTextLineHeight() * 7};
   if (ImGui::InputTextMultiline("##lines", &editor.text, size)) {
     try {
@@ -68,11 +68,11 @@ void draw_editor(Studio& studio, HistoryEditor& editor) {
   if (!editor.problem.empty()) text_in_colour(kWarning, editor.problem);
   const bool changed = editor.strokes != studio.shown().history[*editor.entry]->strokes;
   ImGui::BeginDisabled(!changed || !editor.problem.empty());
-  if (ImGui::Button("Change and do the rest again")) studio.edit(*editor.entry, editor.strokes);
+  if (ImGui::Button("Apply and redo the rest")) studio.edit(*editor.entry, editor.strokes);
   ImGui::EndDisabled();
-  if (ImGui::Button("Look at it")) studio.look_at(*editor.entry + 1);
+  if (ImGui::Button("Show")) studio.look_at(*editor.entry + 1);
   ImGui::SameLine();
-  if (ImGui::Button("Take out")) {
+  if (ImGui::Button("Remove")) {
     studio.edit(*editor.entry, {});
     editor.entry.reset();
   }
@@ -89,8 +89,8 @@ void draw_past_banner(Studio& studio) {
   const DocumentState& shown = studio.shown();
   if (!shown.looked_at) return;
   text_in_colour(kWarning,
-                 fmt::format("You look at the shape after {} of {} strokes.", *shown.looked_at, shown.history.size()));
-  if (ImGui::Button("Back to now")) studio.look_at(std::nullopt);
+                 fmt::format("This is the shape after {} of {} strokes.", *shown.looked_at, shown.history.size()));
+  if (ImGui::Button("Back to the present")) studio.look_at(std::nullopt);
 }
 
 }  // namespace

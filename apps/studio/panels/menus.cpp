@@ -80,7 +80,7 @@ void draw_preferences(Studio& studio) {
   }
   if (ImGui::BeginMenu("Deform on")) {
     for (const BackendChoice mover : {BackendChoice::cpu, BackendChoice::gpu}) {
-      const char* const name = mover == BackendChoice::gpu ? "The graphics card" : "The CPU";
+      const char* const name = mover == BackendChoice::gpu ? "GPU" : "CPU";
       if (ImGui::MenuItem(name, nullptr, preferences.backend == mover)) {
         preferences.backend = mover;
         save_choices(studio);
@@ -88,7 +88,7 @@ void draw_preferences(Studio& studio) {
     }
     ImGui::EndMenu();
   }
-  if (ImGui::BeginMenu("Size of texts")) {
+  if (ImGui::BeginMenu("Text size")) {
     for (const double scale : {0.85, 1.0, 1.25, 1.5, 2.0}) {
       const std::string name = std::to_string(static_cast<int>(100 * scale)) + "%";
       if (ImGui::MenuItem(name.c_str(), nullptr, preferences.interface_scale == scale)) {

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "gestures/tool_names.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 #include "platform/file_list.h"
@@ -59,8 +58,7 @@ bool begin_keys(const Gui& gui, const char* heading) {
 
 void draw_keys_of(Studio& studio, const Gui& gui, const char* group) {
   if (!begin_keys(gui, group)) return;
-  for (std::size_t i = 0; i < kActionCount; ++i) {
-    const auto action = static_cast<Action>(i);
+  for (const Action action : all_actions()) {
     if (group_of(action) != group) continue;
     row(std::string(title_of(action)).c_str(), keys_text(studio.preferences().keys, action));
   }
@@ -75,11 +73,11 @@ struct PointerUse {
 void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
   constexpr std::array blender{PointerUse{"Turn the view", "middle button, or Alt+left"},
                                PointerUse{"Move the view", "Shift+middle, or Alt+Shift+left"},
-                               PointerUse{"Nearer and farther", "wheel, or Ctrl+middle"}};
+                               PointerUse{"Zoom", "wheel, or Ctrl+middle"}};
   constexpr std::array maya{PointerUse{"Turn the view", "Alt+left button"}, PointerUse{"Move the view", "Alt+middle"},
-                            PointerUse{"Nearer and farther", "wheel, or Alt+right"}};
+                            PointerUse{"Zoom", "wheel, or Alt+right"}};
   constexpr std::array both{PointerUse{"Use the tool", "left button"},
-                            PointerUse{"Give up a drag", "right button, or Escape"},
+                            PointerUse{"Cancel a drag", "right button, or Escape"},
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
                             PointerUse{"Paint the other way", "Ctrl+left button"},
@@ -180,7 +178,7 @@ void draw_status(Studio& studio, const Gui& gui) {
       help_on_hover(problem.c_str());
     } else {
       const std::string hint = hint_of(studio.settings(), studio.placed());
-      const std::string text = fmt::format("{}: {}", name_of(studio.settings().tool), hint);
+      const std::string text = fmt::format("{}: {}", studio.settings().tool->name, hint);
       ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
     }
     ImGui::PopClipRect();

@@ -44,10 +44,10 @@ struct FrameTimes {
   std::size_t count = 0;         // so far; the latest overwrite the oldest
   double drawing = 0;            // of the last frame, without waiting for the display
   std::size_t uploaded = 0;      // bytes, of the last movement
-  std::size_t touched = 0;       // vertices, by it; not known of the graphics card's
-  std::string mover;             // the graphics card that moves the shape; empty: the CPU does
-  std::optional<double> volume;  // as the card has it, while it is ahead of the CPU
-  std::size_t read_back = 0;     // times, from the card since the last gesture began
+  std::size_t touched = 0;       // vertices, by it; unknown for the GPU
+  std::string mover;             // the GPU that moves the shape; empty: the CPU does
+  std::optional<double> volume;  // as the GPU has it, while the CPU has not caught up
+  std::size_t read_back = 0;     // times, from the GPU since the last gesture began
 };
 
 void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);

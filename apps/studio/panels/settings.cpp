@@ -1,4 +1,4 @@
-// The settings of the tool in the hand, of remeshing, and of the view.
+// The settings of the chosen tool, of remeshing and of the view.
 #include <fmt/format.h>
 #include <imgui.h>
 
@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "gestures/tool_names.h"
 #include "knead/mesh/shapes.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
@@ -15,14 +14,7 @@ namespace knead::studio {
 
 namespace {
 
-bool moves_a_ball(ToolKind tool) { return tool == ToolKind::ball || tool == ToolKind::capsule; }
-
-bool has_inner(ToolKind tool) { return moves_a_ball(tool) || tool == ToolKind::rotate || tool == ToolKind::stretch; }
-
-bool drags(ToolKind tool) {
-  return moves_a_ball(tool) || tool == ToolKind::points || tool == ToolKind::curve || tool == ToolKind::stamp ||
-         tool == ToolKind::handles;
-}
+bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn; }
 
 void draw_drag(ToolSettings& settings) {
   ImGui::TextUnformatted("Drag");
@@ -38,7 +30,7 @@ void draw_drag(ToolSettings& settings) {
       }
     }
   }
-  if (moves_a_ball(settings.tool)) ImGui::Checkbox("Start on the surface", &settings.on_surface);
+  if (settings.tool->use == ToolUse::pull) ImGui::Checkbox("Start on the surface", &settings.on_surface);
 }
 
 void draw_stamp(Studio& studio) {
@@ -52,7 +44,6 @@ void draw_stamp(Studio& studio) {
     ImGui::EndCombo();
   }
   help_on_hover("File > Stamp from a file... takes any closed mesh.");
-  slide("Size", studio.settings().stamp_size, {0.05, 3}, "of the radius: the stamp's half extent");
 }
 
 void draw_barrel_settings(Studio& studio) {
@@ -66,37 +57,29 @@ void draw_barrel_settings(Studio& studio) {
   }
 }
 
+void draw_handles(Studio& studio) {
+  HandleMode& handle = studio.settings().handle;
+  for (const HandleMode mode : {HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move}) {
+    if (mode != HandleMode::full) ImGui::SameLine();
+    if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
+  }
+  if (ImGui::Button("Remove the handles")) studio.clear_placed();
+}
+
 void draw_own_settings(Studio& studio) {
   ToolSettings& settings = studio.settings();
-  switch (settings.tool) {
-    case ToolKind::capsule:
-      return slide("Length", settings.capsule_length, {0.05, 5}, "of the radius: half the capsule's length");
-    case ToolKind::paint:
-      slide("Depth", settings.depth, {0.005, 1}, "of the radius: how far one dab moves the surface");
-      ImGui::Checkbox("Press in", &settings.paint_in);
-      return;
-    case ToolKind::points:
-    case ToolKind::curve: {
-      ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
-      if (ImGui::Button("Take them away")) studio.clear_placed();
-      return;
-    }
-    case ToolKind::stamp:
-      return draw_stamp(studio);
-    case ToolKind::twist:
-    case ToolKind::bend:
-      return draw_barrel_settings(studio);
-    case ToolKind::handles: {
-      for (const HandleMode mode : {HandleMode::full, HandleMode::zero, HandleMode::erase, HandleMode::move}) {
-        if (mode != HandleMode::full) ImGui::SameLine();
-        if (ImGui::RadioButton(name_of(mode), settings.handle == mode)) settings.handle = mode;
-      }
-      if (ImGui::Button("Remove the handles")) studio.clear_placed();
-      return;
-    }
-    default:
-      return;
+  const StudioTool& tool = *settings.tool;
+  if (tool.use == ToolUse::stamp) draw_stamp(studio);
+  for (const ToolSlider& slider : tool.sliders) {
+    slide(slider.label, settings.*slider.value, {slider.least, slider.most}, slider.help);
   }
+  if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
+  if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
+    ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
+    if (ImGui::Button("Remove them")) studio.clear_placed();
+  }
+  if (tool.turning.takes_barrel) draw_barrel_settings(studio);
+  if (tool.use == ToolUse::handles) draw_handles(studio);
 }
 
 void draw_mirror(ToolSettings& settings) {
@@ -116,7 +99,7 @@ void optional_length(const char* label, std::optional<double>& value, double fir
   if (value) {
     type_number(label, *value, {1e-9, 1e9}, help);
   } else {
-    ImGui::TextDisabled("%s: by itself", label);
+    ImGui::TextDisabled("%s: automatic", label);
   }
   ImGui::PopID();
 }
@@ -128,8 +111,8 @@ void draw_remeshing(Studio& studio) {
   ImGui::Indent();
   RemeshSettings& own = settings.remesh_settings;
   const double diagonal = studio.shown().diagonal;
-  optional_length("Longest edge", own.max_edge, 0.02 * diagonal, "longer edges are split");
-  optional_length("Shortest edge", own.min_edge, 0.002 * diagonal, "shorter edges are collapsed where it is flat");
+  optional_length("Longest edge", own.max_edge, 0.02 * diagonal, "splits longer edges");
+  optional_length("Shortest edge", own.min_edge, 0.002 * diagonal, "collapses shorter edges where the surface is flat");
   bool rounds = own.iterations.has_value();
   if (ImGui::Checkbox("##rounds", &rounds)) {
     own.iterations = rounds ? std::optional(kDefaultRemeshIterations) : std::nullopt;
@@ -139,7 +122,7 @@ void draw_remeshing(Studio& studio) {
     ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6);
     ImGui::SliderInt("Rounds", &*own.iterations, 0, 20);
   } else {
-    ImGui::TextDisabled("Rounds: by itself");
+    ImGui::TextDisabled("Rounds: automatic");
   }
   ImGui::Unindent();
 }
@@ -157,11 +140,11 @@ void draw_tool_settings(Studio& studio) {
   ToolSettings& settings = studio.settings();
   const double diagonal = studio.shown().diagonal;
   slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
-  if (has_inner(settings.tool)) {
-    slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "how much of that moves as a whole (Shift+F)");
+  if (settings.tool->has_inner) {
+    slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
   }
   draw_own_settings(studio);
-  if (drags(settings.tool)) draw_drag(settings);
+  if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
   ImGui::Separator();
   draw_mirror(settings);
   draw_remeshing(studio);
@@ -189,7 +172,7 @@ void draw_view_settings(Studio& studio) {
       view.cut_normal = normal;
     }
   }
-  slide("Place", view.cut_offset, {-half, half}, "from the middle of the shape");
+  slide("Offset", view.cut_offset, {-half, half}, "distance from the middle of the shape");
   if (ImGui::Button("Other side")) {
     view.cut_normal = -view.cut_normal;
     view.cut_offset = -view.cut_offset;
@@ -207,7 +190,7 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
       ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
-    const std::string tool = std::string(name_of(studio.settings().tool)) + "###tool";
+    const std::string tool = studio.settings().tool->name + "###tool";
     if (begin_part(tool.c_str())) draw_tool_settings(studio);
     if (begin_part("View")) draw_view_settings(studio);
     if (studio.view().history && begin_part("History")) draw_history(studio, editor);

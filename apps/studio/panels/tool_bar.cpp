@@ -3,16 +3,12 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
-#include "gestures/tool_names.h"
 #include "panels/panels.h"
 
 namespace knead::studio {
 
 namespace {
-
-constexpr float kPi = std::numbers::pi_v<float>;
 
 // Draws in a square from -1 to 1, y downwards.
 class Pen {
@@ -56,73 +52,42 @@ class Pen {
   ImU32 light_;
 };
 
-void draw_icon(ToolKind tool, const Pen& pen) {
-  switch (tool) {
-    case ToolKind::ball:
-      pen.halo(-0.2F, 0.2F, 0.75F);
-      pen.circle(-0.2F, 0.2F, 0.42F);
-      return pen.arrow(-0.2F, 0.2F, 0.85F, -0.85F);
-    case ToolKind::capsule:
-      pen.arc(-0.45F, 0.25F, 0.42F, 0.5F * kPi, 1.5F * kPi);
-      pen.arc(0.45F, 0.25F, 0.42F, -0.5F * kPi, 0.5F * kPi);
-      pen.line(-0.45F, -0.17F, 0.45F, -0.17F);
-      pen.line(-0.45F, 0.67F, 0.45F, 0.67F);
-      return pen.arrow(0, 0.25F, 0, -0.9F);
-    case ToolKind::paint:
-      pen.wave({-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F});
-      pen.wave({0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F});
-      pen.line(0.1F, -0.25F, 0.7F, -0.95F);
-      return pen.disc(0.03F, -0.17F, 0.2F);
-    case ToolKind::points:
-      pen.disc(-0.55F, 0.45F, 0.2F);
-      pen.disc(0.1F, 0.65F, 0.2F);
-      pen.disc(0.6F, 0.3F, 0.2F);
-      return pen.arrow(0, 0.15F, 0, -0.9F);
-    case ToolKind::curve:
-      pen.wave({-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F});
-      return pen.arrow(0, 0.2F, 0, -0.9F);
-    case ToolKind::stamp:
-      pen.box(-0.35F, -0.9F, 0.35F, 0);
-      pen.wave({-1, 0.2F, -0.4F, 0.2F, -0.7F, 0.8F, 0, 0.8F});
-      return pen.wave({0, 0.8F, 0.7F, 0.8F, 0.4F, 0.2F, 1, 0.2F});
-    case ToolKind::rotate:
-      pen.disc(0, 0, 0.16F);
-      pen.arc(0, 0, 0.75F, -0.3F * kPi, 1.3F * kPi);
-      return pen.head(0.44F, -0.61F, -0.75F * kPi);
-    case ToolKind::stretch:
-      pen.box(-0.3F, -0.3F, 0.3F, 0.3F);
-      pen.arrow(0.45F, 0, 0.98F, 0);
-      return pen.arrow(-0.45F, 0, -0.98F, 0);
-    case ToolKind::twist:
-      pen.wave({-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F});
-      pen.wave({0.5F, 0.95F, 0.5F, 0.1F, -0.5F, -0.1F, -0.5F, -0.95F});
-      pen.line(-0.5F, 0.95F, 0.5F, 0.95F);
-      return pen.line(-0.5F, -0.95F, 0.5F, -0.95F);
-    case ToolKind::bend:
-      pen.wave({-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F});
-      pen.wave({-0.05F, 0.95F, -0.05F, 0.3F, 0.1F, -0.1F, 0.75F, -0.25F});
-      pen.line(0.5F, -0.85F, 0.75F, -0.25F);
-      return pen.line(-0.7F, 0.95F, -0.05F, 0.95F);
-    case ToolKind::handles:
-      pen.halo(-0.45F, -0.3F, 0.5F);
-      pen.disc(-0.45F, -0.3F, 0.26F);
-      pen.circle(0.45F, 0.45F, 0.4F);
-      return pen.line(0.17F, 0.73F, 0.73F, 0.17F);
+void draw(const IconPart& part, const Pen& pen) {
+  const std::array<float, 8>& n = part.numbers;
+  switch (part.shape) {
+    case IconShape::line:
+      return pen.line(n[0], n[1], n[2], n[3]);
+    case IconShape::circle:
+      return pen.circle(n[0], n[1], n[2]);
+    case IconShape::disc:
+      return pen.disc(n[0], n[1], n[2]);
+    case IconShape::halo:
+      return pen.halo(n[0], n[1], n[2]);
+    case IconShape::box:
+      return pen.box(n[0], n[1], n[2], n[3]);
+    case IconShape::wave:
+      return pen.wave(n);
+    case IconShape::arc:
+      return pen.arc(n[0], n[1], n[2], n[3], n[4]);
+    case IconShape::arrow:
+      return pen.arrow(n[0], n[1], n[2], n[3]);
+    case IconShape::arrow_head:
+      return pen.head(n[0], n[1], n[2]);
   }
 }
 
-void draw_button(Studio& studio, ToolKind tool, float size) {
-  const bool chosen = studio.settings().tool == tool;
-  ImGui::PushID(static_cast<int>(tool));
+void draw_button(Studio& studio, const StudioTool& tool, float size) {
+  const bool chosen = studio.settings().tool == &tool;
+  ImGui::PushID(&tool);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   if (ImGui::Selectable("##tool", chosen, 0, {size, size})) studio.perform(action_of(tool));
   if (ImGui::IsItemHovered()) {
-    ImGui::SetTooltip("%s  (%s)", name_of(tool), keys_text(studio.preferences().keys, action_of(tool)).c_str());
+    ImGui::SetTooltip("%s  (%s)", tool.name.c_str(), keys_text(studio.preferences().keys, action_of(tool)).c_str());
   }
   const ImU32 ink = ImGui::GetColorU32(chosen ? ImGuiCol_Text : ImGuiCol_TextDisabled);
   const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.34F * size, ink,
                 ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.25F));
-  draw_icon(tool, pen);
+  for (const IconPart& part : tool.icon) draw(part, pen);
   ImGui::PopID();
 }
 
@@ -137,7 +102,7 @@ void draw_tool_bar(Studio& studio, const Gui& gui) {
   constexpr int flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
                         ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Tools", nullptr, flags)) {
-    for (int i = 0; i < kToolCount; ++i) draw_button(studio, static_cast<ToolKind>(i), size);
+    for (const StudioTool& tool : studio_tools()) draw_button(studio, tool, size);
   }
   ImGui::End();
   ImGui::PopStyleVar(2);

@@ -31,7 +31,7 @@ namespace {
 [[noreturn]] void fail() {
   const char* reason = nullptr;
   glfwGetError(&reason);
-  throw std::runtime_error(std::string("no window can be opened (") + (reason == nullptr ? "GLFW" : reason) +
+  throw std::runtime_error(std::string("cannot open a window (") + (reason == nullptr ? "GLFW" : reason) +
                            "); is there a display?");
 }
 
@@ -158,7 +158,7 @@ Window::Window(const std::string& title, int width, int height) : state_(std::ma
   if (window_ == nullptr) window_ = try_to_open(title, width, height, 3, 3);
   if (window_ == nullptr) {
     glfwTerminate();
-    throw std::runtime_error("no window with OpenGL 3.3 can be opened; check the display and its driver");
+    throw std::runtime_error("cannot open a window with OpenGL 3.3; check the display and its driver");
   }
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);

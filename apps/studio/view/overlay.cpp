@@ -7,7 +7,6 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/render/tool_picture.h"
-#include "knead/tool/mirrored.h"
 #include "view/influence.h"
 
 namespace knead::studio {
@@ -33,10 +32,6 @@ Surroundings around_of(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   const bool fits = shown.picker && shown.picker->fits(shown.state);
   return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
-}
-
-bool is_placed_tool(ToolKind tool) {
-  return tool == ToolKind::rotate || tool == ToolKind::stretch || tool == ToolKind::twist || tool == ToolKind::bend;
 }
 
 std::vector<Stroke> with_mirror_images(std::vector<Stroke> strokes, const std::array<bool, 3>& mirror) {
@@ -92,22 +87,23 @@ std::vector<Stroke> hovering(const Studio& studio) {
   const Surroundings around = around_of(studio);
   const ToolSettings& settings = studio.settings();
   std::optional<Stroke> stroke;
-  switch (settings.tool) {
-    case ToolKind::ball:
-    case ToolKind::capsule:
+  switch (settings.tool->use) {
+    case ToolUse::pull:
       if (studio.pointer_is_over_view()) stroke = hovering_implicit(studio, around);
       break;
-    case ToolKind::paint:
+    case ToolUse::paint:
       if (studio.pointer_is_over_view()) stroke = hovering_paint(studio, around);
       break;
-    case ToolKind::points:
-    case ToolKind::curve:
+    case ToolUse::points:
+    case ToolUse::curve:
       stroke = placed_points(studio, around);
       break;
-    default:
-      if (is_placed_tool(settings.tool) && studio.placed().placement) {
-        stroke = turning_stroke(settings, *studio.placed().placement, kNominalAngle);
-      }
+    case ToolUse::turn:
+      if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
+      break;
+    case ToolUse::stamp:
+    case ToolUse::handles:
+      break;
   }
   if (!stroke) return {};
   return with_mirror_images({std::move(*stroke)}, settings.mirror);
@@ -115,7 +111,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
 
 namespace {
 
-// The strokes whose tools are drawn: under the hand the latest piece of each side, else what hovers.
+// Returns the strokes whose tools are drawn: during a drag the latest piece of each side, else the tool at the pointer.
 std::vector<Stroke> strokes_to_draw(const Studio& studio) {
   if (studio.shown().looked_at) {
     const auto& history = studio.shown().history;
@@ -221,7 +217,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   scene.camera = studio.screen().camera;
   scene.material = view.material;
   scene.wireframe = view.wireframe;
-  scene.show_influence = view.influence || studio.settings().tool == ToolKind::handles;
+  scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
   if (shown.opened == 0) return scene;
   const Box box = box_of(shown);
   if (view.cut) {
@@ -250,11 +246,11 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add(parts_.lines, scene.lines);
   const Placed& placed = studio.placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
-  const ToolKind tool = studio.settings().tool;
-  if (placed.placement && (is_placed_tool(tool) || tool == ToolKind::stamp)) {
+  const ToolUse use = studio.settings().tool->use;
+  if (placed.placement && (use == ToolUse::turn || use == ToolUse::stamp)) {
     const Pointer& at = studio.pointer();
     const auto lit = gizmo_part_at(studio.screen(), *placed.placement, at.x, at.y);
-    if (tool == ToolKind::stamp && placed.stamp && !studio.gesture()) {
+    if (use == ToolUse::stamp && placed.stamp && !studio.gesture()) {
       render::Scene stamp;
       add_placed_stamp(studio, {box, stamp, how});
       add(stamp.surfaces, scene.surfaces);
@@ -265,7 +261,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
 }
 
 std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
-  const bool handles = studio.settings().tool == ToolKind::handles;
+  const bool handles = studio.settings().tool->use == ToolUse::handles;
   if (handles) {
     std::vector<float> values(studio.shown().state.positions.size());
     for (std::size_t i = 0; i < studio.placed().handles.size(); ++i) {
@@ -294,10 +290,10 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
 }
 
 std::string Overlay::placement_problem(const Studio& studio) {
-  const ToolKind tool = studio.settings().tool;
   const std::optional<Placement>& placement = studio.placed().placement;
-  const bool needs_barrel = tool == ToolKind::twist || tool == ToolKind::bend;
-  if (!needs_barrel || !studio.settings().uses_barrel || !placement || !placement->barrel) return {};
+  if (!studio.settings().tool->turning.takes_barrel || !studio.settings().uses_barrel || !placement ||
+      !placement->barrel)
+    return {};
   return placement->barrel->problem;
 }
 

@@ -2,7 +2,6 @@
 
 #include "knead/session/workbench.h"
 #include "knead/tool/continued.h"
-#include "knead/tool/mirrored.h"
 
 namespace knead {
 

@@ -87,12 +87,18 @@ std::vector<Vec3d> JsonValue::vectors() const {
   return result;
 }
 
+std::size_t JsonValue::choice(std::span<const std::string_view> choices) const {
+  const auto found = is_text() ? std::find(choices.begin(), choices.end(), text()) : choices.end();
+  if (found == choices.end()) fail(fmt::format("one of \"{}\"", fmt::join(choices, "\", \"")));
+  return static_cast<std::size_t>(found - choices.begin());
+}
+
 JsonObject::JsonObject(const JsonValue& value, const Place& place, std::string what)
     : value_(value.json()), place_(place), prefix_(value.name()), what_(std::move(what)) {
   if (!value_.is_object()) value.fail("a JSON object {...}");
 }
 
-void JsonObject::allow(std::initializer_list<std::string_view> keys) const {
+void JsonObject::allow(const std::vector<std::string_view>& keys) const {
   for (const auto& [key, value] : value_.members()) {
     if (std::find(keys.begin(), keys.end(), key) != keys.end()) continue;
     throw InvalidInput(place_, fmt::format("unknown key {}; {} has the keys \"{}\"", shortened(key), what_,
@@ -110,14 +116,6 @@ JsonValue JsonObject::at(std::string_view key) const {
 std::optional<double> JsonObject::optional_number(std::string_view key) const {
   if (!has(key)) return std::nullopt;
   return number(key);
-}
-
-std::size_t JsonObject::choice(std::string_view key, std::initializer_list<std::string_view> choices) const {
-  if (!has(key)) return 0;
-  const JsonValue value = at(key);
-  const auto* found = value.json().is_text() ? std::find(choices.begin(), choices.end(), value.text()) : choices.end();
-  if (found == choices.end()) value.fail(fmt::format("one of \"{}\"", fmt::join(choices, "\", \"")));
-  return static_cast<std::size_t>(found - choices.begin());
 }
 
 std::optional<Json> parse_line(std::string_view line, const Place& place) {

@@ -3,8 +3,8 @@
 // Every failure is an InvalidInput with the line's place, the key in quotes, what was expected and what was got.
 #pragma once
 
-#include <initializer_list>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +28,12 @@ class JsonValue {
   std::vector<JsonValue> items() const;
   std::vector<Vec3d> vectors() const;
 
+  // Returns the index of the text among the choices.
+  std::size_t choice(std::span<const std::string_view> choices) const;
+
+  bool is_number() const { return value_.is_number(); }
+  bool is_text() const { return value_.is_text(); }
+
   const Json& json() const { return value_; }
   const std::string& name() const { return name_; }
 
@@ -46,19 +52,15 @@ class JsonObject {
   JsonObject(const JsonValue& value, const Place& place, std::string what);
 
   // Fails for any other key than these, which a message lists.
-  void allow(std::initializer_list<std::string_view> keys) const;
+  void allow(const std::vector<std::string_view>& keys) const;
 
   bool has(std::string_view key) const { return value_.has(key); }
   JsonValue at(std::string_view key) const;  // fails where the key is missing
 
   double number(std::string_view key) const { return at(key).number(); }
-  double number(std::string_view key, double otherwise) const { return has(key) ? number(key) : otherwise; }
   std::optional<double> optional_number(std::string_view key) const;
   Vec3d vector(std::string_view key) const { return at(key).vector(); }
   std::vector<Vec3d> vectors(std::string_view key) const { return at(key).vectors(); }
-
-  // The index of the text at the key among the choices; 0 where the key is missing.
-  std::size_t choice(std::string_view key, std::initializer_list<std::string_view> choices) const;
 
  private:
   const Json& value_;

@@ -5,6 +5,7 @@
 
 #include "knead/io/json.h"
 #include "knead/session/session.h"
+#include "knead/tool/tool.h"
 
 namespace knead {
 
@@ -37,27 +38,21 @@ std::string text_of(const std::vector<T>& items) {
   return result + "]";
 }
 
-// One JSON object on one line.
+// One JSON object on one line, of members whose values are text already.
 class LineWriter {
  public:
-  template <class T>
-  void add(const char* key, const T& value) {
-    line_ += fmt::format("{}\"{}\": {}", line_.empty() ? "{" : ", ", key, text_of(value));
+  void add_text(std::string_view key, const std::string& value) {
+    line_ += fmt::format("{}\"{}\": {}", line_.empty() ? "{" : ", ", key, value);
   }
 
   template <class T>
-  void add_unless(const T& otherwise, const char* key, const T& value) {
-    if (text_of(value) != text_of(otherwise)) add(key, value);  // -0 is not 0
+  void add(std::string_view key, const T& value) {
+    add_text(key, text_of(value));
   }
 
   template <class T>
-  void add_optional(const char* key, const std::optional<T>& value) {
+  void add_optional(std::string_view key, const std::optional<T>& value) {
     if (value) add(key, *value);
-  }
-
-  void add_radius(const std::optional<double>& radius, bool automatic) {
-    add_optional("radius", radius);
-    if (automatic) add("radius", std::string("auto"));
   }
 
   std::string finish() const { return line_.empty() ? "{}" : line_ + "}"; }
@@ -66,131 +61,68 @@ class LineWriter {
   std::string line_;
 };
 
-void write(const ImplicitStroke& stroke, LineWriter& line) {
-  line.add("path", stroke.path);
-  line.add("inner", stroke.inner);
-  line.add("outer", stroke.outer);
-  if (stroke.region == ImplicitRegion::capsule) {
-    line.add("region", std::string("capsule"));
-    line.add("half_axis", stroke.half_axis);
-    line.add_unless(ImplicitStroke{}.gauge, "gauge", stroke.gauge);
-  }
-  if (stroke.time == TimeLaw::blended) line.add("time", std::string("blended"));
-}
-
-void write(const PaintStroke& stroke, LineWriter& line) {
-  line.add("outer", stroke.outer);
-  line.add("depth", stroke.depth);
-  if (stroke.path.empty()) {
-    line.add("samples", stroke.samples);
+std::string text_of(const HandlesMotion& motion) {
+  LineWriter object;
+  if (const auto* rotation = std::get_if<HandlesRotation>(&motion)) {
+    object.add("rotate", rotation->axis);
+    object.add("center", rotation->center);
+    object.add("angle_deg", rotation->angle_deg);
   } else {
-    line.add("path", stroke.path);
+    object.add("translate", std::get<HandlesTranslation>(motion).by);
   }
+  return object.finish();
 }
 
-void write(const PointsStroke& stroke, LineWriter& line) {
-  if (!stroke.points.empty()) line.add("points", stroke.points);
-  if (!stroke.curves.empty()) line.add("curves", stroke.curves);
-  line.add("outer", stroke.outer);
-  line.add("displacements", stroke.displacements);
-  line.add_unless(PointsStroke{}.exponent, "exponent", stroke.exponent);
-  line.add_unless(PointsStroke{}.inner, "inner", stroke.inner);
-  if (stroke.center == PointsCenter::barycentre) line.add("center", std::string("barycentre"));
+// The identity with zeros of either sign is written as the identity.
+std::string text_of(const Mat3d& m) {
+  const Mat3d plain = m == Mat3d{} ? Mat3d{} : m;
+  return text_of(std::vector<Vec3d>{plain.row0, plain.row1, plain.row2});
 }
 
-// An object within the line.
-struct ObjectText {
-  std::string text;
+std::string text_of(const AutoNumber& number) {
+  return *number.is_auto ? "\"auto\"" : *number.value ? text_of(**number.value) : "";
+}
+
+std::string text_of(const Choice& choice) { return text_of(std::string(choice.words[choice.chosen])); }
+
+// The value of a stroke's key; empty where there is none.
+struct KeyText {
+  template <class T>
+  std::string operator()(T* value) const {
+    return text_of(*value);
+  }
+  template <class T>
+  std::string operator()(std::optional<T>* value) const {
+    return *value ? text_of(**value) : "";
+  }
+  template <class T>
+  std::string operator()(const T& value) const {
+    return text_of(value);
+  }
 };
-std::string text_of(const ObjectText& object) { return object.text; }
 
-ObjectText object_of(const HandlesTranslation& motion) {
-  LineWriter object;
-  object.add("translate", motion.by);
-  return {object.finish()};
+std::string text_of(const StrokeKey& key) { return applies(key) ? std::visit(KeyText{}, key.value) : ""; }
+
+// Returns the keys of `start` with the choices of the given keys, so that the same keys apply.
+std::vector<StrokeKey> defaults_for(const std::vector<StrokeKey>& keys, const Tool& tool, Stroke& start) {
+  const std::vector<StrokeKey> defaults = tool.keys(start);
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (const auto* choice = std::get_if<Choice>(&keys[i].value)) {
+      std::get<Choice>(defaults[i].value).choose(choice->chosen);
+    }
+  }
+  return tool.keys(start);
 }
 
-ObjectText object_of(const HandlesRotation& motion) {
-  LineWriter object;
-  object.add("rotate", motion.axis);
-  object.add("center", motion.center);
-  object.add("angle_deg", motion.angle_deg);
-  return {object.finish()};
-}
-
-ObjectText object_of(const std::optional<RemeshSettings>& settings) {
-  if (!settings) return {"null"};
+std::string text_of(const std::optional<RemeshSettings>& settings) {
+  if (!settings) return "null";
   LineWriter object;
   object.add_optional("max_edge", settings->max_edge);
   object.add_optional("max_angle_deg", settings->max_angle_deg);
   object.add_optional("max_chord", settings->max_chord);
   object.add_optional("min_edge", settings->min_edge);
   object.add_optional("iterations", settings->iterations);
-  return {object.finish()};
-}
-
-void write(const HandlesStroke& stroke, LineWriter& line) {
-  if (stroke.full_vertices.empty()) line.add("full", stroke.full);
-  if (!stroke.full_vertices.empty()) line.add("full_vertices", stroke.full_vertices);
-  if (stroke.zero_vertices.empty()) line.add("zero", stroke.zero);
-  if (!stroke.zero_vertices.empty()) line.add("zero_vertices", stroke.zero_vertices);
-  line.add("motion", std::visit([](const auto& motion) { return object_of(motion); }, stroke.motion));
-  line.add_unless(HandlesStroke{}.exponent, "exponent", stroke.exponent);
-}
-
-void write(const StampStroke& stroke, LineWriter& line) {
-  line.add("mesh", stroke.mesh);
-  line.add("path", stroke.path);
-  if (!(stroke.pose == Mat3d{}))
-    line.add("pose", std::vector<Vec3d>{stroke.pose.row0, stroke.pose.row1, stroke.pose.row2});
-  line.add_optional("outer", stroke.outer);
-  line.add_optional("step", stroke.step);
-  line.add_unless(StampStroke{}.exponent, "exponent", stroke.exponent);
-}
-
-void write(const RotateStroke& stroke, LineWriter& line) {
-  line.add("center", stroke.center);
-  line.add("axis", stroke.axis);
-  line.add("angle_deg", stroke.angle_deg);
-  line.add("inner", stroke.inner);
-  line.add("outer", stroke.outer);
-  line.add_unless(RotateStroke{}.gauge, "gauge", stroke.gauge);
-}
-
-void write(const StretchStroke& stroke, LineWriter& line) {
-  line.add("center", stroke.center);
-  line.add("axis", stroke.axis);
-  line.add("factor", stroke.factor);
-  line.add("inner", stroke.inner);
-  line.add("outer", stroke.outer);
-}
-
-void write(const TwistStroke& stroke, LineWriter& line) {
-  line.add("center", stroke.center);
-  line.add("axis", stroke.axis);
-  line.add("rate_deg", stroke.rate_deg);
-  line.add("inner", stroke.inner);
-  line.add("outer", stroke.outer);
-  line.add_optional("normal", stroke.normal);
-  line.add_unless(TwistStroke{}.gauge, "gauge", stroke.gauge);
-  line.add_radius(stroke.radius, stroke.radius_auto);
-}
-
-void write(const BendStroke& stroke, LineWriter& line) {
-  line.add("center", stroke.center);
-  line.add("axis", stroke.axis);
-  line.add("normal", stroke.normal);
-  line.add("angle_deg", stroke.angle_deg);
-  if (const auto* extent = std::get_if<BendWidth>(&stroke.extent)) {
-    line.add("width", extent->width);
-    line.add_unless(kCenterFraction, "center_fraction", extent->center_fraction);
-  } else {
-    const auto& thresholds = std::get<Thresholds<double>>(stroke.extent);
-    line.add("inner", thresholds.inner);
-    line.add("outer", thresholds.outer);
-  }
-  line.add_unless(BendStroke{}.gauge, "gauge", stroke.gauge);
-  line.add_radius(stroke.radius, stroke.radius_auto);
+  return object.finish();
 }
 
 }  // namespace
@@ -204,15 +136,26 @@ std::string header_line(const std::optional<std::string>& mesh, const std::optio
 }
 
 std::string stroke_line(const Stroke& stroke) {
+  const Tool& tool = tool_of(stroke);
+  Stroke own = stroke;
+  Stroke start = tool.start;
+  const std::vector<StrokeKey> keys = tool.keys(own);
+  const std::vector<StrokeKey> defaults = defaults_for(keys, tool, start);
   LineWriter line;
-  line.add("tool", tool_name(stroke));
-  std::visit([&](const auto& tool) { write(tool, line); }, stroke);
+  line.add("tool", std::string(tool.name));
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    const auto* choice = std::get_if<Choice>(&keys[i].value);
+    const bool is_default = choice != nullptr
+                                ? choice->chosen == 0
+                                : keys[i].presence != Presence::required && text_of(keys[i]) == text_of(defaults[i]);
+    if (applies(keys[i]) && !is_default) line.add_text(keys[i].name, text_of(keys[i]));
+  }
   return line.finish();
 }
 
 std::string remesh_line(const std::optional<RemeshSettings>& settings) {
   LineWriter line;
-  line.add("remesh", object_of(settings));
+  line.add_text("remesh", text_of(settings));
   return line.finish();
 }
 

@@ -9,7 +9,6 @@
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
-#include "knead/tool/mirrored.h"
 
 namespace knead {
 namespace {

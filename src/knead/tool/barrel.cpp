@@ -5,7 +5,7 @@
 
 #include "knead/field/region.h"
 #include "knead/tool/barrel_reach.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
 namespace knead {
 

@@ -1,4 +1,4 @@
-// The barrel of a cylinder restriction: where the velocity jumps, and which triangles must therefore not cross it.
+// The barrel that limits a twist or bend: the velocity jumps there, so no triangle may cross it where something moves.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace knead {
 
-// The cylinder of a twist or bend at the stroke's start: what lies within `radius` of the line {center + s normal} is
-// moved, as far as normal.(x - center) < outer. normal is a unit vector.
+// The barrel at the start of a stroke. The stroke moves the points within `radius` of the line {center + s normal} that
+// have normal.(x - center) < outer. normal is a unit vector.
 struct Barrel {
   Vec3d center;
   Vec3d normal;
@@ -22,23 +22,25 @@ struct Barrel {
   friend bool operator==(const Barrel&, const Barrel&) = default;
 };
 
-// The barrel of a stroke that has a cylinder. The stroke is valid.
+// Returns the barrel of a twist or bend with a radius, else nothing. The stroke is valid.
 std::optional<Barrel> barrel_of(const Stroke& stroke);
 
+// The triangles that cross a barrel, and radii that would be crossed by none.
 struct BarrelCheck {
   std::size_t crossing = 0;  // triangles that cross the barrel where r < outer
   std::size_t later = 0;     // triangles that cross it only where a bend's turning normal brings r below outer
-  // Where crossing > 0: the nearest radii that no triangle crosses and that hold some triangle's moving part, of about
-  // 6 digits and verified. A smaller one need not exist.
+  // If crossing > 0: the nearest radii that no triangle crosses and within which something moves, rounded to about 6
+  // digits and verified. There may be no smaller one.
   std::optional<double> smaller;
   std::optional<double> larger;
 };
 
-// A triangle crosses if its part with r < outer has points within the radius (or at it) as well as points beyond it:
-// exactly then the deformation would tear it. Time: linear, and a sort of the triangles if some cross.
+// Counts the triangles that cross the barrel. A triangle crosses if its part with r < outer has points within the
+// radius (or at it) and points beyond it; the deformation would tear exactly these. Time: linear, and a sort of the
+// triangles if some cross.
 BarrelCheck check_barrel(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles);
 
-// The nearer of the two radii.
+// Returns the one of the two radii that is nearer to `radius`, or nothing.
 std::optional<double> nearest_radius(const BarrelCheck& check, double radius);
 
 }  // namespace knead

@@ -1,42 +1,66 @@
 #include <cmath>
 
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
-namespace knead::tool_detail {
+namespace knead {
 
-namespace {
-
-// |a x n| and |a.n| of unit vectors below which they count as parallel, and as perpendicular.
-constexpr double kParallel = 1e-9;
-constexpr double kPerpendicular = 1e-3;
-
-}  // namespace
-
-void validate(const BendStroke& stroke) {
-  require_finite("center", stroke.center);
-  require_direction("axis", stroke.axis);
-  require_direction("normal", stroke.normal);
-  if (norm(cross(unit(stroke.axis), unit(stroke.normal))) < kParallel) {
-    throw InvalidInput("\"normal\" must not be parallel to \"axis\": a bend turns it about the axis");
-  }
-  require_angle("angle_deg", stroke.angle_deg);
-  if (const auto* extent = std::get_if<BendWidth>(&stroke.extent)) {
-    require_positive("width", extent->width);
-    require_finite("center_fraction", extent->center_fraction);
-  }
-  const Thresholds<double> thresholds = bend_thresholds(stroke);
-  require_thresholds(thresholds.inner, thresholds.outer);
-  require_finite("gauge", stroke.gauge);
-  require_radius(stroke.radius, stroke.radius_auto);
-}
+namespace tool_detail {
 
 Thresholds<double> bend_thresholds(const BendStroke& stroke) {
   if (const auto* thresholds = std::get_if<Thresholds<double>>(&stroke.extent)) return *thresholds;
   const auto& extent = std::get<BendWidth>(stroke.extent);
   return {-extent.center_fraction * extent.width, (1 - extent.center_fraction) * extent.width};
 }
+
+}  // namespace tool_detail
+
+namespace {
+
+using namespace tool_detail;
+
+// |a x n| and |a.n| of unit vectors below which they count as parallel, and as perpendicular.
+constexpr double kParallel = 1e-9;
+constexpr double kPerpendicular = 1e-3;
+
+std::vector<StrokeKey> keys(BendStroke& s) {
+  auto* const width = std::get_if<BendWidth>(&s.extent);
+  auto* const zone = std::get_if<Thresholds<double>>(&s.extent);
+  return {
+      {"center", Quantity::finite, &s.center},
+      {"axis", Quantity::direction, &s.axis},
+      {"normal", Quantity::direction, &s.normal},
+      {"angle_deg", Quantity::angle, &s.angle_deg, Presence::required, "rotation of the part that moves"},
+      {"width", Quantity::positive, width != nullptr ? &width->width : nullptr, Presence::required,
+       "of the zone that bends"},
+      {"center_fraction", Quantity::finite, width != nullptr ? &width->center_fraction : nullptr, Presence::optional},
+      {"inner", Quantity::other, zone != nullptr ? &zone->inner : nullptr, Presence::required,
+       "where the part that moves begins"},
+      {"outer", Quantity::other, zone != nullptr ? &zone->outer : nullptr, Presence::required,
+       "where the part that stays begins"},
+      {"gauge", Quantity::finite, &s.gauge, Presence::optional},
+      {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional, "of the barrel"}};
+}
+
+void prepare(BendStroke& stroke, const HasKey& has) {
+  const bool by_width = has("width") || has("center_fraction");
+  const bool by_thresholds = has("inner") || has("outer");
+  if (by_width == by_thresholds) {
+    throw InvalidInput(std::string(R"(a bend has either "width" (and "center_fraction") or "inner" and "outer", )") +
+                       (by_width ? "not both" : "got neither"));
+  }
+  if (by_thresholds) stroke.extent = Thresholds<double>{};
+}
+
+void validate(const BendStroke& stroke) {
+  if (norm(cross(unit(stroke.axis), unit(stroke.normal))) < kParallel) {
+    throw InvalidInput("\"normal\" must not be parallel to \"axis\": a bend turns it about the axis");
+  }
+  const Thresholds<double> thresholds = bend_thresholds(stroke);
+  require_thresholds(thresholds.inner, thresholds.outer);
+}
+
+bool reads_surface(const BendStroke& stroke) { return stroke.radius_auto; }
 
 Flow flow_of(const BendStroke& stroke) {
   const Vec3d axis = unit(stroke.axis);
@@ -45,7 +69,6 @@ Flow flow_of(const BendStroke& stroke) {
   const Rotation<double> motion{axis, angle, stroke.gauge, RotationGauge::axial};
   const HalfSpace<double> region{normal, axis, 0.5 * angle};
   Segment segment = resting_segment({stroke.center, motion, region, bend_thresholds(stroke)});
-  require_known_radius(stroke.radius_auto);
   if (stroke.radius) segment.cylinder = Cylinder{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
@@ -57,4 +80,11 @@ void warn(const BendStroke& stroke, Warnings& warnings) {
   }
 }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& BendStroke::tool() {
+  static const Tool kTool = describe<BendStroke>("bend", {keys, validate, flow_of, warn, reads_surface, prepare});
+  return kTool;
+}
+
+}  // namespace knead

@@ -58,6 +58,11 @@ void require_count(std::string_view key, std::size_t count, std::size_t least, s
   throw InvalidInput(fmt::format("\"{}\" must hold {} or more {}, got {}", key, least, what, count));
 }
 
+void require_even(std::string_view key, int value, int least) {
+  if (value >= least && value % 2 == 0) return;
+  throw InvalidInput(fmt::format("\"{}\" must be an even number, {} or more, got {}", key, least, value));
+}
+
 void require_thresholds(double inner, double outer) {
   require_finite("inner", inner);
   require_finite("outer", outer);
@@ -68,15 +73,6 @@ void require_distance_thresholds(double inner, double outer) {
   require_positive("outer", outer);
   require(std::isfinite(inner) && inner >= 0, "inner", "a number that is 0 or greater", inner);
   require_thresholds(inner, outer);
-}
-
-void require_radius(const std::optional<double>& radius, bool automatic) {
-  if (radius) require_positive("radius", *radius);
-  if (radius && automatic) throw InvalidInput("\"radius\" must be a number or \"auto\", not both");
-}
-
-void require_known_radius(bool automatic) {
-  if (automatic) throw InvalidInput("\"radius\" must be found on the shape before the stroke becomes a flow");
 }
 
 Vec3d unit(const Vec3d& v) {

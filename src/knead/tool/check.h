@@ -28,20 +28,21 @@ void require_angle(std::string_view key, double degrees);
 
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what);
 
+// An even number, `least` or more.
+void require_even(std::string_view key, int value, int least);
+
 // Both finite, inner < outer.
 void require_thresholds(double inner, double outer);
 
 // For a region whose r is a distance: outer > 0 and 0 <= inner < outer. (A negative inner would leave a cone at r = 0.)
 void require_distance_thresholds(double inner, double outer);
 
-// A radius greater than 0 where one is given, and then not "auto" as well.
-void require_radius(const std::optional<double>& radius, bool automatic);
-
-// Throws InvalidInput for a radius that is still to be found on a shape: without it there is no flow.
-void require_known_radius(bool automatic);
-
 // v / |v| for any finite v but zero, also where |v|^2 overflows or underflows.
 Vec3d unit(const Vec3d& v);
+
+// What Studio says about the thresholds of most tools.
+inline constexpr std::string_view kInnerHelp = "everything nearer moves rigidly with the tool";
+inline constexpr std::string_view kOuterHelp = "everything farther stays";
 
 inline constexpr double kRadiansPerDegree = 0.017453292519943295769;
 

@@ -8,12 +8,13 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
-namespace knead::tool_detail {
+namespace knead {
 
 namespace {
+
+using namespace tool_detail;
 
 // The full set should not come nearer to the zero set on its way than this part of what was between them.
 constexpr double kClosePass = 0.1;
@@ -27,7 +28,6 @@ void validate_set(std::string_view key, const std::vector<Vec3d>& points, const 
     throw InvalidInput(fmt::format("\"{}\" must not be given together with \"{}_vertices\"", key, key));
   }
   if (vertices.empty()) require_count(key, points.size(), 1, "points");
-  require_finite(key, points);
 }
 
 void validate_motion(const HandlesTranslation& motion) { require_finite("translate", motion.by); }
@@ -145,16 +145,34 @@ double least_gap(const HandlesStroke& stroke, const std::vector<Vec3d>& full, co
   return least;
 }
 
-}  // namespace
+std::vector<StrokeKey> keys(HandlesStroke& s) {
+  return {{"full", Quantity::finite, &s.full, Presence::optional},
+          {"full_vertices", Quantity::other, &s.full_vertices, Presence::not_empty},
+          {"zero", Quantity::finite, &s.zero, Presence::optional},
+          {"zero_vertices", Quantity::other, &s.zero_vertices, Presence::not_empty},
+          {"motion", Quantity::other, &s.motion, Presence::required, "angle of the rotation"},
+          {"exponent", Quantity::other, &s.exponent, Presence::optional}};
+}
+
+void prepare(HandlesStroke& /*stroke*/, const HasKey& has) {
+  for (const char* key : {"full", "zero"}) {
+    const bool as_points = has(key);
+    if (as_points != has(std::string(key) + "_vertices")) continue;
+    throw InvalidInput(fmt::format(R"(a handles stroke has either "{}" or "{}_vertices", {})", key, key,
+                                   as_points ? "not both" : "got neither"));
+  }
+}
 
 void validate(const HandlesStroke& stroke) {
   validate_set("full", stroke.full, stroke.full_vertices);
   validate_set("zero", stroke.zero, stroke.zero_vertices);
   std::visit([](const auto& motion) { validate_motion(motion); }, stroke.motion);
-  if (stroke.exponent < 2 || stroke.exponent % 2 != 0) {
-    throw InvalidInput(fmt::format("\"exponent\" must be an even number, 2 or more, got {}", stroke.exponent));
-  }
+  require_even("exponent", stroke.exponent, 2);
   require_apart(stroke);
+}
+
+bool reads_surface(const HandlesStroke& stroke) {
+  return !stroke.full_vertices.empty() || !stroke.zero_vertices.empty();
 }
 
 Flow flow_of(const HandlesStroke& stroke) {
@@ -187,4 +205,11 @@ void warn(const HandlesStroke& stroke, Warnings& warnings) {
   }
 }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& HandlesStroke::tool() {
+  static const Tool kTool = describe<HandlesStroke>("handles", {keys, validate, flow_of, warn, reads_surface, prepare});
+  return kTool;
+}
+
+}  // namespace knead

@@ -8,7 +8,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/stroke.h"
 #include "support/dual.h"
 #include "support/random_segments.h"
 
@@ -19,8 +19,6 @@ using test::in_float;
 using test::moved;
 using test::precisely;
 using test::Random;
-using tool_detail::flow_of;
-using tool_detail::validate;
 
 // A bar along x, of which the caps are marked: the right one moves, the left one rests.
 struct MarkedBar {
@@ -275,11 +273,7 @@ TEST(Handles, AreRefusedForValuesThatMeanNothing) {
 }
 
 TEST(Handles, WarnOfAPassCloseToTheZeroSetAndOfAWideSetWithANarrowGap) {
-  const auto count = [](const HandlesStroke& stroke) {
-    std::vector<std::string> found;
-    tool_detail::warn(stroke, found);
-    return found.size();
-  };
+  const auto count = [](const HandlesStroke& stroke) { return warnings(stroke).size(); };
   EXPECT_EQ(count(MarkedBar(HandlesTranslation{{0.3, 1, 0}}).stroke), 0u);
   EXPECT_EQ(count(MarkedBar(HandlesTranslation{{-5, 0, 0}}).stroke), 1u);
   EXPECT_EQ(count(MarkedBar(half_twist(90)).stroke), 0u);

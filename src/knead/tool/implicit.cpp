@@ -1,20 +1,30 @@
 #include <cmath>
 
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
-namespace knead::tool_detail {
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(ImplicitStroke& s) {
+  constexpr std::string_view kCapsule = R"("region": "capsule")";
+  const bool capsule = s.region == ImplicitRegion::capsule;
+  return {{"path", Quantity::finite, &s.path},
+          {"inner", Quantity::positive, &s.inner, Presence::required, kInnerHelp},
+          {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp},
+          {"region", Quantity::other, choice(s.region, {"ball", "capsule"}), Presence::optional},
+          {"half_axis", Quantity::direction, capsule ? &s.half_axis : nullptr, Presence::required, {}, kCapsule},
+          {"gauge", Quantity::finite, capsule ? &s.gauge : nullptr, Presence::optional, {}, kCapsule},
+          {"time", Quantity::other, choice(s.time, {"swept", "blended"}), Presence::optional}};
+}
 
 void validate(const ImplicitStroke& stroke) {
   require_count("path", stroke.path.size(), 2, "points");
-  require_finite("path", stroke.path);
-  require_positive("inner", stroke.inner);
   require_distance_thresholds(stroke.inner, stroke.outer);
-  require_finite("gauge", stroke.gauge);
-  if (stroke.region == ImplicitRegion::capsule) {
-    require_direction("half_axis", stroke.half_axis);
-  } else if (stroke.half_axis != Vec3d{0, 0, 0} || stroke.gauge != 0) {
+  if (stroke.region == ImplicitRegion::ball && (stroke.half_axis != Vec3d{0, 0, 0} || stroke.gauge != 0)) {
     throw InvalidInput("\"half_axis\" and \"gauge\" belong to \"region\": \"capsule\" only");
   }
 }
@@ -39,4 +49,11 @@ void warn(const ImplicitStroke& stroke, Warnings& warnings) {
   warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& ImplicitStroke::tool() {
+  static const Tool kTool = describe<ImplicitStroke>("implicit", {keys, validate, flow_of, warn});
+  return kTool;
+}
+
+}  // namespace knead

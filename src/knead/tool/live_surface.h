@@ -1,4 +1,4 @@
-// A surface that a stroke reads while it moves it.
+// A surface that a stroke reads and moves at the same time.
 #pragma once
 
 #include <functional>
@@ -10,11 +10,12 @@
 
 namespace knead {
 
+// The current positions and triangles of a shape, and how to move them.
 struct LiveSurface {
-  std::span<const Vec3d> positions;             // as they are at the moment: apply moves them in place
-  std::span<const Triangle> triangles;          // none: a point cloud
-  std::function<std::vector<Vec3d>()> normals;  // of a point cloud's points, as they are at the moment; null: none
-  std::function<bool(const Stroke&)> apply;     // moves the positions by a stroke that reads no surface; false: stop
+  std::span<const Vec3d> positions;             // the current ones: apply moves them in place
+  std::span<const Triangle> triangles;          // empty: a point cloud
+  std::function<std::vector<Vec3d>()> normals;  // returns the current normals of a point cloud; null: there are none
+  std::function<bool(const Stroke&)> apply;     // applies a stroke that reads no surface; false: stop
 };
 
 }  // namespace knead

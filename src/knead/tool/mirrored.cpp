@@ -1,95 +1,69 @@
-#include "knead/tool/mirrored.h"
-
 #include "knead/math/error.h"
+#include "knead/tool/tool.h"
 
 namespace knead {
 
 namespace {
 
-// Directions of motion and normals are mirrored as places are. An axis about which something turns is too, and the
-// angle about it then has the other sign.
+// Places and directions are mirrored alike. An axis about which something turns is too, and the angle about it then has
+// the other sign.
 struct Mirror {
-  int axis = 0;
+  std::size_t axis = 0;
+  Quantity quantity = Quantity::other;
 
-  void flip(Vec3d& v) const { v[static_cast<std::size_t>(axis)] = -v[static_cast<std::size_t>(axis)]; }
-  void flip(std::optional<Vec3d>& v) const {
-    if (v) flip(*v);
-  }
-  void flip(std::vector<Vec3d>& list) const {
-    for (Vec3d& v : list) flip(v);
-  }
+  void flip(Vec3d& v) const { v[axis] = -v[axis]; }
 
-  Stroke operator()(ImplicitStroke s) const {
-    flip(s.path);
-    flip(s.half_axis);
-    return s;
+  void operator()(Vec3d* v) const { flip(*v); }
+  void operator()(std::optional<Vec3d>* v) const {
+    if (*v) flip(**v);
   }
-  Stroke operator()(PaintStroke s) const {
-    for (PaintSample& sample : s.samples) {
+  void operator()(std::vector<Vec3d>* list) const {
+    for (Vec3d& v : *list) flip(v);
+  }
+  void operator()(std::vector<std::vector<Vec3d>>* curves) const {
+    for (std::vector<Vec3d>& curve : *curves) (*this)(&curve);
+  }
+  void operator()(std::vector<PaintSample>* samples) const {
+    for (PaintSample& sample : *samples) {
       flip(sample.point);
       flip(sample.normal);
     }
-    flip(s.path);
-    return s;
   }
-  Stroke operator()(PointsStroke s) const {
-    flip(s.points);
-    for (std::vector<Vec3d>& curve : s.curves) flip(curve);
-    flip(s.displacements);
-    return s;
+  void operator()(double* number) const {
+    if (quantity == Quantity::angle) *number = -*number;
   }
-  Stroke operator()(HandlesStroke s) const {
-    if (!s.full_vertices.empty() || !s.zero_vertices.empty()) {
-      throw InvalidInput(
-          "\"full_vertices\" and \"zero_vertices\" cannot be mirrored; name points instead, with \"full\" and "
-          "\"zero\"");
-    }
-    flip(s.full);
-    flip(s.zero);
-    if (auto* translation = std::get_if<HandlesTranslation>(&s.motion)) flip(translation->by);
-    if (auto* rotation = std::get_if<HandlesRotation>(&s.motion)) {
+  void operator()(std::vector<std::uint32_t>* vertices) const {
+    if (vertices->empty()) return;
+    throw InvalidInput(
+        "\"full_vertices\" and \"zero_vertices\" cannot be mirrored; name points instead, with \"full\" and "
+        "\"zero\"");
+  }
+  void operator()(Mat3d* m) const {
+    for (Vec3d* row : {&m->row0, &m->row1, &m->row2}) flip(*row);
+    Vec3d& row = axis == 0 ? m->row0 : axis == 1 ? m->row1 : m->row2;
+    row = -row;
+  }
+  void operator()(HandlesMotion* motion) const {
+    if (auto* translation = std::get_if<HandlesTranslation>(motion)) flip(translation->by);
+    if (auto* rotation = std::get_if<HandlesRotation>(motion)) {
       flip(rotation->axis);
       flip(rotation->center);
       rotation->angle_deg = -rotation->angle_deg;
     }
-    return s;
   }
-  Stroke operator()(StampStroke s) const {
-    flip(s.path);
-    for (Vec3d* row : {&s.pose.row0, &s.pose.row1, &s.pose.row2}) flip(*row);
-    Vec3d& row = axis == 0 ? s.pose.row0 : axis == 1 ? s.pose.row1 : s.pose.row2;
-    row = -row;
-    return s;
-  }
-  Stroke operator()(RotateStroke s) const {
-    flip(s.center);
-    flip(s.axis);
-    s.angle_deg = -s.angle_deg;
-    return s;
-  }
-  Stroke operator()(StretchStroke s) const {
-    flip(s.center);
-    flip(s.axis);
-    return s;
-  }
-  Stroke operator()(TwistStroke s) const {
-    flip(s.center);
-    flip(s.axis);
-    flip(s.normal);
-    s.rate_deg = -s.rate_deg;
-    return s;
-  }
-  Stroke operator()(BendStroke s) const {
-    flip(s.center);
-    flip(s.axis);
-    flip(s.normal);
-    s.angle_deg = -s.angle_deg;
-    return s;
-  }
+  template <class T>
+  void operator()(const T& /*as it is*/) const {}
 };
 
 }  // namespace
 
-Stroke mirrored(const Stroke& stroke, int axis) { return std::visit(Mirror{axis}, stroke); }
+Stroke mirrored(const Stroke& stroke, int axis) {
+  Stroke image = stroke;
+  for (const StrokeKey& key : tool_of(image).keys(image)) {
+    const Mirror mirror{static_cast<std::size_t>(axis), key.quantity};
+    if (applies(key)) std::visit(mirror, key.value);
+  }
+  return image;
+}
 
 }  // namespace knead

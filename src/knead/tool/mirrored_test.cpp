@@ -1,4 +1,4 @@
-#include "knead/tool/mirrored.h"
+#include "knead/tool/stroke.h"
 
 #include <gtest/gtest.h>
 

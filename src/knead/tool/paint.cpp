@@ -6,10 +6,9 @@
 #include <cmath>
 
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
+#include "knead/tool/describe.h"
 #include "knead/tool/path_curve.h"
 #include "knead/tool/surface_point.h"
-#include "knead/tool/tools.h"
 
 namespace knead {
 
@@ -47,21 +46,37 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
   }
 }
 
-namespace tool_detail {
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(PaintStroke& s) {
+  return {{"outer", Quantity::positive, &s.outer, Presence::required, "radius of one dab"},
+          {"depth", Quantity::other, &s.depth, Presence::required,
+           "how far one dab moves the surface; negative pulls it out"},
+          {"samples", Quantity::other, s.path.empty() ? &s.samples : nullptr},
+          {"path", Quantity::finite, &s.path, Presence::not_empty}};
+}
+
+void prepare(PaintStroke& stroke, const HasKey& has) {
+  if (!has("path")) return;
+  if (has("samples")) throw InvalidInput(R"(a paint stroke has either "samples" or "path", not both)");
+  stroke.path.resize(1);  // so that "samples" does not apply
+}
 
 void validate(const PaintStroke& stroke) {
-  require_positive("outer", stroke.outer);
   if (!std::isfinite(stroke.depth) || stroke.depth == 0) {
     throw InvalidInput(fmt::format(
         "\"depth\" must be a number other than 0 (greater pushes in, less pulls out), got {}", stroke.depth));
   }
-  require_finite("path", stroke.path);
   if (stroke.path.empty()) require_count("samples", stroke.samples.size(), 1, "samples");
   for (const PaintSample& sample : stroke.samples) {
     require_finite("point", sample.point);
     require_direction("normal", sample.normal);
   }
 }
+
+bool reads_surface(const PaintStroke& stroke) { return !stroke.path.empty(); }
 
 Flow flow_of(const PaintStroke& stroke) {
   Flow flow;
@@ -73,8 +88,11 @@ Flow flow_of(const PaintStroke& stroke) {
   return flow;
 }
 
-void warn(const PaintStroke& /*stroke*/, Warnings& /*warnings*/) {}
+}  // namespace
 
-}  // namespace tool_detail
+const Tool& PaintStroke::tool() {
+  static const Tool kTool = describe<PaintStroke>("paint", {keys, validate, flow_of, nullptr, reads_surface, prepare});
+  return kTool;
+}
 
 }  // namespace knead

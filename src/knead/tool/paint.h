@@ -12,20 +12,21 @@ namespace knead {
 // own range. Along a straight path the dabs' displacements then add up to the depth.
 inline constexpr double kDabLength = 17.0 / 35.0;
 
-// Where the dabs of a stroke with a path aim, before they are moved to the surface, and the depth of each.
-// The path is a smooth curve through its points (centripetal, third order); its dabs lie evenly along the curve, close
-// enough that the result does not depend on their number. One dab of full depth is spread over every kDabLength * outer
-// of the path, and one at least, so that a short path is a dab of full depth. Throws InvalidInput for a path that would
-// need more than a million dabs.
+// The dabs of a stroke with a path: their places before they are moved to the surface, and the depth of each.
 struct PaintDabs {
   std::vector<Vec3d> aims;
   double depth = 0;
 };
+
+// Returns the dabs of a stroke with a path. A smooth curve (centripetal, third order) goes through the path's points;
+// the dabs lie evenly along it, close enough that the result does not depend on their number. Every kDabLength * outer
+// of the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
+// needs more than a million dabs.
 PaintDabs paint_dabs(const PaintStroke& stroke);
 
-// Paints: every dab in turn is applied to the surface at the point of it that is closest to the dab's aim at that
-// moment, against the normal there. Stops where apply says so. The stroke is valid and has a path. Throws InvalidInput
-// for a point cloud without normals, and where the surface has no normal.
+// Applies one dab after the other: each at the point of the current surface that is closest to the dab's place, against
+// the normal there. Stops when apply returns false. The stroke is valid and has a path. Throws InvalidInput for a point
+// cloud without normals, and at a place where the surface has no normal.
 void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
 
 }  // namespace knead

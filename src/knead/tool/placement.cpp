@@ -7,7 +7,7 @@
 
 #include "knead/math/error.h"
 #include "knead/tool/barrel_pieces.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
 namespace knead {
 

@@ -1,4 +1,4 @@
-// Where twist and bend can be placed on a shape, so that they move one part of it and touch nothing else.
+// Finds places on a shape where a twist or bend moves one part and nothing else.
 #pragma once
 
 #include <limits>
@@ -12,26 +12,25 @@
 
 namespace knead {
 
-// The part: what hangs together where r < outer as the stroke begins, and has the vertex nearest to the barrel's
-// centre.
+// A radius for a barrel. The part is the connected piece of the shape with r < outer at the start of the stroke that
+// has the vertex nearest to the barrel's centre.
 struct BarrelProposal {
-  std::optional<double> radius;  // nothing moves but the part; a short number about the middle of the gap
+  std::optional<double> radius;  // with it only the part moves; a short number near the middle of the gap
   double part = 0;               // the part's greatest distance from the axis
-  double others = std::numeric_limits<double>::infinity();  // the least distance beyond it of anything else
-  std::size_t within = 0;  // triangles of other pieces that lie wholly nearer than `part`: they move along
-  std::string problem;     // a sentence where there is no radius: what is in the way, and what to do
+  double others = std::numeric_limits<double>::infinity();  // least distance of anything else from the axis beyond that
+  std::size_t within = 0;  // triangles of other pieces that are entirely nearer than `part`: they move along
+  std::string problem;     // if there is no radius, one sentence: why, and what to do
 };
 
-// A radius for the barrel, whose own is not looked at: the geometric mean of `part` and `others`, or 1.25 times `part`
-// where nothing else is there. check_barrel finds nothing crossing it, nor later, if the gap has a place for that.
-// There is none where the shape has nothing below outer, or another piece is partly nearer to the axis than the part's
-// farthest point. Time: linear; where there is no radius some 25 times that, to say where there would be one.
+// Returns a radius for the barrel; its own radius is ignored. The radius is the geometric mean of `part` and `others`,
+// or 1.25 times `part` if there is nothing else. check_barrel counts no crossing triangle for it, and no later one if
+// the gap allows. There is no radius if the shape has nothing below outer, or if another piece is partly nearer to the
+// axis than the part's farthest point. Time: linear; about 25 times that to explain why there is no radius.
 BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> positions,
                               std::span<const Triangle> triangles);
 
-// A twist or bend with its radius "auto" replaced by the one that propose_barrel finds; any other stroke as it is. What
-// else there is to say goes to `remarks`. Throws InvalidInput where there is no radius; the message begins with the key
-// in quotes.
+// Returns a twist or bend with its radius "auto" replaced by the one of propose_barrel, and any other stroke unchanged.
+// Adds notes to `remarks`. Throws InvalidInput if there is no radius; the message begins with the key in quotes.
 Stroke with_found_radius(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles,
                          std::vector<std::string>& remarks);
 

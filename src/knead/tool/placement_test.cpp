@@ -63,7 +63,7 @@ TEST(ProposeBarrel, ThenTheFingerMovesAndNothingElse) {
     const BarrelCheck check = check_barrel(barrel, hand().positions, hand().triangles);
     EXPECT_EQ(check.crossing + check.later, 0u);
     std::vector<Vec3d> after = hand().positions;
-    ASSERT_EQ(advect(flow_of(found), after, {}).status, AdvectStatus::done);
+    ASSERT_EQ(advect(flow_of(found), after, {.tolerance = 1e-5}).status, AdvectStatus::done);
     int moved = 0;
     for (std::size_t i = 0; i < after.size(); ++i) {
       const Vec3d d = hand().positions[i] - finger.base;

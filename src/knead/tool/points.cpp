@@ -5,13 +5,14 @@
 #include <numeric>
 
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
+#include "knead/tool/describe.h"
 #include "knead/tool/parts.h"
-#include "knead/tool/tools.h"
 
-namespace knead::tool_detail {
+namespace knead {
 
 namespace {
+
+using namespace tool_detail;
 
 constexpr double kStrongReturn = 4;  // R / (2 outer) (method, section 2)
 
@@ -104,20 +105,29 @@ void warn_of_swirl(const PointsStroke& stroke, Warnings& warnings) {
                   parts.size(), farthest_part(stroke, parts) / stroke.outer));
 }
 
-}  // namespace
+std::vector<StrokeKey> keys(PointsStroke& s) {
+  return {{"points", Quantity::finite, &s.points, Presence::optional},
+          {"curves", Quantity::other, &s.curves, Presence::optional},
+          {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp},
+          {"displacements", Quantity::finite, &s.displacements},
+          {"exponent", Quantity::other, &s.exponent, Presence::optional},
+          {"inner", Quantity::other, &s.inner, Presence::optional, kInnerHelp},
+          {"center", Quantity::other, choice(s.center, {"parts", "barycentre"}), Presence::optional}};
+}
+
+void prepare(PointsStroke& /*stroke*/, const HasKey& has) {
+  if (has("points") || has("curves")) return;
+  throw InvalidInput(R"("points" or "curves" is missing; a points stroke needs one of them or both)");
+}
 
 void validate(const PointsStroke& stroke) {
   if (stroke.points.empty() && stroke.curves.empty()) {
     throw InvalidInput("\"points\" and \"curves\" must hold 1 or more points or curves in all, got none");
   }
-  require_finite("points", stroke.points);
   for (const std::vector<Vec3d>& curve : stroke.curves) validate_curve(curve);
   require_distance_thresholds(stroke.inner, stroke.outer);
   require_count("displacements", stroke.displacements.size(), 1, "vectors");
-  require_finite("displacements", stroke.displacements);
-  if (stroke.exponent < 2 || stroke.exponent % 2 != 0) {
-    throw InvalidInput(fmt::format("\"exponent\" must be an even number, 2 or more, got {}", stroke.exponent));
-  }
+  require_even("exponent", stroke.exponent, 2);
 }
 
 Flow flow_of(const PointsStroke& stroke) {
@@ -149,4 +159,11 @@ void warn(const PointsStroke& stroke, Warnings& warnings) {
   if (stroke.center == PointsCenter::barycentre) warn_of_swirl(stroke, warnings);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& PointsStroke::tool() {
+  static const Tool kTool = describe<PointsStroke>("points", {keys, validate, flow_of, warn, nullptr, prepare});
+  return kTool;
+}
+
+}  // namespace knead

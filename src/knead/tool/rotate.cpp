@@ -1,15 +1,21 @@
-#include "knead/tool/check.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
-namespace knead::tool_detail {
+namespace knead {
 
-void validate(const RotateStroke& stroke) {
-  require_finite("center", stroke.center);
-  require_direction("axis", stroke.axis);
-  require_angle("angle_deg", stroke.angle_deg);
-  require_distance_thresholds(stroke.inner, stroke.outer);
-  require_finite("gauge", stroke.gauge);
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(RotateStroke& s) {
+  return {{"center", Quantity::finite, &s.center},
+          {"axis", Quantity::direction, &s.axis},
+          {"angle_deg", Quantity::angle, &s.angle_deg, Presence::required, "rotation of the inner region"},
+          {"inner", Quantity::other, &s.inner, Presence::required, kInnerHelp},
+          {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp},
+          {"gauge", Quantity::finite, &s.gauge, Presence::optional}};
 }
+
+void validate(const RotateStroke& stroke) { require_distance_thresholds(stroke.inner, stroke.outer); }
 
 Flow flow_of(const RotateStroke& stroke) {
   const Rotation<double> motion{unit(stroke.axis), stroke.angle_deg * kRadiansPerDegree, stroke.gauge,
@@ -22,4 +28,11 @@ void warn(const RotateStroke& stroke, Warnings& warnings) {
   if (stroke.gauge != 0) warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
 }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& RotateStroke::tool() {
+  static const Tool kTool = describe<RotateStroke>("rotate", {keys, validate, flow_of, warn});
+  return kTool;
+}
+
+}  // namespace knead

@@ -8,9 +8,8 @@
 
 #include "knead/field/point_set.h"
 #include "knead/math/error.h"
-#include "knead/tool/check.h"
 #include "knead/tool/contacts.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
 namespace knead {
 
@@ -192,36 +191,45 @@ class Stamper {
 }  // namespace
 
 StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads) {
-  tool_detail::validate(stroke);
+  validate(Stroke(stroke));
   return Stamper(stroke, tool, surface, threads).run();
 }
 
 std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool) {
-  tool_detail::validate(stroke);
+  validate(Stroke(stroke));
   const StampTool posed(tool, stroke.pose);
   return kQuarters * count_steps(stroke, choose_lengths(stroke, posed).step);
 }
 
-namespace tool_detail {
+namespace {
 
-void validate(const StampStroke& stroke) {
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(StampStroke& s) {
+  return {{"mesh", Quantity::other, &s.mesh},
+          {"path", Quantity::finite, &s.path},
+          {"pose", Quantity::finite, &s.pose, Presence::optional},
+          {"outer", Quantity::positive, &s.outer, Presence::optional, "how far below the contact the motion reaches"},
+          {"step", Quantity::positive, &s.step, Presence::optional},
+          {"exponent", Quantity::other, &s.exponent, Presence::optional}};
+}
+
+void validate_stamp(const StampStroke& stroke) {
   require_count("path", stroke.path.size(), 2, "positions");
-  require_finite("path", stroke.path);
-  for (const Vec3d& row : {stroke.pose.row0, stroke.pose.row1, stroke.pose.row2}) require_finite("pose", row);
   const double volume = determinant(stroke.pose);
   const double size = norm(stroke.pose.row0) * norm(stroke.pose.row1) * norm(stroke.pose.row2);
   if (!(volume > 1e-9 * size)) {
     throw InvalidInput(fmt::format("\"pose\" must turn and scale the tool, and this {} it (determinant {:.3g})",
                                    volume < -1e-9 * size ? "mirrors" : "flattens", volume));
   }
-  if (stroke.outer) require_positive("outer", *stroke.outer);
-  if (stroke.step) require_positive("step", *stroke.step);
-  if (stroke.exponent < 4 || stroke.exponent % 2 != 0) {
-    throw InvalidInput(fmt::format("\"exponent\" must be an even number, 4 or more, got {}", stroke.exponent));
-  }
+  require_even("exponent", stroke.exponent, 4);
 }
 
-void warn(const StampStroke& /*stroke*/, Warnings& /*warnings*/) {}
+}  // namespace
 
-}  // namespace tool_detail
+const Tool& StampStroke::tool() {
+  static const Tool kTool = describe<StampStroke>("stamp", {keys, validate_stamp});
+  return kTool;
+}
+
 }  // namespace knead

@@ -9,35 +9,33 @@
 
 namespace knead {
 
+// What a stamp did.
 struct StampResult {
-  double outer = 0;        // as given, or what it stood for
+  double outer = 0;        // as given, or the default for this tool
   double step = 0;         // likewise
   std::size_t steps = 0;   // collision tests along the whole path
-  double penetration = 0;  // how deep the surface still lies inside the tool at the end, at its deepest
-  bool stopped = false;    // apply asked for it; penetration was then not measured
+  double penetration = 0;  // greatest depth of the surface inside the tool at the end
+  bool stopped = false;    // apply returned false; penetration is then not measured
   std::vector<std::string> warnings;
 };
 
-// Moves the surface out of the tool's way along the path. Each piece of the path falls into steps of equal length, at
-// most stroke.step; a piece of length zero is skipped. Within a step the contacts are found once, on the surface as it
-// then is and the tool as it stands at the step's end, and are moved by the step in four quarters, each place of the
-// surface from that quarter on in which the tool hits it. What has no contact with the tool does not move; nor does
-// anything in a step without contacts.
+// Moves the tool along the path and pushes the surface before it.
 //
-// Every motion is handed to surface.apply as a PointsStroke (the contacts, the stroke's exponent, one displacement for
-// each quarter): these strokes alone, applied in their order, repeat the stamp to the bit. The same for every number of
-// threads (0: all).
+// - Each piece of the path is cut into steps of equal length, at most stroke.step. Pieces of length zero are skipped.
+// - Each step finds the contacts once, between the current surface and the tool at the end of the step, and moves them
+//   in four quarters. A place joins in the quarter in which the tool hits it. Without contacts a step moves nothing.
+// - Every motion goes to surface.apply as a PointsStroke (the contacts, the stroke's exponent, one displacement for
+// each
+//   quarter). These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
+// - If the tool already intersects the surface at the start of the path, the part inside moves along but is not pushed
+//   out, and a warning says so.
 //
-// Where the tool already stands in the surface at the path's beginning, what is inside is carried along but not pushed
-// out, and a warning says so.
-//
-// Throws InvalidInput, beginning with the key in quotes, for a stroke that is not valid and for a tool that is not
-// closed and oriented outward, before anything is moved.
-//
-// Cost, besides apply: about 10 us for each vertex in the tool's box at each step, on one core.
+// Throws InvalidInput, beginning with the key in quotes, for an invalid stroke and for a tool that is not closed and
+// oriented outwards; nothing has moved then. Cost, besides apply: about 10 us for each vertex in the tool's box at each
+// step, on one core.
 StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads = 0);
 
-// How many segments a stamp becomes, at most. Throws as stamp does.
+// Returns the greatest number of segments that a stamp becomes. Throws as stamp does.
 std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool);
 
 }  // namespace knead

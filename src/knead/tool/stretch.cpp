@@ -1,13 +1,22 @@
 #include <cmath>
 
-#include "knead/tool/check.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
-namespace knead::tool_detail {
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(StretchStroke& s) {
+  return {{"center", Quantity::finite, &s.center},
+          {"axis", Quantity::direction, &s.axis},
+          {"factor", Quantity::other, &s.factor, Presence::required, "longer along the axis; below 1 shorter"},
+          {"inner", Quantity::other, &s.inner, Presence::required, kInnerHelp},
+          {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp}};
+}
 
 void validate(const StretchStroke& stroke) {
-  require_finite("center", stroke.center);
-  require_direction("axis", stroke.axis);
   require_factor("factor", stroke.factor);
   require_distance_thresholds(stroke.inner, stroke.outer);
 }
@@ -22,4 +31,11 @@ Flow flow_of(const StretchStroke& stroke) {
 
 void warn(const StretchStroke& stroke, Warnings& warnings) { warn_of_thin_shell(stroke.inner, stroke.outer, warnings); }
 
-}  // namespace knead::tool_detail
+}  // namespace
+
+const Tool& StretchStroke::tool() {
+  static const Tool kTool = describe<StretchStroke>("stretch", {keys, validate, flow_of, warn});
+  return kTool;
+}
+
+}  // namespace knead

@@ -6,48 +6,102 @@
 #include <array>
 
 #include "knead/math/error.h"
-#include "knead/tool/tools.h"
+#include "knead/tool/describe.h"
 
 namespace knead {
 
-std::string tool_name(const Stroke& stroke) {
-  constexpr std::array<const char*, std::variant_size_v<Stroke>> kNames{
-      "implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist", "bend"};
-  return kNames[stroke.index()];
+namespace {
+
+using namespace tool_detail;
+
+template <class... S>
+std::array<const Tool*, sizeof...(S)> tools_of(std::variant<S...>* /*type only*/) {
+  return {&S::tool()...};
 }
+
+// Checks one value by what it means. (Pointers to const would lose against the template below.)
+struct Check {
+  const StrokeKey& key;
+
+  void operator()(double* number) const {
+    if (key.quantity == Quantity::finite) require_finite(key.name, *number);
+    if (key.quantity == Quantity::positive) require_positive(key.name, *number);
+    if (key.quantity == Quantity::angle) require_angle(key.name, *number);
+  }
+  void operator()(std::optional<double>* number) const {
+    if (*number) (*this)(&**number);
+  }
+  void operator()(const AutoNumber& number) const {
+    (*this)(number.value);
+    if (*number.value && *number.is_auto) {
+      throw InvalidInput(fmt::format("\"{}\" must be a number or \"auto\", not both", key.name));
+    }
+  }
+  void operator()(Vec3d* vector) const {
+    if (key.quantity == Quantity::finite) require_finite(key.name, *vector);
+    if (key.quantity == Quantity::direction) require_direction(key.name, *vector);
+  }
+  void operator()(std::optional<Vec3d>* vector) const {
+    if (*vector) (*this)(&**vector);
+  }
+  void operator()(std::vector<Vec3d>* list) const { require_finite(key.name, *list); }
+  void operator()(Mat3d* m) const {
+    for (const Vec3d& row : {m->row0, m->row1, m->row2}) require_finite(key.name, row);
+  }
+  template <class T>
+  void operator()(const T& /*by the tool itself*/) const {}
+};
+
+}  // namespace
+
+std::span<const Tool* const> tools() {
+  static const auto kTools = tools_of(static_cast<Stroke*>(nullptr));
+  return kTools;
+}
+
+const Tool& tool_of(const Stroke& stroke) { return *tools()[stroke.index()]; }
+
+const Tool* find_tool(std::string_view name) {
+  const auto all = tools();
+  const auto found = std::ranges::find_if(all, [&](const Tool* tool) { return tool->name == name; });
+  return found == all.end() ? nullptr : *found;
+}
+
+bool applies(const StrokeKey& key) {
+  return std::visit(
+      [](const auto& value) {
+        if constexpr (std::is_pointer_v<std::decay_t<decltype(value)>>) {
+          return value != nullptr;
+        } else {
+          return true;
+        }
+      },
+      key.value);
+}
+
+std::string tool_name(const Stroke& stroke) { return std::string(tool_of(stroke).name); }
 
 void validate(const Stroke& stroke) {
-  std::visit([](const auto& tool) { tool_detail::validate(tool); }, stroke);
+  const Tool& tool = tool_of(stroke);
+  Stroke copy = stroke;
+  for (const StrokeKey& key : tool.keys(copy)) {
+    if (applies(key)) std::visit(Check{key}, key.value);
+  }
+  tool.validate(stroke);
 }
 
-bool reads_surface(const Stroke& stroke) {
-  if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return !paint->path.empty();
-  if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) {
-    return !handles->full_vertices.empty() || !handles->zero_vertices.empty();
-  }
-  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) return twist->radius_auto;
-  if (const auto* bend = std::get_if<BendStroke>(&stroke)) return bend->radius_auto;
-  return std::holds_alternative<StampStroke>(stroke);
-}
+bool reads_surface(const Stroke& stroke) { return tool_of(stroke).reads_surface(stroke); }
 
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
   if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");
-  return std::visit(
-      [](const auto& tool) {
-        if constexpr (std::is_same_v<decltype(tool), const StampStroke&>) {
-          return Flow{};
-        } else {
-          return tool_detail::flow_of(tool);
-        }
-      },
-      stroke);
+  return tool_of(stroke).flow(stroke);
 }
 
 std::vector<std::string> warnings(const Stroke& stroke) {
   std::vector<std::string> result;
   if (std::holds_alternative<HandlesStroke>(stroke) && reads_surface(stroke)) return result;
-  std::visit([&](const auto& tool) { tool_detail::warn(tool, result); }, stroke);
+  tool_of(stroke).warn(stroke, result);
   return result;
 }
 

@@ -1,5 +1,4 @@
-// Strokes: what a person did with a tool, one plain struct per tool, and the flow that each becomes (method, section
-// 4).
+// Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4).
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
 // axes and normals as given (any length but zero). It contains no mesh.
@@ -18,10 +17,12 @@
 
 namespace knead {
 
+struct Tool;  // tool/tool.h
+
 enum class ImplicitRegion { ball, capsule };
 
-// The implicit tool (paper, section 4.1): a ball or capsule moved along a path, one segment for each piece of it; a
-// piece of length zero is skipped. inner > 0.
+// The implicit tool (paper, section 4.1): moves a ball or capsule along a path, one segment for each piece. Pieces of
+// length zero are skipped. inner > 0.
 struct ImplicitStroke {
   std::vector<Vec3d> path;  // 2 or more points
   double inner = 0;
@@ -31,9 +32,11 @@ struct ImplicitStroke {
   double gauge = 0;          // capsule only
   TimeLaw time = TimeLaw::swept;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
 };
 
+// A place on the surface and its normal.
 struct PaintSample {
   Vec3d point;
   Vec3d normal;
@@ -41,14 +44,15 @@ struct PaintSample {
   friend bool operator==(const PaintSample&, const PaintSample&) = default;
 };
 
-// Painting (paper, section 4.2): at each sample the surface is moved by depth against the normal; a negative depth
-// pulls it out. Either samples or a path of 1 or more points, which reads the surface (tool/paint.h).
+// Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
+// it out. Has either samples or a path of 1 or more points, which reads the surface (tool/paint.h).
 struct PaintStroke {
   double outer = 0;
   double depth = 0;
   std::vector<PaintSample> samples;
   std::vector<Vec3d> path{};
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
 };
 
@@ -65,15 +69,17 @@ struct PointsStroke {
   double inner = 0;
   PointsCenter center = PointsCenter::parts;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
 };
 
-// Where the full set of marked regions goes.
+// A translation of the full set.
 struct HandlesTranslation {
   Vec3d by;
 
   friend bool operator==(const HandlesTranslation&, const HandlesTranslation&) = default;
 };
+// A rotation of the full set about the axis through the centre.
 struct HandlesRotation {
   Vec3d axis;
   Vec3d center;
@@ -82,21 +88,24 @@ struct HandlesRotation {
   friend bool operator==(const HandlesRotation&, const HandlesRotation&) = default;
 };
 
-// Marked regions (the paper's future work): the full set goes exactly where the motion takes it, the zero set stays.
-// Each set is given either as points or as vertices of the shape, which are looked up where the stroke begins.
+using HandlesMotion = std::variant<HandlesTranslation, HandlesRotation>;  // of the full set
+
+// Handles (the paper's future work): the full set follows the motion exactly, the zero set stays. Each set is given
+// either as points or as vertices of the shape, which are looked up when the stroke begins.
 struct HandlesStroke {
   std::vector<Vec3d> full;
   std::vector<Vec3d> zero;
   std::vector<std::uint32_t> full_vertices;
   std::vector<std::uint32_t> zero_vertices;
-  std::variant<HandlesTranslation, HandlesRotation> motion;
+  HandlesMotion motion;
   int exponent = 8;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
 };
 
-// Stamping (paper, section 4.4): a closed tool mesh is posed and moved along the path; at every step its contacts with
-// the surface become moving point sets (tool/stamp.h).
+// Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
+// become moving point sets (tool/stamp.h).
 struct StampStroke {
   std::string mesh;                             // the tool's file, relative to the session file
   std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
@@ -105,10 +114,11 @@ struct StampStroke {
   std::optional<double> step = std::nullopt;    // longest motion between two collision tests; outer / 25
   int exponent = 16;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
 };
 
-// A ball whose inner region turns about its centre by the angle.
+// Turns the inner region of a ball about its centre by the angle.
 struct RotateStroke {
   Vec3d center;
   Vec3d axis;
@@ -117,10 +127,11 @@ struct RotateStroke {
   double outer = 0;
   double gauge = 0;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const RotateStroke&, const RotateStroke&) = default;
 };
 
-// A ball whose inner region is stretched along the axis by the factor and thinned across it by 1 / sqrt(factor).
+// Stretches the inner region of a ball along the axis by the factor and thins it across the axis by 1 / sqrt(factor).
 struct StretchStroke {
   Vec3d center;
   Vec3d axis;
@@ -128,6 +139,7 @@ struct StretchStroke {
   double inner = 0;
   double outer = 0;
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StretchStroke&, const StretchStroke&) = default;
 };
 
@@ -139,16 +151,17 @@ struct TwistStroke {
   double rate_deg = 0;  // degrees per length
   double inner = 0;
   double outer = 0;
-  std::optional<Vec3d> normal = std::nullopt;  // the axis where not given
+  std::optional<Vec3d> normal = std::nullopt;  // by default the axis
   double gauge = 0;
-  // Of the cylinder about {center + s normal} that is moved; everything where not given.
+  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // instead of a radius: the one that propose_barrel finds on the shape (tool/placement.h)
+  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
 
-// At the fraction s(c) = 0.48675... the weight is one half, which makes a bend symmetric about its centre.
+// The weight is one half at the fraction s(c) = 0.48675..., which makes a bend symmetric about its centre.
 inline constexpr double kCenterFraction = 0.4867502159528536;
 
 // Thresholds inner = -center_fraction width, outer = (1 - center_fraction) width.
@@ -168,33 +181,41 @@ struct BendStroke {
   double angle_deg = 0;
   std::variant<BendWidth, Thresholds<double>> extent;
   double gauge = 1;
-  // Of the cylinder about {center + s normal} that is moved; everything where not given.
+  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
-  bool radius_auto = false;  // instead of a radius: the one that propose_barrel finds on the shape (tool/placement.h)
+  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
 
+  static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
+// A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
                             StretchStroke, TwistStroke, BendStroke>;
 
-// "implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist" or "bend".
+// Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);
 
-// Throws InvalidInput for a value that the tool cannot use; the message begins with the key in quotes and says what was
+// Throws InvalidInput for a value that the tool cannot use. The message begins with the key in quotes and says what was
 // expected and what was got.
 void validate(const Stroke& stroke);
 
-// Whether the stroke must be resolved on a surface before it is a flow: paint with a path, stamp, handles with
-// vertices, an automatic radius.
+// Returns true if the stroke must be resolved on a surface before it becomes a flow: paint with a path, stamp, handles
+// with vertices, an automatic radius.
 bool reads_surface(const Stroke& stroke);
 
-// The segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for others.
-// Time: linear, for a point set times the logarithm of its size.
+// Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
+// strokes that read the surface. Time: linear, for a point set times the logarithm of its size.
 Flow flow_of(const Stroke& stroke);
 
-// What is legal but likely to disappoint (strong flow back beside the tool), a sentence each with what to do. The
-// stroke is valid. Of handles with vertices nothing is known until these are looked up.
+// Returns what is allowed but likely to disappoint (strong flow back beside the tool): one sentence each, with what to
+// do. The stroke is valid. Says nothing of handles given by vertices.
 std::vector<std::string> warnings(const Stroke& stroke);
+
+// Returns the stroke that does to the mirror image of a shape, in the plane where the coordinate `axis` (0: x, 1: y,
+// 2: z) is zero, what `stroke` does to the shape; equal up to rounding. A stamp's pose is mirrored so that it fits the
+// mirror image of the tool, which its `mesh` must then name. Throws InvalidInput for handles given by vertices: their
+// mirror images need not be vertices.
+Stroke mirrored(const Stroke& stroke, int axis);
 
 }  // namespace knead

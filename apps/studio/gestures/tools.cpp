@@ -1,0 +1,220 @@
+#include "gestures/tools.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <numbers>
+
+namespace knead::studio {
+
+namespace {
+
+using enum IconShape;
+
+constexpr float kPi = std::numbers::pi_v<float>;
+
+double inner_of(const ToolSettings& settings) { return settings.inner_ratio * settings.radius; }
+
+Stroke rotated(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* /*barrel*/) {
+  return RotateStroke{at.center, at.z, amount, inner_of(settings), settings.radius};
+}
+
+Stroke stretched(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* /*barrel*/) {
+  return StretchStroke{at.center, at.z, std::exp(amount / 100), inner_of(settings), settings.radius};
+}
+
+Stroke twisted(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* barrel) {
+  TwistStroke stroke{at.center, at.z, 0, -0.5 * settings.radius, 0.5 * settings.radius};
+  stroke.normal = -at.z;
+  if (barrel != nullptr) {
+    stroke.center = barrel->center;
+    stroke.axis = -barrel->normal;
+    stroke.normal = barrel->normal;
+    stroke.inner = barrel->inner;
+    stroke.outer = barrel->outer;
+    stroke.radius = barrel->radius;
+  }
+  stroke.rate_deg = -amount / (stroke.outer - stroke.inner);
+  return stroke;
+}
+
+Stroke bent(const ToolSettings& settings, const Placement& at, double amount, const BarrelPlacement* barrel) {
+  BendStroke stroke;
+  stroke.center = at.center;
+  stroke.normal = -at.z;
+  stroke.angle_deg = amount;
+  stroke.extent = BendWidth{settings.radius};
+  if (barrel != nullptr) {
+    stroke.center = barrel->center;
+    stroke.normal = barrel->normal;
+    stroke.extent = Thresholds<double>{barrel->inner, barrel->outer};
+    stroke.radius = barrel->radius;
+  }
+  const Vec3d across = at.x - stroke.normal * dot(stroke.normal, at.x);
+  stroke.axis = norm(across) > 1e-6 ? normalized(across) : any_orthogonal(stroke.normal);
+  return stroke;
+}
+
+constexpr const char* kPullHint = "Drag the shape, or start beside it.";
+constexpr const char* kTurnHint = "Click on the shape to place the tool.";
+constexpr const char* kTurnAgain = "Drag right or left beside the gizmo; its arrows move it and its rings turn it.";
+
+const std::vector<StudioTool> kTools{
+    {.name = "Ball",
+     .key = "1",
+     .use = ToolUse::pull,
+     .has_inner = true,
+     .hint = kPullHint,
+     .second_hint = kPullHint,
+     .icon = {{halo, {-0.2F, 0.2F, 0.75F}}, {circle, {-0.2F, 0.2F, 0.42F}}, {arrow, {-0.2F, 0.2F, 0.85F, -0.85F}}}},
+    {.name = "Capsule",
+     .key = "2",
+     .use = ToolUse::pull,
+     .has_inner = true,
+     .is_long = true,
+     .sliders = {{"Length", &ToolSettings::capsule_length, 0.05, 5, "of the radius: half the length of the capsule"}},
+     .hint = kPullHint,
+     .second_hint = kPullHint,
+     .icon = {{arc, {-0.45F, 0.25F, 0.42F, 0.5F * kPi, 1.5F * kPi}},
+              {arc, {0.45F, 0.25F, 0.42F, -0.5F * kPi, 0.5F * kPi}},
+              {line, {-0.45F, -0.17F, 0.45F, -0.17F}},
+              {line, {-0.45F, 0.67F, 0.45F, 0.67F}},
+              {arrow, {0, 0.25F, 0, -0.9F}}}},
+    {.name = "Paint",
+     .key = "3",
+     .use = ToolUse::paint,
+     .sliders = {{"Depth", &ToolSettings::depth, 0.005, 1, "of the radius: how far one dab moves the surface"}},
+     .hint = "Paint on the shape to pull it out; Ctrl presses it in.",
+     .second_hint = "Paint on the shape to press it in; Ctrl pulls it out.",
+     .icon = {{wave, {-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F}},
+              {wave, {0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F}},
+              {line, {0.1F, -0.25F, 0.7F, -0.95F}},
+              {disc, {0.03F, -0.17F, 0.2F}}}},
+    {.name = "Points",
+     .key = "4",
+     .use = ToolUse::points,
+     .hint = "Click points on the shape, then drag one of them.",
+     .second_hint = "Drag one of the points, or click more. Escape removes them.",
+     .icon = {{disc, {-0.55F, 0.45F, 0.2F}},
+              {disc, {0.1F, 0.65F, 0.2F}},
+              {disc, {0.6F, 0.3F, 0.2F}},
+              {arrow, {0, 0.15F, 0, -0.9F}}}},
+    {.name = "Curve",
+     .key = "5",
+     .use = ToolUse::curve,
+     .hint = "Draw a curve on the shape, then drag it.",
+     .second_hint = "Drag the curve, or draw more. Escape removes them.",
+     .icon = {{wave, {-0.9F, 0.3F, -0.4F, 1.1F, 0.3F, -0.1F, 0.9F, 0.6F}}, {arrow, {0, 0.2F, 0, -0.9F}}}},
+    {.name = "Stamp",
+     .key = "6",
+     .use = ToolUse::stamp,
+     .sliders = {{"Size", &ToolSettings::stamp_size, 0.05, 3, "of the radius: half the extent of the stamp"}},
+     .hint = "Click on the shape to place the stamp.",
+     .second_hint = "Drag the stamp by its middle into the shape; its arrows move it and its rings turn it.",
+     .icon = {{box, {-0.35F, -0.9F, 0.35F, 0}},
+              {wave, {-1, 0.2F, -0.4F, 0.2F, -0.7F, 0.8F, 0, 0.8F}},
+              {wave, {0, 0.8F, 0.7F, 0.8F, 0.4F, 0.2F, 1, 0.2F}}}},
+    {.name = "Rotate",
+     .key = "7",
+     .use = ToolUse::turn,
+     .has_inner = true,
+     .hint = kTurnHint,
+     .second_hint = kTurnAgain,
+     .icon = {{disc, {0, 0, 0.16F}},
+              {arc, {0, 0, 0.75F, -0.3F * kPi, 1.3F * kPi}},
+              {arrow_head, {0.44F, -0.61F, -0.75F * kPi}}},
+     .turning = {.facing = Facing::viewer, .stroke = rotated}},
+    {.name = "Stretch",
+     .key = "8",
+     .use = ToolUse::turn,
+     .has_inner = true,
+     .hint = kTurnHint,
+     .second_hint = kTurnAgain,
+     .icon = {{box, {-0.3F, -0.3F, 0.3F, 0.3F}}, {arrow, {0.45F, 0, 0.98F, 0}}, {arrow, {-0.45F, 0, -0.98F, 0}}},
+     .turning = {.facing = Facing::surface, .is_percent = true, .stroke = stretched}},
+    {.name = "Twist",
+     .key = "9",
+     .use = ToolUse::turn,
+     .hint = kTurnHint,
+     .second_hint = kTurnAgain,
+     .icon = {{wave, {-0.5F, 0.95F, -0.5F, 0.1F, 0.5F, -0.1F, 0.5F, -0.95F}},
+              {wave, {0.5F, 0.95F, 0.5F, 0.1F, -0.5F, -0.1F, -0.5F, -0.95F}},
+              {line, {-0.5F, 0.95F, 0.5F, 0.95F}},
+              {line, {-0.5F, -0.95F, 0.5F, -0.95F}}},
+     .turning = {.facing = Facing::up, .takes_barrel = true, .stroke = twisted}},
+    {.name = "Bend",
+     .key = "0",
+     .use = ToolUse::turn,
+     .hint = kTurnHint,
+     .second_hint = kTurnAgain,
+     .icon = {{wave, {-0.7F, 0.95F, -0.7F, -0.1F, -0.4F, -0.75F, 0.5F, -0.85F}},
+              {wave, {-0.05F, 0.95F, -0.05F, 0.3F, 0.1F, -0.1F, 0.75F, -0.25F}},
+              {line, {0.5F, -0.85F, 0.75F, -0.25F}},
+              {line, {-0.7F, 0.95F, -0.05F, 0.95F}}},
+     .turning = {.facing = Facing::up, .axis = &Placement::x, .takes_barrel = true, .stroke = bent}},
+    {.name = "Handles",
+     .key = "-",
+     .use = ToolUse::handles,
+     .hint = "Paint what moves, and with Ctrl what stays; then choose Drag.",
+     .second_hint = "Drag the handle that moves.",
+     .icon = {{halo, {-0.45F, -0.3F, 0.5F}},
+              {disc, {-0.45F, -0.3F, 0.26F}},
+              {circle, {0.45F, 0.45F, 0.4F}},
+              {line, {0.17F, 0.73F, 0.73F, 0.17F}}}}};
+
+}  // namespace
+
+std::span<const StudioTool> studio_tools() { return kTools; }
+
+std::string word_of(const StudioTool& tool) {
+  std::string word = tool.name;
+  std::ranges::transform(word, word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return word;
+}
+
+const StudioTool* studio_tool(std::string_view word) {
+  const auto found = std::ranges::find_if(kTools, [&](const auto& tool) { return word_of(tool) == word; });
+  return found == kTools.end() ? nullptr : &*found;
+}
+
+const StudioTool& studio_tool(ToolUse use) { return *std::ranges::find(kTools, use, &StudioTool::use); }
+
+const char* name_of(DragMode mode) {
+  switch (mode) {
+    case DragMode::view:
+      return "In the view plane";
+    case DragMode::surface:
+      return "Along the surface";
+    case DragMode::normal:
+      return "Along the normal";
+    case DragMode::axis:
+      return "Along an axis";
+  }
+  return "";
+}
+
+const char* name_of(HandleMode mode) {
+  switch (mode) {
+    case HandleMode::full:
+      return "Moves";
+    case HandleMode::zero:
+      return "Stays";
+    case HandleMode::erase:
+      return "Erase";
+    case HandleMode::move:
+      return "Drag";
+  }
+  return "";
+}
+
+std::string hint_of(const ToolSettings& settings, const Placed& placed) {
+  const StudioTool& tool = *settings.tool;
+  const bool is_placed = (tool.use == ToolUse::paint && settings.paint_in) ||
+                         (tool.use == ToolUse::points && !placed.points.empty()) ||
+                         (tool.use == ToolUse::curve && !placed.curves.empty()) ||
+                         ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
+                         (tool.use == ToolUse::handles && settings.handle == HandleMode::move);
+  return is_placed ? tool.second_hint : tool.hint;
+}
+
+}  // namespace knead::studio

@@ -1,0 +1,68 @@
+// How a tool describes itself. Internal to the tool room.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "knead/tool/check.h"
+#include "knead/tool/tool.h"
+
+namespace knead::tool_detail {
+
+using Warnings = std::vector<std::string>;
+using HasKey = std::function<bool(std::string_view)>;
+
+// The functions of a tool with strokes S. Those that are null have nothing to do: a tool without `flow` always reads
+// the surface.
+template <class S>
+struct ToolFunctions {
+  std::vector<StrokeKey> (*keys)(S&);
+  void (*validate)(const S&) = nullptr;
+  Flow (*flow)(const S&) = nullptr;
+  void (*warn)(const S&, Warnings&) = nullptr;
+  bool (*reads_surface)(const S&) = nullptr;
+  void (*prepare)(S&, const HasKey&) = nullptr;
+};
+
+template <class S>
+Tool describe(std::string_view name, const ToolFunctions<S>& functions) {
+  Tool tool;
+  tool.name = name;
+  tool.start = S{};
+  tool.keys = [=](Stroke& stroke) { return functions.keys(std::get<S>(stroke)); };
+  tool.prepare = [=](Stroke& stroke, const HasKey& has) {
+    if (functions.prepare != nullptr) functions.prepare(std::get<S>(stroke), has);
+  };
+  tool.validate = [=](const Stroke& stroke) {
+    if (functions.validate != nullptr) functions.validate(std::get<S>(stroke));
+  };
+  tool.reads_surface = [=](const Stroke& stroke) {
+    return functions.reads_surface != nullptr ? functions.reads_surface(std::get<S>(stroke))
+                                              : functions.flow == nullptr;
+  };
+  tool.flow = [=](const Stroke& stroke) { return functions.flow(std::get<S>(stroke)); };
+  tool.warn = [=](const Stroke& stroke, Warnings& warnings) {
+    if (functions.warn != nullptr) functions.warn(std::get<S>(stroke), warnings);
+  };
+  return tool;
+}
+
+// Returns a choice among the values of an enumeration, which the words name in order.
+template <class E>
+Choice choice(E& value, std::vector<std::string_view> words) {
+  return {std::move(words), static_cast<std::size_t>(value), [&value](std::size_t i) { value = static_cast<E>(i); }};
+}
+
+// Returns a segment with one field that is carried along with its displacement.
+Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law = TimeLaw::swept);
+
+// Returns a segment with one field that rests.
+Segment resting_segment(Field field);
+
+// Warns of a strong flow back beside the tool, which a thin intermediate region causes (inner / outer above 0.9).
+void warn_of_thin_shell(double inner, double outer, Warnings& warnings);
+
+// Returns the thresholds of a bend, which its width may stand for.
+Thresholds<double> bend_thresholds(const BendStroke& stroke);
+
+}  // namespace knead::tool_detail

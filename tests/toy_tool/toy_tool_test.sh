@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# Adds a toy tool to a copy of the sources by the list in CONTRIBUTING.md, no file more and none less, and runs a session
+# with it.   toy_tool_test.sh WORK LIBRARY COMPILER...   (a folder of its own, libknead.a, how to compile)
+set -euo pipefail
+
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$here/../..
+work=$1 library=$2
+compile=("${@:3}")
+
+# The files in backticks at the head of each item of the list, with NAME for the tool.
+# shellcheck disable=SC2016  # the backticks are what it looks for
+listed() {
+  sed -n '/^## Adding a tool/,/^## /p' "$root/CONTRIBUTING.md" | sed -nE 's/^[0-9]+\. `([^`]+)`.*/\1/p' |
+    sed 's/NAME/toy/' | sort
+}
+added() { (cd "$here/tree" && find . -type f | sed -E 's|^\./||; s|\.sed$||' | sort); }
+
+diff <(listed) <(added) || { echo "CONTRIBUTING.md lists (<) other files than the toy tool needs (>)" >&2; exit 1; }
+[[ $(added | wc -l) -le 7 ]] || { echo "adding a tool touches more than 7 files" >&2; exit 1; }
+
+rm -rf "$work" && mkdir -p "$work"
+(cd "$root" && cp --parents -r src/knead apps/studio docs/session.md CHANGELOG.md tests/acceptance tests/support "$work")
+while read -r file; do
+  if [[ -f $here/tree/$file ]]; then
+    cp "$here/tree/$file" "$work/$file"
+  else
+    sed -i.before -f "$here/tree/$file.sed" "$work/$file"
+    ! cmp -s "$work/$file" "$work/$file.before" || { echo "$file: the edit changed nothing" >&2; exit 1; }
+  fi
+done < <(added)
+
+# Every source that handles strokes of any tool; the rest comes from the library.
+cd "$work"
+sources() {
+  sed -nE 's|^.*[ (]([a-z_]+\.cpp).*|src/knead/tool/\1|p' src/knead/tool/CMakeLists.txt |
+    xargs grep -lE '"knead/tool/(describe|tool)\.h"'
+  printf '%s\n' src/knead/session/{session_read,session_write,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
+    tests/acceptance/random_strokes.cpp "$here/main.cpp"
+}
+mkdir objects
+running=0
+for source in $(sources); do
+  object=objects/$(basename "$source" .cpp).o
+  "${compile[@]}" -O0 -I src -I apps/studio -I tests -c "$source" -o "$object" &
+  ((++running % 2)) || wait
+done
+wait
+"${compile[@]}" objects/*.o "$library" -lfmt -pthread -o toy_tool
+./toy_tool docs/session.md

@@ -1,0 +1,1 @@
+s/^\( *\)surface_point.cpp/&\n\1toy.cpp/

@@ -1,0 +1,13 @@
+/^// A stroke of any tool/i\
+// A ball that is pushed once.\
+struct ToyStroke {\
+  Vec3d center;\
+  Vec3d push;\
+  double outer = 0;\
+  double sharpness = 0.25;\
+\
+  static const Tool& tool();\
+  friend bool operator==(const ToyStroke&, const ToyStroke&) = default;\
+};\
+
+s/BendStroke>;/BendStroke, ToyStroke>;/
