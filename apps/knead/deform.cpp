@@ -14,7 +14,6 @@
 #include "deform_options.h"
 #include "frames.h"
 #include "knead/io/atomic_file.h"
-
 #include "knead/io/remeshed.h"
 #include "knead/session/report.h"
 #include "output.h"

@@ -8,7 +8,6 @@
 
 #include "document/document.h"
 #include "knead/io/atomic_file.h"
-
 #include "knead/io/remeshed.h"
 #include "knead/math/error.h"
 #include "knead/session/replay.h"
