@@ -19,6 +19,7 @@ namespace knead {
 
 struct Tool;  // tool/tool.h
 
+// The region of the implicit tool.
 enum class ImplicitRegion { ball, capsule };
 
 // The implicit tool (paper, section 4.1): moves a ball or capsule along a path, one segment for each piece. Pieces of
