@@ -317,8 +317,8 @@ TEST(Advect, AToleranceIsALengthThatDependsOnTheShapesSize) {
   EXPECT_THROW(absolute_tolerance(1e-200, 1e-200), InvalidInput);
 }
 
-// Beside the axis of a bend the turning plane is all but at rest when the stroke begins; a way that looks short there
-// is not.
+// Beside the axis of a bend the turning plane is all but at rest when the stroke begins; a path line that looks short
+// there is not.
 TEST(Advect, AToolThatIsSlowAtItsBeginningIsNotTakenForOneAtRest) {
   BendStroke bend;
   bend.axis = {0, 0, 1};

@@ -125,35 +125,35 @@ bool has_point(const PointSet<double>& set, const Vec3d& d, double slack) {
   });
 }
 
-// Whether x is a point of the handles: up to the rounding of positions where the segment does not begin with them,
-// and only exactly for the zero set, whose points are not moved.
-enum class MarkedAs { full, zero, neither };
-MarkedAs marked_as(const Handles<double>& region, const Segment& segment, const Vec3d& x) {
+// Returns the set of the handles that x is a point of: up to the rounding of positions where the segment does not begin
+// at t = 0, and only exactly for the zero set, whose points do not move.
+enum class HandleSet { full, zero, none };
+HandleSet set_of(const Handles<double>& region, const Segment& segment, const Vec3d& x) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const Vec3d& c = segment.fields.front().center;
-  if (has_point(region.zero, x - c, 0)) return MarkedAs::zero;
+  if (has_point(region.zero, x - c, 0)) return HandleSet::zero;
   const Vec3d d = x - c - segment.displacement * segment.begin;
   const double angle = -region.turn_angle * segment.begin;
   const Vec3d at_start = angle == 0 ? d : rotate(d, region.turn_axis, sincos(angle));
   const double slack = segment.begin == 0 ? 0 : kRounding * (norm(x) + norm(c) + norm(segment.displacement));
-  return has_point(region.full, at_start, slack) ? MarkedAs::full : MarkedAs::neither;
+  return has_point(region.full, at_start, slack) ? HandleSet::full : HandleSet::none;
 }
 
 // The points of the sets, with a motion that is the full set's own.
 std::optional<Vec3d> solve(const Translation<double>& motion, const Handles<double>& region, const Segment& segment,
                            const Vec3d& x) {
-  const MarkedAs mark = marked_as(region, segment, x);
-  if (mark == MarkedAs::zero) return Vec3d{0, 0, 0};
-  if (mark == MarkedAs::neither || motion.velocity != segment.displacement) return std::nullopt;
+  const HandleSet set = set_of(region, segment, x);
+  if (set == HandleSet::zero) return Vec3d{0, 0, 0};
+  if (set == HandleSet::none || motion.velocity != segment.displacement) return std::nullopt;
   return segment.displacement * (segment.end - segment.begin);
 }
 
 std::optional<Vec3d> solve(const Rotation<double>& motion, const Handles<double>& region, const Segment& segment,
                            const Vec3d& x) {
-  const MarkedAs mark = marked_as(region, segment, x);
-  if (mark == MarkedAs::zero) return Vec3d{0, 0, 0};
+  const HandleSet set = set_of(region, segment, x);
+  if (set == HandleSet::zero) return Vec3d{0, 0, 0};
   const bool own = motion.rate == region.turn_angle && motion.axis == region.turn_axis;
-  if (mark == MarkedAs::neither || !own || segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
+  if (set == HandleSet::none || !own || segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
   return turn_displacement(x - segment.fields.front().center, motion.axis, motion.rate * (segment.end - segment.begin));
 }
 

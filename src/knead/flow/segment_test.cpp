@@ -75,10 +75,10 @@ TEST(Validate, NamesTheSegmentAndWhatIsWrong) {
     s.fields[0].region = HalfSpace<double>{{0, 0, 1}};
     s.time_law = TimeLaw::blended;
   });
-  expect_refused("marked regions without a zero set", [](Segment& s) {
+  expect_refused("handles without a zero set", [](Segment& s) {
     s.fields[0].region = Handles<double>{{{{0, 0, 0}}, {}, 8}, {{}, {}, 8}, s.displacement};
   });
-  expect_refused("marked regions that are not swept", [](Segment& s) {
+  expect_refused("handles that are not swept", [](Segment& s) {
     s.fields[0].region = Handles<double>{{{{0, 0, 0}}, {}, 8}, {{{2, 0, 0}}, {}, 8}};
   });
   expect_refused("a cylinder of radius 0", [](Segment& s) { s.cylinder = Cylinder{{0, 0, 0}, {0, 0, 1}, 0}; });

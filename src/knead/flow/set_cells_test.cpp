@@ -149,7 +149,7 @@ std::vector<std::uint64_t> bits(const std::vector<Vec3d>& points) {
   return result;
 }
 
-// Short ways are gone several at a time, and cells are made by whoever comes first.
+// Short segments evaluate several path lines at a time, and the first thread that needs a cell makes it.
 TEST(SetCells, DoNotDependOnThreadsNorOnTheOtherPoints) {
   Random random(105);
   Flow flow;

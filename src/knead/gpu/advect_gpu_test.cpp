@@ -117,23 +117,23 @@ TEST_F(GpuTest, PointsThatNoToolTouchesKeepTheirBits) {
       ++outside;
       EXPECT_EQ(bits({after[i]}), bits({points[i]}));
     }
-    const bool marked = std::holds_alternative<Handles<double>>(named.segment.fields[0].region);
-    EXPECT_GE(outside, marked ? 0 : 100);
+    const bool handles = std::holds_alternative<Handles<double>>(named.segment.fields[0].region);
+    EXPECT_GE(outside, handles ? 0 : 100);
   }
 }
 
-// Of marked regions the zero set rests and the full set goes with the motion, exactly.
+// Of handles the zero set rests and the full set goes with the motion, exactly.
 TEST_F(GpuTest, MarkedPointsAndRigidCoresMoveExactly) {
   Random random(805);
   const Vec3d by{0.125, 0.25, -0.5};  // sums with it are exact
-  Handles<double> marked = test::random_handles(random, {0.5, 0, 0});
-  marked.sweep = by;
-  std::vector<Vec3d> points = marked.full.points;
+  Handles<double> handles = test::random_handles(random, {0.5, 0, 0});
+  handles.sweep = by;
+  std::vector<Vec3d> points = handles.full.points;
   std::vector<Vec3d> expected;
   for (const Vec3d& p : points) expected.push_back(p + by);
-  points.insert(points.end(), marked.zero.points.begin(), marked.zero.points.end());
-  expected.insert(expected.end(), marked.zero.points.begin(), marked.zero.points.end());
-  const Flow flow{{test::translating(marked, {0, 0, 0}, by, {0, 1})}};
+  points.insert(points.end(), handles.zero.points.begin(), handles.zero.points.end());
+  expected.insert(expected.end(), handles.zero.points.begin(), handles.zero.points.end());
+  const Flow flow{{test::translating(handles, {0, 0, 0}, by, {0, 1})}};
   EXPECT_EQ(bits(on_gpu(flow, points, default_options(1))), bits(expected));
 
   const Flow core{{test::translating(Ball<double>{}, {5, 0, 1}, by, {0.5, 0.7})}};

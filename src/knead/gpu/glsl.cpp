@@ -113,7 +113,7 @@ std::string layout_defines() {
                                                {"kParallelTwist", kParallelTwist},
                                                {"kTurningSpace", kTurningSpace},
                                                {"kStretchedCore", kStretchedCore},
-                                               {"kMarked", kMarked}};
+                                               {"kHandlesPoint", kHandlesPoint}};
   std::string text;
   for (const auto& [name, value] : names) text += define(name, value);
   return text;

@@ -68,7 +68,7 @@ enum ClosedForm : int {
   kParallelTwist,
   kTurningSpace,
   kStretchedCore,
-  kMarked
+  kHandlesPoint
 };
 
 // What shaders are told apart by: segments of one kind are moved by one shader.

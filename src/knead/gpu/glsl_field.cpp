@@ -204,7 +204,7 @@ R hidden_speed(R3 at, R t) {
   return greatest;
 }
 
-// Between marked sets the way from the one past the point to the other.
+// Between handles: the distance from one set past the point to the other.
 R local_width(R3 at, R t) {
   R least = kNever;
 #ifdef REGION_HANDLES

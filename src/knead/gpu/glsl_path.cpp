@@ -87,7 +87,7 @@ bool is_known(R3 d, R begin, R end, out dvec3 by) {
   }
 #endif
 #if defined(REGION_HANDLES)
-  if (closed_form == kMarked) {
+  if (closed_form == kHandlesPoint) {
     R3 at_zero = d + part(at + kRegion) * begin;
     if (nearest_squared(field_table(0) + kSecondSet, at_zero) == R(0)) return true;
     if (!is_of_full_set(0, d, begin)) return false;

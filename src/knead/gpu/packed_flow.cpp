@@ -47,8 +47,8 @@ std::size_t set_points_of(const Segment& segment) {
   std::size_t count = 0;
   for (const Field& field : segment.fields) {
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) count += points_of(*set);
-    if (const auto* marked = std::get_if<Handles<double>>(&field.region)) {
-      count += points_of(marked->full) + points_of(marked->zero);
+    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+      count += points_of(handles->full) + points_of(handles->zero);
     }
   }
   return count;
@@ -56,8 +56,8 @@ std::size_t set_points_of(const Segment& segment) {
 
 bool has_curves(const Field& field) {
   if (const auto* set = std::get_if<PointSet<double>>(&field.region)) return !set->curves.empty();
-  const auto* marked = std::get_if<Handles<double>>(&field.region);
-  return marked != nullptr && !(marked->full.curves.empty() && marked->zero.curves.empty());
+  const auto* handles = std::get_if<Handles<double>>(&field.region);
+  return handles != nullptr && !(handles->full.curves.empty() && handles->zero.curves.empty());
 }
 
 bool is_symmetric(const Mat3d& m) { return m.row0.y == m.row1.x && m.row0.z == m.row2.x && m.row1.z == m.row2.y; }
@@ -67,7 +67,7 @@ bool is_parallel(const Vec3d& a, const Vec3d& b) { return norm2(cross(a, b)) <= 
 // As closed_form.cpp chooses.
 ClosedForm form_of(const Translation<double>& motion, const Field& field, const Segment& segment) {
   if (motion.velocity != segment.displacement) return kNoClosedForm;
-  if (std::holds_alternative<Handles<double>>(field.region)) return kMarked;
+  if (std::holds_alternative<Handles<double>>(field.region)) return kHandlesPoint;
   if (std::holds_alternative<PointSet<double>>(field.region)) return kNoClosedForm;  // r would take too long
   const bool is_distance = !std::holds_alternative<HalfSpace<double>>(field.region);
   return is_distance && field.thresholds.inner <= 0 ? kNoClosedForm : kRigidCore;
@@ -75,8 +75,8 @@ ClosedForm form_of(const Translation<double>& motion, const Field& field, const 
 
 ClosedForm form_of(const Rotation<double>& motion, const Field& field, const Segment& segment) {
   if (segment.displacement != Vec3d{}) return kNoClosedForm;
-  if (const auto* marked = std::get_if<Handles<double>>(&field.region)) {
-    return motion.rate == marked->turn_angle && motion.axis == marked->turn_axis ? kMarked : kNoClosedForm;
+  if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+    return motion.rate == handles->turn_angle && motion.axis == handles->turn_axis ? kHandlesPoint : kNoClosedForm;
   }
   if (std::holds_alternative<Ball<double>>(field.region)) {
     return motion.zero_gauge == RotationGauge::radial ? kTurningBall : kNoClosedForm;
