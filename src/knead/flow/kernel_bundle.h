@@ -38,6 +38,7 @@ class BundleField {
   BundleField(const SegmentTask<S>& segment, Bundle<S>& bundle) : segment_(segment), bundle_(bundle) {
     if (segment.kernel.limit == nullptr) return;
     fill(limits_.speed, S(0), kBundle);
+    if (!is_limited_by_place()) return;
     fill(limits_.reach, segment.reach, kBundle);
     fill(limits_.time, std::numeric_limits<S>::max(), kBundle);
   }
@@ -59,10 +60,17 @@ class BundleField {
     if (segment_.kernel.limit != nullptr) segment_.kernel.limit(segment_.field, bundle_, from_start, limits_);
   }
 
+  // Pack kernels give hidden speeds at most; the other limits of theirs are the same everywhere.
+  KNEAD_INLINE bool is_limited_by_place() const { return is_limited() && segment_.kernel.by_lanes; }
   KNEAD_INLINE bool is_limited() const { return segment_.kernel.limit != nullptr; }
   KNEAD_INLINE P hidden_speed(std::size_t i) const { return P::load(limits_.speed + i); }
   KNEAD_INLINE P longest_time(std::size_t i) const { return P::load(limits_.time + i); }
-  KNEAD_INLINE P reach(std::size_t i) const { return is_limited() ? P::load(limits_.reach + i) : P(segment_.reach); }
+  KNEAD_INLINE P reach(std::size_t i) const {
+    return is_limited_by_place() ? P::load(limits_.reach + i) : P(segment_.reach);
+  }
+  KNEAD_INLINE P by_reach(std::size_t i) const {
+    return is_limited_by_place() ? P(1) / P::load(limits_.reach + i) : P(S(1) / segment_.reach);
+  }
 
   // From the slope k_0.
   KNEAD_INLINE P longest_step(std::size_t i) const {
@@ -70,6 +78,7 @@ class BundleField {
     P speed = maximum(norm_of(relative), P(segment_.tool_speed));
     if (!is_limited()) return step_rule::longest_step(speed, P(segment_.reach));
     speed = speed + hidden_speed(i);
+    if (!is_limited_by_place()) return step_rule::longest_step(speed, P(segment_.reach));
     return minimum(step_rule::longest_step(speed, reach(i)), longest_time(i));
   }
 

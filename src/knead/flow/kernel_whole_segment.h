@@ -57,7 +57,7 @@ class WholeSegment {
     h.store(bundle_.h + i);
     const Vec3<P> k = load<P>(bundle_.k[0], i);
     const P reach = field_.reach(i);
-    const P by_reach = P(1) / reach;
+    const P by_reach = field_.by_reach(i);
     const P tool_speed = P(segment_.tool_speed) * by_reach;
     P speed2 = maximum(norm2((k - Vec3<P>(segment_.tool_velocity)) * by_reach), tool_speed * tool_speed);
     if (field_.is_limited()) {
@@ -67,7 +67,7 @@ class WholeSegment {
     P part2 = h * h * speed2;
     const P scale = reach * P(segment_.expected_error);
     const P expected2 = step_rule::expected_third_order_error2(part2, speed2, scale * scale);
-    if (field_.is_limited()) {
+    if (field_.is_limited_by_place()) {
       const P part = h / field_.longest_time(i);
       part2 = maximum(part2, part * part);
     }
@@ -96,7 +96,7 @@ class WholeSegment {
       const Vec3<P> k1 = load<P>(bundle_.k[1], i);
       // The part by the speed at the end of Euler's step, too: at the beginning a turning tool may be all but at rest.
       const P h = P::load(bundle_.h + i);
-      const P speed2_there = norm2((k1 - Vec3<P>(segment_.tool_velocity)) * (P(1) / field_.reach(i)));
+      const P speed2_there = norm2((k1 - Vec3<P>(segment_.tool_velocity)) * field_.by_reach(i));
       const P part2 = maximum(P::load(bundle_.trial + i), h * h * speed2_there);
       const P one(1);
       const P zero(0);
