@@ -6,7 +6,7 @@
 // MESHES holds the shapes of the scenes that need one, which are left out without it; SCENE is a part of a name, WAY
 // one of off, paper and ours.
 //
-// Distances from the true image are those of the certificate (session/certificate.h), in parts of the box's diagonal:
+// Distances from the true image are those of the certificate (session/report.h), in parts of the box's diagonal:
 // the rms of the stroke where it is greatest, the greatest of all, and the rms of what is carried back. Seconds are
 // those of the processor.
 #include <fmt/format.h>
@@ -28,8 +28,8 @@
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
 #include "knead/remesh/remesh.h"
-#include "knead/session/certificate.h"
 #include "knead/session/replay.h"
+#include "knead/session/report.h"
 #include "support/paper_remesh.h"
 
 namespace {
@@ -75,7 +75,7 @@ struct Outcome {
 Outcome replayed(const Mesh& mesh, const Session& session, Way way) {
   Outcome outcome;
   ReplayOptions options;
-  if (way == Way::ours) options.remesh = RemeshSettings{};
+  if (way == Way::ours) options.remesh.settings = RemeshSettings{};
   CertificateBuilder builder(mesh, options);
   double proving = 0;
   options.on_stroke = [&](const AppliedStroke& stroke) {
@@ -84,7 +84,7 @@ Outcome replayed(const Mesh& mesh, const Session& session, Way way) {
     proving += processor_seconds() - begin;
   };
   const double begin = processor_seconds();
-  outcome.result = replay(mesh, session, options);
+  outcome.result = replay(borrow(mesh), session, options);
   outcome.seconds = processor_seconds() - begin - proving;
   outcome.certificate = builder.finish(outcome.result, true);
   return outcome;
@@ -97,7 +97,7 @@ Flow flow_on(const Mesh& mesh, const Session& session, const SessionStroke& stro
   one.name = session.name;
   one.strokes = {stroke};
   Flow flow;
-  for (const SessionStroke& part : replay(mesh, one).resolved) {
+  for (const SessionStroke& part : replay(borrow(mesh), one).resolved) {
     const Flow of_part = flow_of(part.stroke);
     flow.segments.insert(flow.segments.end(), of_part.segments.begin(), of_part.segments.end());
   }
@@ -105,7 +105,7 @@ Flow flow_on(const Mesh& mesh, const Session& session, const SessionStroke& stro
 }
 
 // Adds a stroke's remesh to what is known of the session.
-void hand_on(const Remeshed& remeshed, ReplayResult& result) {
+void hand_on(const Remeshed& remeshed, Provenance& result) {
   std::vector<bool> touched = remeshed.moved;
   for (std::size_t i = 0; i < touched.size(); ++i) {
     const std::uint32_t source = remeshed.vertex_source[i];
@@ -115,16 +115,15 @@ void hand_on(const Remeshed& remeshed, ReplayResult& result) {
   for (const std::uint32_t face : remeshed.face_source) face_source.push_back(result.face_source[face]);
   result.touched = std::move(touched);
   result.face_source = std::move(face_source);
-  result.mesh = remeshed.mesh;
 }
 
 // The paper's way, which sessions do not offer.
 Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
   Outcome outcome;
-  ReplayResult& result = outcome.result;
-  result.mesh = mesh;
-  result.touched.resize(mesh.vertex_count());
-  for (std::size_t f = 0; f < mesh.face_count(); ++f) result.face_source.push_back(static_cast<std::uint32_t>(f));
+  Provenance provenance;
+  provenance.touched.resize(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) provenance.face_source.push_back(static_cast<std::uint32_t>(f));
+  DeformedShape shape(borrow(mesh));
   RemeshOptions options;
   options.targets = resolve({}, mesh);
   AdvectOptions move;
@@ -134,9 +133,9 @@ Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
   CertificateBuilder builder(mesh, replay_options);
   for (const SessionStroke& stroke : session.strokes) {
     const double begin = processor_seconds();
-    const Mesh before = *result.mesh;
-    const Flow flow = flow_on(before, session, stroke);
-    std::vector<Vec3d> after = before.positions;
+    const DeformedShape before = shape;
+    const Flow flow = flow_on(before.mesh(), session, stroke);
+    std::vector<Vec3d> after = before.positions();
     advect(flow, after, move);
     const FlowReach reach(flow);
     Deformation deformation;
@@ -144,14 +143,18 @@ Outcome in_the_paper_way(const Mesh& mesh, const Session& session) {
     deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
     deformation.feature = reach.smallest_feature();
     options.creases = creases;
-    const Remeshed remeshed = test::remesh_as_in_the_paper(before, after, deformation, options);
-    hand_on(remeshed, result);
+    Remeshed remeshed = test::remesh_as_in_the_paper(before.mesh(), after, deformation, options);
+    hand_on(remeshed, provenance);
+    shape = DeformedShape(std::make_shared<const Mesh>(std::move(remeshed.mesh)));
     creases = remeshed.creases;
     outcome.seconds += processor_seconds() - begin;
-    builder.add({stroke.line, flow, {before, before.positions}, {remeshed.mesh, remeshed.mesh.positions}, &remeshed});
+    builder.add({stroke.line, flow, before, shape, &remeshed});
   }
-  result.positions = result.mesh->positions;
-  outcome.certificate = builder.finish(result, true);
+  ShapeState state = shape.state();
+  state.provenance = std::make_shared<const Provenance>(std::move(provenance));
+  shape.restore(state);
+  outcome.result.shape = std::move(shape);
+  outcome.certificate = builder.finish(outcome.result, true);
   return outcome;
 }
 
@@ -169,10 +172,12 @@ void print_row(const Scene& scene, const Mesh& mesh, Way way) {
   const double error = c.volume_error.value_or(std::nan(""));
   const double volume = measure(mesh).volume;
   const std::string uncompensated =
-      way == Way::ours ? fmt::format("{:.1e}", error - outcome.result.remesh.compensated_volume / volume) : "";
+      way == Way::ours
+          ? fmt::format("{:.1e}", error - outcome.result.shape.provenance()->counts.compensated_volume / volume)
+          : "";
   const char* const name = way == Way::paper ? "paper's way" : kWays.at(static_cast<std::size_t>(way));
   fmt::print("| {} | {} | {} | {} | {:.1e} | {} | {} | {:.1f} | {:.1e} | {:.1e} | {:.1e} | {:.1f} |\n",
-             way == Way::off ? scene.name : "", name, outcome.result.positions.size(), uncompensated, error,
+             way == Way::off ? scene.name : "", name, outcome.result.shape.positions().size(), uncompensated, error,
              way == Way::off ? scene.paper : "", c.crossings_after, c.touched_angle_after.value_or(0), worst_stroke(c),
              c.distance_max, c.carried_back_rms, outcome.seconds);
   std::fflush(stdout);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/session/certificate.h"
+#include "knead/session/report.h"
 
 namespace knead::command {
 

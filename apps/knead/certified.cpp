@@ -45,7 +45,7 @@ void refine(const Complaints& complaints, std::optional<RemeshSettings>& setting
 }
 
 void refine(const Complaints& complaints, Certified& certified) {
-  refine(complaints, certified.options.remesh);
+  refine(complaints, certified.options.remesh.settings);
   for (SessionStroke& stroke : certified.session.strokes) refine(complaints, stroke.remesh);
 }
 
@@ -54,7 +54,7 @@ void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
   ReplayOptions watched = certified.options;
   watched.on_stroke = [&](const AppliedStroke& stroke) { builder.add(stroke); };
   certified.result = replay_watched(shape.mesh, certified.session, watched, quiet);
-  certified.certificate = builder.finish(certified.result, certified.options.single_precision);
+  certified.certificate = builder.finish(certified.result, certified.options.remesh.single_precision);
 }
 
 [[noreturn]] void refuse(const std::string& shape, const std::string& complaint, int refinements, bool remeshed) {
@@ -78,13 +78,13 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     }
     return certified;
   }
-  certified.options.frames = 0;
+  certified.options.frames.count = 0;
   for (int refinements = 0;; ++refinements) {
     certify(inputs.shape, quiet || refinements > 0, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
     if (!complaints) break;
     if (complaints->hopeless) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
-    const bool remeshed = certified.result.mesh.has_value();
+    const bool remeshed = certified.result.shape.is_remeshed();
     if (!remeshed || refinements == kMostRefinements) {
       refuse(inputs.session.name, complaints->text, refinements, remeshed);
     }
@@ -92,7 +92,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     refine(*complaints, certified);
   }
   certified.options.frames = options.frames;
-  if (options.frames > 0) replay_watched(inputs.shape.mesh, certified.session, certified.options, true);
+  if (options.frames.count > 0) replay_watched(inputs.shape.mesh, certified.session, certified.options, true);
   return certified;
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bounds.h"
-#include "knead/session/certificate.h"
+#include "knead/session/report.h"
 #include "work.h"
 
 namespace knead::command {
@@ -20,7 +20,7 @@ struct Certified {
 // replay_watched(), certified where `check` or bounds ask for it. Where bounds are not met and the session is remeshed,
 // up to three times with chords half as long (volume, crossings, flipped, distance) or twice as many rounds
 // (min-angle). Throws QualityError where they are not met then. With bounds, frames are delivered only once they are
-// met. options.single_precision says that the result is written, and so certified, with positions rounded to float.
+// met. options.remesh.single_precision says that the result is written, and so certified, with positions rounded to float.
 Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, bool check,
                            const std::vector<Bound>& bounds, bool quiet);
 

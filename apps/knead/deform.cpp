@@ -85,7 +85,7 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
                         counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);
   }
   if (report.remesh) text += remesh_text(*report.remesh);
-  if (report.certificate) text += "proof    " + line_of(*report.certificate) + "\n";
+  if (report.certificate) text += "certified " + line_of(*report.certificate) + "\n";
   const ReportSeconds& seconds = report.seconds;
   return text + fmt::format("seconds  {:.2f}: read {:.2f}, deform {:.2f}, write {:.2f}\n", seconds.total, seconds.read,
                             seconds.deform, seconds.write);
@@ -113,11 +113,9 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   if (!reads || !session.mesh) return;
   const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / *session.mesh;
   const ShapeFile shape = read_shape(path);
-  options.inverse = false;
-  options.until = std::nullopt;
-  options.frames = 0;
-  const std::vector<Vec3d> normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
-  options.normals = normals;
+  options.part = {};
+  options.frames = {};
+  options.normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
   session.strokes = replay_watched(shape.mesh, session, options, quiet).resolved;
   if (!quiet) print_message(fmt::format("note: {}: resolved with {}", session.name, path.string()));
 }
@@ -128,30 +126,13 @@ void copy_materials(const DeformOptions& options, const ShapeFile& shape, const 
   }
 }
 
-// Whether the result will have another mesh than the shape.
-bool will_remesh(const Inputs& inputs, const ReplayOptions& options) {
-  if (options.inverse || inputs.shape.mesh.face_count() == 0) return false;
-  const std::vector<SessionStroke>& strokes = inputs.session.strokes;
-  return options.remesh || std::any_of(strokes.begin(), strokes.end(),
-                                       [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
-}
-
-void write_frame(const std::string& path, const ShapeFile& source, const ReplayFrame& frame, bool as_double) {
-  if (frame.mesh != nullptr) {
-    write_remeshed(path, source, *frame.mesh, frame.face_source, {as_double, {}});
+void write_frame(const std::string& path, const ShapeFile& source, const DeformedShape& shape, bool as_double) {
+  if (shape.is_remeshed()) {
+    write_remeshed(path, source, shape.to_mesh(), shape.provenance()->face_source, {as_double, {}});
   } else {
-    write_shape(path, source, frame.positions, {as_double, frame.normals});
+    const std::vector<Vec3d> normals = shape.normals();
+    write_shape(path, source, shape.positions(), {as_double, normals});
   }
-}
-
-ReplayFrame last_frame(const ReplayResult& result) {
-  return {0, result.positions, result.normals, result.mesh ? &*result.mesh : nullptr, result.face_source};
-}
-
-// Whether the file will hold positions as floats.
-bool holds_floats(const std::string& path, Precision precision) {
-  const std::string format = format_of(path);
-  return precision == Precision::float32 || format == "stl" || format == "glb";
 }
 
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
@@ -160,8 +141,9 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   check_until(options, inputs.session);
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
   const std::string path = target.path(0);
-  const std::vector<std::string> losses =
-      will_remesh(inputs, replay) ? remesh_losses(path, inputs.shape) : conversion_losses(path, inputs.shape);
+  const std::vector<std::string> losses = will_remesh(inputs.shape.mesh, inputs.session, replay)
+                                              ? remesh_losses(path, inputs.shape)
+                                              : conversion_losses(path, inputs.shape);
   if (!quiet) print_notes(losses);
   return inputs;
 }
@@ -181,29 +163,27 @@ void run_deform(const DeformOptions& options) {
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
   const Target target(options);
   check_outputs(options, target);
-  replay.single_precision = holds_floats(target.path(0), replay.precision);
   const bool quiet = options.common.quiet;
   const ChosenBackend backend = choose_backend(options.backend, quiet);
-  replay.backend = backend.move;
+  replay.motion.backend = backend.move;
   ReportSeconds seconds;
   const Inputs inputs = read_deform_inputs(options, replay, target);
   seconds.read = total.seconds();
 
-  std::vector<Vec3d> normals;
-  if (inputs.shape.mesh.face_count() == 0) normals = vertex_normals_of(inputs.shape);
-  const std::vector<std::uint32_t> labels = face_labels(inputs.shape);
-  replay.face_labels = labels;
-  replay.normals = normals;
+  replay.remesh.single_precision =
+      replay.motion.precision == Precision::float32 || stores_floats(target.path(0), inputs.shape);
+  if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
+  replay.remesh.face_labels = face_labels(inputs.shape);
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
-    write_frame(target.path(frame.index), inputs.shape, frame, replay.precision == Precision::float64);
+    write_frame(target.path(frame.index), inputs.shape, frame.shape, replay.motion.precision == Precision::float64);
     seconds.write += clock.seconds();
   };
-  if (options.frames) replay.on_frame = write;
+  if (options.frames) replay.frames.deliver = write;
   const Clock deforming;
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames) write(last_frame(certified.result));
+  if (!options.frames) write({0, certified.result.shape});
   if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
   Report report = report_of(inputs.shape.mesh, certified, seconds);

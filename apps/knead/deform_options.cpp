@@ -49,14 +49,14 @@ ReplayOptions replay_options(const DeformOptions& options) {
   if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
   check_backend(options.backend);
   ReplayOptions replay;
-  replay.tolerance = options.tolerance;
-  replay.integrator = integrator_named(options.integrator);
-  replay.precision = precision_named(options.precision);
-  replay.threads = options.threads.value_or(0);
-  replay.inverse = options.inverse;
-  replay.until = options.until;
-  replay.frames = options.frames.value_or(0);
-  replay.remesh = settings_of(options.remesh);
+  replay.motion.relative_tolerance = options.tolerance;
+  replay.motion.integrator = integrator_named(options.integrator);
+  replay.motion.precision = precision_named(options.precision);
+  replay.motion.threads = options.threads.value_or(0);
+  if (options.inverse) replay.part.direction = Direction::backwards;
+  replay.part.until = options.until;
+  replay.frames.count = options.frames.value_or(0);
+  replay.remesh.settings = settings_of(options.remesh);
   return replay;
 }
 
@@ -84,7 +84,7 @@ std::vector<Option> describe(DeformOptions& options) {
       result.end(),
       {
           {"--check", &options.check,
-           "Prove what the result is: crossings, flips, volume, angles, the distance to the true image"},
+           "Certify the result: crossings, flips, volume, angles, the distance to the true image"},
           {"--require", &options.require,
            "Check, refine where the mesh is remeshed, and write nothing and exit with code 4 unless all of these "
            "hold: " +

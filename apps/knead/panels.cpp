@@ -130,11 +130,9 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   std::vector<Panel> panels;
   for (const double moment : options.moments) {
     ReplayOptions replay;
-    replay.until = remeshed ? moment : parts_at(played, moment);
-    Panel& panel = panels.emplace_back(Panel{inputs.shape.mesh, {}});
-    ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
-    if (result.mesh) panel.shape = std::move(*result.mesh);
-    panel.shape.positions = std::move(result.positions);
+    replay.part.until = remeshed ? moment : parts_at(played, moment);
+    const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
+    Panel& panel = panels.emplace_back(Panel{result.shape.to_mesh(), {}});
     if (options.tools == ToolPanels::each) panel.tools = tools_at(options, played, moment);
   }
   if (panels.empty()) panels.push_back({inputs.shape.mesh, {}});

@@ -28,7 +28,7 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   {
     const CancelOnInterruption cancel(progress);
     const ProgressBar bar(progress, total_work(mesh, session, options), !quiet);
-    result = replay(mesh, session, options);
+    result = replay(borrow(mesh), session, options);
   }
   if (progress.cancel) throw Interrupted{};
   if (result.status == AdvectStatus::step_limit) {

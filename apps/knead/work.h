@@ -27,7 +27,8 @@ struct Inputs {
 Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet);
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
-// Returns a result whose status is done; throws Interrupted or QualityError for the others.
+// Returns a result whose status is done; throws Interrupted or QualityError for the others. The mesh must outlive the
+// result.
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
 }  // namespace knead::command

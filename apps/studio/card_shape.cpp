@@ -6,8 +6,8 @@
 
 #include "knead/math/error.h"
 #include "knead/mesh/triangulate.h"
-#include "knead/session/live_change.h"
-#include "knead/session/replay.h"
+#include "knead/session/deformed_shape.h"
+#include "knead/session/workbench.h"
 
 namespace knead::studio {
 
@@ -35,15 +35,6 @@ void extend(Box& box, const Vec3d& center, double radius) {
 bool can_be_ahead(const std::vector<SessionStroke>& strokes) {
   return std::none_of(strokes.begin(), strokes.end(),
                       [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
-}
-
-AdvectOptions advect_options(double diagonal) {
-  const ReplayOptions usual;
-  AdvectOptions options;
-  options.tolerance = usual.tolerance * diagonal;
-  options.integrator = usual.integrator;
-  options.precision = usual.precision;
-  return options;
 }
 
 gpu::GpuOptions here(gpu::GpuOptions options) {
@@ -129,9 +120,9 @@ void CardShape::write(const Snapshot& positions, const IndexRange& range) {
 }
 
 bool CardShape::go_ahead(std::span<const SessionStroke> strokes, double diagonal) {
-  const LiveChange change = live_change(done_, strokes);
+  const GestureChange change = gesture_change(done_, strokes);
   if (change.is_nothing(strokes.size())) return false;
-  const AdvectOptions options = advect_options(diagonal);
+  const AdvectOptions options = advect_options(MotionOptions(), diagonal);
   std::vector<Flow> flows;
   try {
     if (change.rest) flows.push_back(*change.rest);

@@ -24,7 +24,7 @@ TEST_P(EveryTool, LeavesOnTheScreenWhatTheSavedSessionGivesToTheBit) {
     EXPECT_NE(after, before);
     EXPECT_GE(studio.shown().history.size(), 1u);
     const ReplayResult replayed = saved_and_replayed(studio);
-    EXPECT_TRUE(replayed.positions == after);
+    EXPECT_TRUE(replayed.shape.positions() == after);
     EXPECT_GE(replayed.resolved.size(), GetParam().strokes);
     while (!studio.shown().history.empty()) run(studio, R"({"key": "Ctrl+Z"})");
     EXPECT_TRUE(positions(studio) == before);
@@ -44,7 +44,7 @@ TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
   const ReplayResult replayed = saved_and_replayed(studio);
   run(studio, R"({"export": ")" + (folder_ / "out.ply").string() + "\"}");
   const ShapeFile source = read_shape(folder_ / "work_shape.ply");
-  EXPECT_EQ(read_shape(folder_ / "out.ply").bytes, serialize_shape("ply", source, replayed.positions, {true, {}}));
+  EXPECT_EQ(read_shape(folder_ / "out.ply").bytes, serialize_shape("ply", source, replayed.shape.positions(), {true, {}}));
 }
 
 TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
@@ -59,7 +59,7 @@ TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
   EXPECT_TRUE(positions(other) == positions(studio));
   EXPECT_EQ(other.shown().history.size(), studio.shown().history.size());
   EXPECT_FALSE(other.shown().is_changed);
-  EXPECT_TRUE(saved_and_replayed(other, "again.knead").positions == positions(studio));
+  EXPECT_TRUE(saved_and_replayed(other, "again.knead").shape.positions() == positions(studio));
 }
 
 TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
@@ -142,7 +142,7 @@ TEST_F(StudioTest, EscapeGivesUpADragAndLosesNothing) {
   EXPECT_FALSE(studio.gesture().has_value());
   EXPECT_TRUE(positions(studio) == before);
   EXPECT_EQ(studio.shown().history.size(), 1u);
-  EXPECT_TRUE(saved_and_replayed(studio).positions == before);
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == before);
 }
 
 TEST_F(StudioTest, APastStrokeIsLookedAtAndChanged) {
@@ -159,7 +159,7 @@ TEST_F(StudioTest, APastStrokeIsLookedAtAndChanged) {
   run(studio,
       R"({"edit": 0, "strokes": [{"tool": "implicit", "inner": 0.1, "outer": 0.4, "path": [[1, 0, 0], [1.5, 0, 0]]}]})");
   EXPECT_FALSE(positions(studio) == before);
-  EXPECT_TRUE(saved_and_replayed(studio).positions == positions(studio));
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
   run(studio, R"({"key": "Ctrl+Z"})");
   EXPECT_TRUE(positions(studio) == before);
 }

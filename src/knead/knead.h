@@ -64,7 +64,7 @@
 #include "knead/tool/tool.h"
 
 // Sessions: the .knead file, replay, the certificate, and the workbench of an interactive program.
-#include "knead/session/certificate.h"
+#include "knead/session/deformed_shape.h"
 #include "knead/session/journal.h"
 #include "knead/session/replay.h"
 #include "knead/session/report.h"

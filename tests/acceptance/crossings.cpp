@@ -68,8 +68,8 @@ Outcome deform(const Mesh& mesh, const Session& session, const ReplayOptions& op
   try {
     ReplayResult result = replay(mesh, session, options);
     if (result.status != AdvectStatus::done) return {};
-    return {self_intersections(triangulate(mesh), result.positions), std::move(result.resolved),
-            std::move(result.positions)};
+    return {self_intersections(triangulate(mesh), result.shape.positions()), std::move(result.resolved),
+            std::move(result.shape).positions()};
   } catch (const InvalidInput&) {
     return {};
   }
@@ -186,8 +186,8 @@ void try_stroke(const std::string& tool, const Subject& subject, const Stroke& s
   ++row.crossed;
   row.pairs += outcome.crossings->count;
   ReplayOptions precise;
-  precise.precision = Precision::float64;
-  precise.tolerance = 1e-9;
+  precise.motion.precision = Precision::float64;
+  precise.motion.relative_tolerance = 1e-9;
   const Outcome again = deform(subject.mesh, session_of(outcome.resolved, folder), precise);
   std::string cause = "UNEXPLAINED";
   if (again.crossings && again.crossings->count == 0) {

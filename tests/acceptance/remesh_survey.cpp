@@ -30,8 +30,8 @@
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/triangulate.h"
-#include "knead/session/certificate.h"
 #include "knead/session/replay.h"
+#include "knead/session/report.h"
 #include "random_strokes.h"
 
 namespace knead::acceptance {
@@ -71,8 +71,8 @@ bool try_out(Mesh& mesh, const Session& session) {
   try {
     ReplayResult result = replay(mesh, session, {});
     if (result.status != AdvectStatus::done) return true;  // the session's own replay will say so
-    const bool touches = result.positions != mesh.positions;
-    mesh.positions = std::move(result.positions);
+    const bool touches = result.shape.positions() != mesh.positions;
+    mesh.positions = std::move(result.shape).positions();
     return touches || session.strokes[0].stroke.index() != Stroke(StampStroke{}).index();
   } catch (const InvalidInput&) {
     return true;
@@ -157,19 +157,19 @@ void judge(const Certificate& certificate, Ending& ending) {
 Ending run_session(const Subject& subject, const Session& session, bool distances) {
   Ending ending;
   ReplayOptions options;
-  options.remesh = RemeshSettings{};
+  options.remesh.settings = RemeshSettings{};
   CertificateBuilder builder(subject.mesh, options);
   double begin = processor_seconds();
   options.on_stroke = [&](const AppliedStroke& stroke) {
     const double seconds = processor_seconds() - begin;
     ending.seconds += seconds;
     std::string text = fmt::format("{:9} {:>7} -> {:>7} vertices, {:5.2f} s", tool_of(session.strokes[stroke.line - 2]),
-                                   stroke.before.mesh.vertex_count(), stroke.after.mesh.vertex_count(), seconds);
+                                   stroke.before.mesh().vertex_count(), stroke.after.mesh().vertex_count(), seconds);
     if (stroke.remeshed != nullptr) {
       const RemeshCounts& counts = stroke.remeshed->counts;
-      text +=
-          fmt::format(", {} crossings, {:.2f} degrees{}", counts.crossings,
-                      smallest_angle(stroke.after.mesh, stroke.remeshed->moved), counts.complete ? "" : ", incomplete");
+      text += fmt::format(", {} crossings, {:.2f} degrees{}", counts.crossings,
+                          smallest_angle(stroke.after.mesh(), stroke.remeshed->moved),
+                          counts.complete ? "" : ", incomplete");
     }
     ending.strokes.push_back(text);
     if (distances) builder.add(stroke);
@@ -182,7 +182,8 @@ Ending run_session(const Subject& subject, const Session& session, bool distance
       ending.details = fmt::format("stroke {}", result.failed_line - 1);
       return ending;
     }
-    ending.growth = static_cast<double>(result.positions.size()) / static_cast<double>(subject.mesh.vertex_count());
+    ending.growth =
+        static_cast<double>(result.shape.positions().size()) / static_cast<double>(subject.mesh.vertex_count());
     judge(builder.finish(result, true), ending);
   } catch (const InvalidInput& error) {
     ending.cause = "stroke refused";

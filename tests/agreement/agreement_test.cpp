@@ -137,25 +137,25 @@ void expect_agreement(const Mesh& mesh, const std::string& mesh_name) {
     ReplayOptions options;
     const auto by_default = replay(subject.samples, session, options);
     ASSERT_EQ(by_default.status, AdvectStatus::done);
-    EXPECT_LT(greatest_distance(by_default.positions, exact) / subject.diagonal, 2e-5);
+    EXPECT_LT(greatest_distance(by_default.shape.positions(), exact) / subject.diagonal, 2e-5);
     EXPECT_GT(greatest_distance(exact, subject.samples.positions) / subject.diagonal, 0.02);  // something happened
-    options.precision = Precision::float64;
-    options.tolerance = 1e-10;
+    options.motion.precision = Precision::float64;
+    options.motion.relative_tolerance = 1e-10;
     const auto precise = replay(subject.samples, session, options);
-    EXPECT_LT(greatest_distance(precise.positions, exact) / subject.diagonal, 1e-8);
+    EXPECT_LT(greatest_distance(precise.shape.positions(), exact) / subject.diagonal, 1e-8);
     if (name == "bend in a cylinder") continue;  // a scan that crosses the barrel is torn, so it has no way back
     Mesh deformed = subject.samples;
-    deformed.positions = precise.positions;
-    options.inverse = true;
-    EXPECT_LT(
-        greatest_distance(replay(deformed, session, options).positions, subject.samples.positions) / subject.diagonal,
-        1e-8);
-    deformed.positions = by_default.positions;
+    deformed.positions = precise.shape.positions();
+    options.part.direction = Direction::backwards;
+    EXPECT_LT(greatest_distance(replay(deformed, session, options).shape.positions(), subject.samples.positions) /
+                  subject.diagonal,
+              1e-8);
+    deformed.positions = by_default.shape.positions();
     ReplayOptions back;
-    back.inverse = true;
-    EXPECT_LT(
-        greatest_distance(replay(deformed, session, back).positions, subject.samples.positions) / subject.diagonal,
-        2e-5);
+    back.part.direction = Direction::backwards;
+    EXPECT_LT(greatest_distance(replay(deformed, session, back).shape.positions(), subject.samples.positions) /
+                  subject.diagonal,
+              2e-5);
   }
 }
 

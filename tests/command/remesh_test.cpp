@@ -35,15 +35,16 @@ TEST_F(RemeshTest, DeformAgreesWithTheLibrary) {
   const json report = deform({"--remesh"});
   const ShapeFile shape = read_shape(path("a.ply"));
   ReplayOptions options;
-  options.remesh = RemeshSettings{};
+  options.remesh.settings = RemeshSettings{};
   const ReplayResult result = replay(shape.mesh, read_session(path("two.knead")), options);
-  ASSERT_TRUE(result.mesh);
-  EXPECT_EQ(read("b.ply"), serialize_remeshed("ply", shape, *result.mesh, result.face_source));
-  EXPECT_EQ(report["vertices"], result.mesh->vertex_count());
-  EXPECT_EQ(report["faces"], result.mesh->face_count());
-  EXPECT_EQ(report["remesh"]["splits"], result.remesh.splits);
-  EXPECT_EQ(report["remesh"]["collapses"], result.remesh.collapses);
-  EXPECT_EQ(report["remesh"]["flips"], result.remesh.flips);
+  ASSERT_TRUE(result.shape.is_remeshed());
+  const Provenance& provenance = *result.shape.provenance();
+  EXPECT_EQ(read("b.ply"), serialize_remeshed("ply", shape, result.shape.mesh(), provenance.face_source));
+  EXPECT_EQ(report["vertices"], result.shape.mesh().vertex_count());
+  EXPECT_EQ(report["faces"], result.shape.mesh().face_count());
+  EXPECT_EQ(report["remesh"]["splits"], provenance.counts.splits);
+  EXPECT_EQ(report["remesh"]["collapses"], provenance.counts.collapses);
+  EXPECT_EQ(report["remesh"]["flips"], provenance.counts.flips);
   EXPECT_TRUE(report["remesh"]["complete"]);
   EXPECT_FALSE(report.contains("certificate"));
   const Measures measures = measure(mesh("b.ply"));
@@ -129,7 +130,7 @@ TEST_F(RemeshTest, CheckProvesWhatTheResultIs) {
   EXPECT_LT(std::abs(volume_error("b.ply", "double")), 1e-14);
   EXPECT_GT(std::abs(volume_error("b.stl", "double")), 1e-12);
   const std::string text = knead_ok({"deform", "a.ply", "two.knead", "-o", "b.ply", "--check", "--remesh"});
-  EXPECT_NE(text.find("\nproof    0 pairs crossing"), std::string::npos) << text;
+  EXPECT_NE(text.find("\ncertified 0 pairs crossing"), std::string::npos) << text;
 }
 
 TEST_F(RemeshTest, RequireIsMetOrNothingIsWritten) {

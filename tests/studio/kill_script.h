@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "knead/session/snapshot.h"
+#include "knead/session/deformed_shape.h"
 
 namespace knead::test {
 

@@ -105,13 +105,13 @@ TEST(Documents, TheExampleBendsTwoFingersOfTheHand) {
   const ReplayResult result = replay(hand, session);
   EXPECT_EQ(result.status, AdvectStatus::done);
   EXPECT_TRUE(result.warnings.empty()) << result.warnings.front();
-  EXPECT_NEAR(measure_volume_and_area(hand, result.positions).volume / measure(hand).volume, 1, 1e-4);
+  EXPECT_NEAR(measure_volume_and_area(hand, result.shape.positions()).volume / measure(hand).volume, 1, 1e-4);
   for (const Finger& finger : hand_fingers()) {
     const Vec3d tip = finger.base + finger.axis * finger.length;
     double farthest = 0;
     for (std::size_t i = 0; i < hand.vertex_count(); ++i) {
       if (norm(hand.positions[i] - tip) > finger.radius) continue;
-      farthest = std::fmax(farthest, norm(result.positions[i] - hand.positions[i]));
+      farthest = std::fmax(farthest, norm(result.shape.positions()[i] - hand.positions[i]));
     }
     const bool bent = finger.name == "ring" || finger.name == "little";
     EXPECT_EQ(farthest > 0.1, bent) << finger.name << " moved by " << farthest;

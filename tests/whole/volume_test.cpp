@@ -21,7 +21,7 @@ double volume_error(const Mesh& mesh, const std::string& strokes) {
   const Session session = parse_session("{\"knead\": 1}\n" + strokes, "volume.knead");
   const ReplayResult result = replay(mesh, session);
   EXPECT_EQ(result.status, AdvectStatus::done);
-  return measure_volume_and_area(mesh, result.positions).volume / measure(mesh).volume - 1;
+  return measure_volume_and_area(mesh, result.shape.positions()).volume / measure(mesh).volume - 1;
 }
 
 // One strong pull, out of the unit sphere by its radius.

@@ -185,7 +185,7 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double) {
     const bool is_remeshed = state.mesh != history_->base().mesh;
     if (is_remeshed) {
       for (const std::string& loss : remesh_losses(path, *source_)) options_.tell({false, loss});
-      write_remeshed(path, *source_, state.to_mesh(), state.face_source(), {as_double, {}});
+      write_remeshed(path, *source_, state.to_mesh(), state.provenance->face_source, {as_double, {}});
     } else {
       for (const std::string& loss : conversion_losses(path, *source_)) options_.tell({false, loss});
       std::vector<Vec3d> normals;
@@ -195,8 +195,8 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double) {
         session.name = (stamp_folder().parent_path() / "session").string();
         session.strokes = history_->strokes();
         ReplayOptions options;
-        options.normals = normals;
-        normals = replay(source_->mesh, session, options).normals;
+        options.normals = std::move(normals);
+        normals = replay(borrow(source_->mesh), session, options).shape.normals();
       }
       write_shape(path, *source_, state.positions.copy(), {as_double, normals});
     }
@@ -220,20 +220,19 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
     session.name = (stamp_folder().parent_path() / "session").string();
     session.strokes = history_->strokes();
     ReplayOptions options;
-    options.frames = frames;
     options.progress = &progress;
-    options.threads = options_.threads;
-    const std::vector<std::uint32_t> labels = face_labels(*source_);
-    options.face_labels = labels;
-    options.on_frame = [&](const ReplayFrame& frame) {
+    options.motion.threads = options_.threads;
+    options.remesh.face_labels = face_labels(*source_);
+    options.frames.count = frames;
+    options.frames.deliver = [&](const ReplayFrame& frame) {
       const std::string name = text.substr(0, at) + fmt::format("{:04}", frame.index) + text.substr(at + 4);
-      if (frame.mesh != nullptr) {
-        write_remeshed(name, *source_, *frame.mesh, frame.face_source);
+      if (frame.shape.is_remeshed()) {
+        write_remeshed(name, *source_, frame.shape.to_mesh(), frame.shape.provenance()->face_source);
       } else {
-        write_shape(name, *source_, frame.positions);
+        write_shape(name, *source_, frame.shape.positions());
       }
     };
-    const ReplayResult result = replay(source_->mesh, session, options);
+    const ReplayResult result = replay(borrow(source_->mesh), session, options);
     options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
                                                               : std::string("The export of frames was cancelled.")});
   });

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "knead/flow/segment.h"
-#include "knead/session/snapshot.h"
+#include "knead/session/deformed_shape.h"
 
 namespace knead::studio {
 

@@ -45,7 +45,7 @@ struct WriteOptions {
   // Writes x y z of PLY files as doubles; those of a source with float coordinates only if a vertex moved. The other
   // formats have one type: doubles in text, floats in binary STL, binary OFF and GLB.
   bool double_coordinates = false;
-  // The new normals of a shape without faces (ReplayResult::normals), one per vertex; empty: they stay as they are.
+  // The new normals of a shape without faces (DeformedShape::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
 };
 

@@ -1,16 +1,14 @@
-#include "knead/session/certificate.h"
+#include "knead/session/report.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "knead/math/box.h"
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
-#include "knead/session/replay_shared.h"
-#include "knead/session/stroke_proof.h"
+#include "knead/session/stroke_certificate.h"
 
 namespace knead {
 
@@ -59,18 +57,9 @@ struct WrittenShape {
   std::vector<std::uint32_t> face_source;  // empty: the faces are the input's
 };
 
-WrittenShape written_shape(const Mesh& before, const ReplayResult& result, bool as_float) {
-  WrittenShape shape;
-  if (result.mesh) {
-    shape = {*result.mesh, result.touched, result.face_source};
-  } else {
-    shape.mesh = before;
-    shape.mesh.positions = result.positions;
-    shape.touched.resize(before.vertex_count());
-    for (std::size_t i = 0; i < shape.touched.size(); ++i) {
-      shape.touched[i] = before.positions[i] != result.positions[i];
-    }
-  }
+WrittenShape written_shape(const DeformedShape& result, bool as_float) {
+  WrittenShape shape{result.to_mesh(), result.touched(), {}};
+  if (result.is_remeshed()) shape.face_source = result.provenance()->face_source;
   for (Vec3d& p : shape.mesh.positions) p = as_written(p, as_float);
   return shape;
 }
@@ -125,43 +114,34 @@ void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& cert
 
 }  // namespace
 
-struct CertificateBuilder::State {
-  const Mesh& mesh;
-  ReplayOptions options;
-  double diagonal = 1;
-  double drift = 0;
-  double motion_outside = 0;
-  std::vector<StrokeDistance> strokes;
-};
-
 CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
-    : state_(std::make_unique<State>(State{mesh, options, session_detail::checked_diagonal(mesh, options), 0, 0, {}})) {
+    : mesh_(mesh), options_(options), length_(reference_length(mesh.positions)) {
+  advect_options(options.motion, length_);
 }
 
-CertificateBuilder::~CertificateBuilder() = default;
-
 void CertificateBuilder::add(const AppliedStroke& stroke) {
-  const session_detail::StrokeProof proof = session_detail::prove(stroke, state_->options, state_->diagonal);
-  state_->drift += proof.drift;
-  state_->motion_outside = std::max(state_->motion_outside, proof.motion_outside);
-  state_->strokes.push_back(proof.distance);
+  const session_detail::StrokeCertificate certified = session_detail::certify(stroke, options_, length_);
+  drift_ += certified.drift;
+  motion_outside_ = std::max(motion_outside_, certified.motion_outside);
+  strokes_.push_back(certified.distance);
 }
 
 Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float) const {
-  const Mesh& before = state_->mesh;
-  const WrittenShape after = written_shape(before, result, as_float);
+  const Mesh& before = mesh_;
+  const WrittenShape after = written_shape(result.shape, as_float);
   Certificate certificate;
-  const SelfIntersectionOptions options{.threads = state_->options.threads};
+  const SelfIntersectionOptions options{.threads = options_.motion.threads};
   certificate.crossings_before = self_intersections(triangulate(before), before.positions, options).count;
   certificate.crossings_after = self_intersections(triangulate(after.mesh), after.mesh.positions, options).count;
-  certificate.flipped_triangles = result.mesh ? session_detail::opposing_more(before, after.mesh)
-                                              : count_flipped(before, before.positions, after.mesh.positions);
-  certificate.volume_error_integration = state_->drift;
+  certificate.flipped_triangles = result.shape.is_remeshed()
+                                      ? session_detail::opposing_more(before, after.mesh)
+                                      : count_flipped(before, before.positions, after.mesh.positions);
+  certificate.volume_error_integration = drift_;
   add_measures(before, after.mesh, certificate);
   add_angles(before, after, certificate);
-  certificate.motion_outside = state_->motion_outside;
-  certificate.strokes = state_->strokes;
-  add_distances(state_->strokes, certificate);
+  certificate.motion_outside = motion_outside_;
+  certificate.strokes = strokes_;
+  add_distances(strokes_, certificate);
   return certificate;
 }
 

@@ -1,4 +1,4 @@
-#include "knead/session/certificate.h"
+#include "knead/session/report.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,6 @@
 
 #include "knead/math/box.h"
 #include "knead/mesh/shapes.h"
-#include "knead/session/report.h"
 
 namespace knead {
 namespace {
@@ -43,7 +42,7 @@ Certified certify(const Mesh& mesh, const Session& session, ReplayOptions option
 
 ReplayOptions remeshing() {
   ReplayOptions options;
-  options.remesh = RemeshSettings{};
+  options.remesh.settings = RemeshSettings{};
   return options;
 }
 
@@ -108,11 +107,11 @@ TEST(Certificate, FindsCrossingsAndFlippedTriangles) {
 
 TEST(Certificate, TheIntegrationsShareFallsWithTheTolerance) {
   ReplayOptions loose;
-  loose.tolerance = 1e-2;
-  loose.integrator = Integrator::bogacki_shampine;
+  loose.motion.relative_tolerance = 1e-2;
+  loose.motion.integrator = Integrator::bogacki_shampine;
   ReplayOptions tight;
-  tight.tolerance = 1e-9;
-  tight.precision = Precision::float64;
+  tight.motion.relative_tolerance = 1e-9;
+  tight.motion.precision = Precision::float64;
   const double drift = std::abs(certify(ball(642), session_of({kPull}), loose).certificate.volume_error_integration);
   const double none = std::abs(certify(ball(642), session_of({kPull}), tight).certificate.volume_error_integration);
   EXPECT_GT(drift, 1e-7);
@@ -138,9 +137,9 @@ TEST(Certificate, OfAnInverseThroughACylinder) {
   BendStroke bend{{0.109, 0.55, -0.012}, {1, 0, 0}, {0, -1, 0}, 80, BendWidth{0.35}};
   bend.radius = 0.125;
   Mesh bent = hand;
-  bent.positions = replay(hand, session_of({bend})).positions;
+  bent.positions = replay(hand, session_of({bend})).shape.positions();
   ReplayOptions options;
-  options.inverse = true;
+  options.part.direction = Direction::backwards;
   const Certificate c = certify(bent, session_of({bend}), options).certificate;
   EXPECT_EQ(c.motion_outside, 0);
   EXPECT_GT(c.strokes.at(0).points, 100u);
@@ -158,8 +157,8 @@ TEST(Certificate, IsInTheReport) {
   const Mesh mesh = ball(642);
   const Certified certified = certify(mesh, session_of({kPull}), remeshing());
   Report report = make_report(mesh, certified.result, remeshing(), {});
-  EXPECT_EQ(report.vertices, certified.result.mesh->vertex_count());
-  EXPECT_EQ(report.faces, certified.result.mesh->face_count());
+  EXPECT_EQ(report.vertices, certified.result.shape.mesh().vertex_count());
+  EXPECT_EQ(report.faces, certified.result.shape.mesh().face_count());
   EXPECT_LE(report.moved_vertices, report.vertices);
   EXPECT_GT(report.moved_vertices, report.vertices - mesh.vertex_count());
   EXPECT_GT(report.max_displacement, 0.1);
@@ -168,7 +167,7 @@ TEST(Certificate, IsInTheReport) {
   const auto json = nlohmann::json::parse(to_json(report));
   EXPECT_EQ(json.at("certificate").at("strokes").at(0).at("line"), 2);
   EXPECT_EQ(json.at("certificate").at("crossings_after"), 0);
-  EXPECT_EQ(json.at("remesh").at("splits"), certified.result.remesh.splits);
+  EXPECT_EQ(json.at("remesh").at("splits"), certified.result.shape.provenance()->counts.splits);
   EXPECT_DOUBLE_EQ(json.at("remesh").at("volume_error_uncompensated").get<double>(),
                    *report.volume_error - json.at("remesh").at("compensated_volume").get<double>());
 }

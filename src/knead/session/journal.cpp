@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "knead/io/append_file.h"
 #include "knead/io/atomic_file.h"
 #include "knead/math/error.h"
 #include "knead/session/journal_folder.h"
@@ -17,7 +18,7 @@
 namespace knead {
 
 namespace fs = std::filesystem;
-using session_detail::AppendFile;
+using io_detail::AppendFile;
 using session_detail::kSessionFile;
 
 namespace {
@@ -74,15 +75,19 @@ std::string write_original(const fs::path& folder, const ShapeFile& shape) {
 
 }  // namespace
 
-Journal::Journal(fs::path folder, AppendFile file) : folder_(std::move(folder)), file_(std::move(file)) {}
+Journal::Journal(fs::path folder, std::unique_ptr<AppendFile> file)
+    : folder_(std::move(folder)), file_(std::move(file)) {}
+Journal::Journal(Journal&&) noexcept = default;
+Journal& Journal::operator=(Journal&&) noexcept = default;
+Journal::~Journal() = default;
 
 Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std::string& title) {
   const NewFolder made = make_folder(root);
   try {
     const std::string name = write_original(made.hidden, shape);
-    AppendFile file(made.hidden / kSessionFile);
-    file.append(header_line(name, title) + "\n");
-    if (const auto trouble = file.trouble()) {
+    auto file = std::make_unique<AppendFile>(made.hidden / kSessionFile);
+    file->append(header_line(name, title) + "\n");
+    if (const auto trouble = file->trouble()) {
       throw IoError(IoError::Operation::write, (made.folder / kSessionFile).string(),
                     "cannot be written (" + *trouble + "); free some space");
     }
@@ -98,11 +103,11 @@ Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std:
 Journal Journal::attach(const fs::path& folder) {
   const fs::path path = folder / kSessionFile;
   session_detail::read_journal(folder);  // throws where there is none, before the lock would make the file
-  Journal journal(folder, AppendFile(path));
+  Journal journal(folder, std::make_unique<AppendFile>(path));
   const std::string text = session_detail::read_journal(folder);
   journal.strokes_ = parse_session(text, path.string()).strokes.size();
   journal.remesh_.reset();
-  journal.file_.cut(text.size());
+  journal.file_->cut(text.size());
   return journal;
 }
 
@@ -123,13 +128,13 @@ void Journal::replace(std::size_t n, std::span<const SessionStroke> strokes) {
   }
   strokes_ = strokes_ - n + strokes.size();
   const std::string text = std::move(batch).finish();
-  if (!text.empty()) file_.append(text);
+  if (!text.empty()) file_->append(text);
 }
 
-void Journal::sync() { file_.sync(); }
+void Journal::sync() { file_->sync(); }
 
 std::optional<std::string> Journal::trouble() const {
-  const std::optional<std::string> trouble = file_.trouble();
+  const std::optional<std::string> trouble = file_->trouble();
   if (!trouble) return std::nullopt;
   return fmt::format("The journal cannot be written ({}): work goes on in memory; make room in {} or save.", *trouble,
                      folder_.string());

@@ -1,13 +1,13 @@
-// The crash journal: what a person does is on disk as it happens, and can be had back after the program was killed.
+// The crash journal: writes every stroke to the disk at once, and recovers the work after the program was killed.
 //
 // A journal is a folder with the shape as it was opened (shape.ply, shape.obj, ...) and session.knead, a session file
-// that only grows. A batch of lines takes effect as a whole: every line of it but the last ends in a blank, so that
-// what a kill cut off is known whatever byte it came after. To all other readers a blank at the end of a line means
-// nothing.
+// that only grows. A batch of lines takes effect as a whole: every line but the last ends in a blank, so that a reader
+// recognises a batch that was cut off at any byte. To all other readers a blank at the end of a line means nothing.
 #pragma once
 
 #include <chrono>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,64 +15,71 @@
 #include <vector>
 
 #include "knead/io/shape_file.h"
-#include "knead/session/append_file.h"
 #include "knead/session/session.h"
 
 namespace knead {
 
-// Not for several threads at once. Moved from, it may only be assigned to or destroyed.
+namespace io_detail {
+class AppendFile;
+}
+
+// For one thread at a time. An object that was moved from may only be assigned to or destroyed.
 class Journal {
  public:
-  // A new folder under root (made where it is missing) named after the time in UTC, the process and a number. It holds
-  // the bytes of the shape, of a shape without bytes its mesh as PLY in doubles. title: what the person calls the work.
-  // The folder appears under its name when all of it is there. Throws IoError(write).
+  Journal(Journal&&) noexcept;
+  Journal& operator=(Journal&&) noexcept;
+  ~Journal();
+
+  // Makes a new folder under root (which is made if it is missing), named after the time in UTC, the process and a
+  // number. It holds the bytes of the shape, or its mesh as PLY in doubles if it has none. title: the user's name for
+  // the work. The folder appears under its name once it is complete. Throws IoError(write).
   static Journal create(const std::filesystem::path& root, const ShapeFile& shape, const std::string& title);
 
-  // Goes on in a journal that a program left behind, after its last whole batch. Throws IoError; InvalidInput where
+  // Continues a journal that a program left behind, after its last whole batch. Throws IoError, and InvalidInput if
   // another program uses it or it is no journal.
   static Journal attach(const std::filesystem::path& folder);
 
-  // Each of these is one batch, written by one call of write(2) before it returns; below 0.02 ms for a short stroke.
-  // None throws when the disk is full or fails: see trouble(). replace takes back n strokes and appends others;
-  // InvalidInput where n is more than the strokes in effect.
+  // Each call writes one batch by one call of write(2); below 0.02 ms for a short stroke. Does not throw if the disk is
+  // full or fails: see trouble(). replace takes back n strokes and appends others; throws InvalidInput if n is more
+  // than the strokes in effect.
   void append(std::span<const SessionStroke> strokes);
   void replace(std::size_t n, std::span<const SessionStroke> strokes);
   void take_back(std::size_t n);
 
-  // Lets a thread of the journal bring what was written to the disk, so that it outlives the machine too. Returns at
-  // once. Meant for the end of a gesture.
+  // Starts to flush the file to the disk on a thread of the journal, so that it also survives a crash of the machine.
+  // Returns at once. Meant for the end of a gesture.
   void sync();
 
-  // One line for the person where the disk refuses to take what was done: it waits in memory, in order, and is written
-  // by a later call (one attempt a second) when there is room again.
+  // Returns one line for the user while the disk refuses to be written. The batches then wait in memory, in order;
+  // later calls try again, once a second at most.
   std::optional<std::string> trouble() const;
 
-  // Removes the folder: the work is saved elsewhere or given up. Nothing more may be written. What cannot be removed
-  // stays.
+  // Removes the folder, after the work was saved elsewhere or given up. Nothing may be written afterwards. Files that
+  // cannot be removed stay.
   void discard();
 
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  Journal(std::filesystem::path folder, session_detail::AppendFile file);
+  Journal(std::filesystem::path folder, std::unique_ptr<io_detail::AppendFile> file);
 
   std::filesystem::path folder_;
-  session_detail::AppendFile file_;
+  std::unique_ptr<io_detail::AppendFile> file_;
   std::size_t strokes_ = 0;  // in effect
-  // That the file sets for the next stroke; the outer one empty: unknown.
+  // The settings that the file gives the next stroke; the outer optional empty: unknown.
   std::optional<std::optional<RemeshSettings>> remesh_ = std::optional<RemeshSettings>();
 };
 
-// A journal that no running program holds.
+// A journal that no running program uses.
 struct AbandonedJournal {
   std::filesystem::path folder;
   std::string title;
   std::chrono::system_clock::time_point changed{};  // when something was last written to it
-  std::size_t strokes = 0;                          // that recover gives back
+  std::size_t strokes = 0;                          // that recover_journal returns
   std::string problem{};                            // why it cannot be recovered; empty: it can
 };
 
-// Those under root, the latest change first; empty where there is no such folder.
+// Returns the abandoned journals under root, the latest change first; none if there is no such folder.
 std::vector<AbandonedJournal> abandoned_journals(const std::filesystem::path& root);
 
 struct RecoveredWork {
@@ -81,15 +88,15 @@ struct RecoveredWork {
   std::string title;
 };
 
-// The shape as it was opened and the strokes up to the last whole batch. Changes nothing. Throws IoError(read) and
-// InvalidInput, as reading a shape and a session do.
+// Returns the shape as it was opened and the strokes up to the last whole batch. Changes nothing. Throws IoError(read)
+// and InvalidInput, as read_shape and read_session do.
 RecoveredWork recover_journal(const std::filesystem::path& folder);
 
-// Removes a journal that nobody wants back; nothing where another program holds it.
+// Removes a journal; does nothing if another program uses it.
 void discard_journal(const std::filesystem::path& folder);
 
-// The beginning of a journal's session file that consists of whole batches: without a last line that is not ended, and
-// without lines before it that end in a blank.
+// Returns the beginning of a journal's session file that consists of whole batches: without a last line that has no
+// line end, and without the lines before it that end in a blank.
 std::string_view whole_batches(std::string_view text);
 
 }  // namespace knead

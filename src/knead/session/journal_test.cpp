@@ -172,10 +172,11 @@ TEST_F(JournalTest, TheRecoveredWorkIsTheShapeOnTheScreen) {
   screen.strokes = work.strokes();
   for (SessionStroke& stroke : screen.strokes) stroke.remesh.reset();
   std::vector<Vec3d> expected = test::sphere().mesh.positions;
-  for (const SessionStroke& stroke : screen.strokes) advect(flow_of(stroke.stroke), expected, {});
+  for (const SessionStroke& stroke : screen.strokes) advect(flow_of(stroke.stroke), expected, {.tolerance = 1e-5});
   RecoveredWork back = recover_journal(journal.folder());
   std::vector<Vec3d> positions = back.shape.mesh.positions;
-  for (const SessionStroke& stroke : back.session.strokes) advect(flow_of(stroke.stroke), positions, {});
+  for (const SessionStroke& stroke : back.session.strokes)
+    advect(flow_of(stroke.stroke), positions, {.tolerance = 1e-5});
   EXPECT_EQ(test::bits(positions), test::bits(expected));
 }
 

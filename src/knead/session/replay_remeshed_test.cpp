@@ -9,6 +9,7 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
+#include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/session/replay.h"
@@ -44,7 +45,7 @@ PaintStroke groove() {
 
 ReplayOptions remeshing(const RemeshSettings& settings = {}) {
   ReplayOptions options;
-  options.remesh = settings;
+  options.remesh.settings = settings;
   return options;
 }
 
@@ -58,60 +59,62 @@ std::string refusal(const Mesh& mesh, const Session& session, const ReplayOption
 }
 
 void expect_same(const ReplayResult& a, const ReplayResult& b) {
-  ASSERT_EQ(a.mesh.has_value(), b.mesh.has_value());
-  EXPECT_TRUE(a.positions == b.positions);
-  EXPECT_TRUE(a.face_source == b.face_source);
-  EXPECT_TRUE(a.vertex_source == b.vertex_source);
-  EXPECT_TRUE(a.steps == b.steps);
-  if (!a.mesh) return;
-  EXPECT_TRUE(a.mesh->positions == a.positions);
-  EXPECT_TRUE(a.mesh->face_begin == b.mesh->face_begin);
-  EXPECT_TRUE(a.mesh->corner_vertex == b.mesh->corner_vertex);
-  EXPECT_TRUE(a.touched == b.touched);
+  ASSERT_EQ(a.shape.is_remeshed(), b.shape.is_remeshed());
+  EXPECT_TRUE(a.shape.positions() == b.shape.positions());
+  EXPECT_TRUE(a.shape.steps() == b.shape.steps());
+  if (!a.shape.is_remeshed()) return;
+  EXPECT_TRUE(a.shape.provenance()->face_source == b.shape.provenance()->face_source);
+  EXPECT_TRUE(a.shape.provenance()->vertex_source == b.shape.provenance()->vertex_source);
+  EXPECT_TRUE(a.shape.mesh().positions == a.shape.positions());
+  EXPECT_TRUE(a.shape.mesh().face_begin == b.shape.mesh().face_begin);
+  EXPECT_TRUE(a.shape.mesh().corner_vertex == b.shape.mesh().corner_vertex);
+  EXPECT_TRUE(a.shape.touched() == b.shape.touched());
 }
 
 TEST(ReplayRemeshed, WithoutSettingsNothingIsRemeshed) {
   const ReplayResult result = replay(ball(), session_of(kPulledAndTurned));
-  EXPECT_FALSE(result.mesh);
-  EXPECT_TRUE(result.vertex_source.empty());
+  EXPECT_FALSE(result.shape.is_remeshed());
+  EXPECT_EQ(result.shape.provenance(), nullptr);
 }
 
 // Each source is composed over the strokes: what is named is of the input.
 TEST(ReplayRemeshed, SourcesNameFacesAndVerticesOfTheInput) {
   const Mesh mesh = ball();
   const ReplayResult result = replay(mesh, session_of(kPulledAndTurned, RemeshSettings{}));
-  ASSERT_TRUE(result.mesh);
-  const Mesh& after = *result.mesh;
+  ASSERT_TRUE(result.shape.is_remeshed());
+  const Mesh after = result.shape.to_mesh();
+  const Provenance& provenance = *result.shape.provenance();
+  const std::vector<bool> touched = result.shape.touched();
   EXPECT_GT(after.vertex_count(), mesh.vertex_count());
-  EXPECT_EQ(result.positions, after.positions);
-  ASSERT_EQ(result.face_source.size(), after.face_count());
-  ASSERT_EQ(result.vertex_source.size(), after.vertex_count());
-  ASSERT_EQ(result.touched.size(), after.vertex_count());
-  ASSERT_EQ(result.steps.size(), after.vertex_count());
+  EXPECT_EQ(result.shape.positions(), after.positions);
+  ASSERT_EQ(provenance.face_source.size(), after.face_count());
+  ASSERT_EQ(provenance.vertex_source.size(), after.vertex_count());
+  ASSERT_EQ(touched.size(), after.vertex_count());
+  ASSERT_EQ(result.shape.steps().size(), after.vertex_count());
   std::size_t untouched = 0;
   for (std::size_t i = 0; i < after.vertex_count(); ++i) {
-    if (result.vertex_source[i] == kNewVertex) {
-      EXPECT_TRUE(result.touched[i]);
+    if (provenance.vertex_source[i] == kNewVertex) {
+      EXPECT_TRUE(touched[i]);
       continue;
     }
-    ASSERT_LT(result.vertex_source[i], mesh.vertex_count());
-    if (result.touched[i]) continue;
-    EXPECT_EQ(after.positions[i], mesh.positions[result.vertex_source[i]]);
+    ASSERT_LT(provenance.vertex_source[i], mesh.vertex_count());
+    if (touched[i]) continue;
+    EXPECT_EQ(after.positions[i], mesh.positions[provenance.vertex_source[i]]);
     ++untouched;
   }
   EXPECT_GT(untouched, mesh.vertex_count() / 4);
-  for (const std::uint32_t face : result.face_source) ASSERT_LT(face, mesh.face_count());
+  for (const std::uint32_t face : provenance.face_source) ASSERT_LT(face, mesh.face_count());
   EXPECT_EQ(measure(after).euler, 2);
   EXPECT_EQ(result.strokes, 2u);
   EXPECT_EQ(result.segments, 3u);
-  EXPECT_GT(result.remesh.splits, 0u);
+  EXPECT_GT(provenance.counts.splits, 0u);
 }
 
 TEST(ReplayRemeshed, DoesNotDependOnThreads) {
   ReplayOptions one = remeshing();
-  one.threads = 1;
+  one.motion.threads = 1;
   ReplayOptions two = remeshing();
-  two.threads = 2;
+  two.motion.threads = 2;
   const Session session = session_of(kPulledAndTurned);
   expect_same(replay(ball(), session, one), replay(ball(), session, two));
 }
@@ -122,7 +125,8 @@ TEST(ReplayRemeshed, AStrokesOwnSettingsWin) {
   const ReplayResult own = replay(ball(), session_of(kPulledAndTurned, fine));
   expect_same(replay(ball(), session_of(kPulledAndTurned, fine), remeshing()), own);
   expect_same(replay(ball(), session_of(kPulledAndTurned), remeshing(fine)), own);
-  EXPECT_GT(own.positions.size(), replay(ball(), session_of(kPulledAndTurned), remeshing()).positions.size());
+  EXPECT_GT(own.shape.positions().size(),
+            replay(ball(), session_of(kPulledAndTurned), remeshing()).shape.positions().size());
 }
 
 // Strokes without settings move the vertices that the others have left.
@@ -130,46 +134,101 @@ TEST(ReplayRemeshed, OnlyStrokesWithSettingsChangeTheFaces) {
   Session session = session_of(kPulledAndTurned, RemeshSettings{});
   session.strokes[1].remesh.reset();
   ReplayOptions first;
-  first.until = 1;
+  first.part.until = 1;
   const ReplayResult one = replay(ball(), session, first);
   const ReplayResult both = replay(ball(), session);
-  ASSERT_TRUE(one.mesh && both.mesh);
-  EXPECT_TRUE(one.mesh->corner_vertex == both.mesh->corner_vertex);
-  const ReplayResult turned = replay(*one.mesh, session_of({kPulledAndTurned[1]}));
+  ASSERT_TRUE(one.shape.is_remeshed() && both.shape.is_remeshed());
+  EXPECT_TRUE(one.shape.mesh().corner_vertex == both.shape.mesh().corner_vertex);
+  const ReplayResult turned = replay(one.shape.to_mesh(), session_of({kPulledAndTurned[1]}));
   double worst = 0;
-  for (std::size_t i = 0; i < both.positions.size(); ++i) {
-    worst = std::max(worst, norm(both.positions[i] - turned.positions[i]));
+  for (std::size_t i = 0; i < both.shape.positions().size(); ++i) {
+    worst = std::max(worst, norm(both.shape.positions()[i] - turned.shape.positions()[i]));
   }
   EXPECT_LT(worst, 1e-4);  // the tolerance is of another box
-  EXPECT_GT(worst + norm(both.positions[0] - one.positions[0]), 0);
+  EXPECT_GT(worst + norm(both.shape.positions()[0] - one.shape.positions()[0]), 0);
 }
 
 TEST(ReplayRemeshed, EveryFrameIsWhatUntilThatMomentGives) {
   const Session session = session_of(kPulledAndTurned, RemeshSettings{});
   for (const int frames : {1, 7}) {
     ReplayOptions options;
-    options.frames = frames;
+    options.frames.count = frames;
     std::vector<Mesh> delivered;
-    options.on_frame = [&](const ReplayFrame& frame) {
+    options.frames.deliver = [&](const ReplayFrame& frame) {
       EXPECT_EQ(frame.index, static_cast<int>(delivered.size()));
-      ASSERT_NE(frame.mesh, nullptr);
-      EXPECT_EQ(frame.face_source.size(), frame.mesh->face_count());
-      delivered.push_back(*frame.mesh);
+      if (frame.shape.is_remeshed()) {
+        EXPECT_EQ(frame.shape.provenance()->face_source.size(), frame.shape.mesh().face_count());
+      }
+      delivered.push_back(frame.shape.to_mesh());
     };
     Progress progress;
     options.progress = &progress;
     const ReplayResult result = replay(ball(), session, options);
     EXPECT_EQ(progress.done, total_work(ball(), session, options));
     ASSERT_EQ(delivered.size(), static_cast<std::size_t>(frames));
-    EXPECT_TRUE(delivered.back().positions == result.positions);
+    EXPECT_TRUE(delivered.back().positions == result.shape.positions());
     for (int k = 0; k + 1 < frames; ++k) {
       ReplayOptions until;
-      until.until = 2.0 * k / (frames - 1);
+      until.part.until = 2.0 * k / (frames - 1);
       const ReplayResult expected = replay(ball(), session, until);
-      EXPECT_TRUE(delivered[k].positions == expected.positions) << k;
-      EXPECT_TRUE(delivered[k].corner_vertex == (expected.mesh ? *expected.mesh : ball()).corner_vertex) << k;
+      EXPECT_TRUE(delivered[k].positions == expected.shape.positions()) << k;
+      EXPECT_TRUE(delivered[k].corner_vertex == expected.shape.mesh().corner_vertex) << k;
     }
   }
+}
+
+// The mesh is followed frame by frame from the beginning of the stroke, wherever the moments lie within its segments.
+TEST(ReplayRemeshed, FramesWithinAPaintedStrokeAreWhatUntilThatMomentGives) {
+  const Session session = session_of({ImplicitStroke{{{0, 1, 0}, {0, 1.4, 0}}, 0.2, 0.7}, groove()}, RemeshSettings{});
+  ReplayOptions options;
+  options.frames.count = 8;
+  std::vector<Mesh> delivered;
+  options.frames.deliver = [&](const ReplayFrame& frame) { delivered.push_back(frame.shape.to_mesh()); };
+  const ReplayResult result = replay(ball(), session, options);
+  ASSERT_EQ(delivered.size(), 8u);
+  EXPECT_TRUE(delivered.back().positions == result.shape.positions());
+  for (int k = 0; k < 7; ++k) {
+    ReplayOptions until;
+    until.part.until = 2.0 * k / 7;
+    const ReplayResult expected = replay(ball(), session, until);
+    EXPECT_TRUE(delivered[k].positions == expected.shape.positions()) << k;
+    EXPECT_TRUE(delivered[k].corner_vertex == expected.shape.mesh().corner_vertex) << k;
+  }
+}
+
+// A normal for each vertex, new ones included, that stands on the surface; the shape is the same without normals.
+TEST(ReplayRemeshed, CarriesNormals) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 10242);
+  const Session session = session_of(kPulledAndTurned);
+  ReplayOptions options = remeshing();
+  const ReplayResult plain = replay(mesh, session, options);
+  options.normals = mesh.positions;
+  for (Vec3d& n : options.normals) n = normalized(n);
+  options.frames.count = 5;
+  std::vector<Vec3d> last;
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    last = frame.shape.normals();
+    EXPECT_EQ(last.size(), frame.shape.positions().size());
+  };
+  const ReplayResult result = replay(mesh, session, options);
+  EXPECT_TRUE(result.shape.positions() == plain.shape.positions());
+  EXPECT_EQ(result.shape.mesh().attributes, plain.shape.mesh().attributes);
+  const std::vector<Vec3d> normals = result.shape.normals();
+  EXPECT_TRUE(normals == last);
+  const std::vector<Vec3d> of_faces = vertex_normals(result.shape.to_mesh());
+  const std::vector<bool> touched = result.shape.touched();
+  const Provenance& provenance = *result.shape.provenance();
+  ASSERT_EQ(normals.size(), of_faces.size());
+  double worst = 1;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    EXPECT_NEAR(norm(normals[i]), 1, 1e-9);
+    worst = std::min(worst, dot(normals[i], of_faces[i]));
+    if (!touched[i]) {  // at the rim of a tool the points around a vertex may move where it does not
+      EXPECT_LT(norm(normals[i] - options.normals[provenance.vertex_source[i]]), 1e-9);
+    }
+  }
+  RecordProperty("worst", std::to_string(worst));
+  EXPECT_GT(worst, 0.8);
 }
 
 // Borders between labels hold vertices where they would else be moved along the surface.
@@ -178,14 +237,14 @@ TEST(ReplayRemeshed, KeepsLabelledFacesApart) {
   std::vector<std::uint32_t> labels(mesh.face_count());
   for (std::size_t f = 0; f < labels.size(); ++f) labels[f] = mesh.positions[mesh.face(f)[0]].y > 0.1 ? 1 : 0;
   ReplayOptions options = remeshing();
-  options.face_labels = labels;
+  options.remesh.face_labels = labels;
   const Session session = session_of(kPulledAndTurned);
   const ReplayResult labelled = replay(mesh, session, options);
   const ReplayResult plain = replay(mesh, session, remeshing());
-  ASSERT_TRUE(labelled.mesh && plain.mesh);
-  EXPECT_FALSE(labelled.positions == plain.positions);
+  ASSERT_TRUE(labelled.shape.is_remeshed() && plain.shape.is_remeshed());
+  EXPECT_FALSE(labelled.shape.positions() == plain.shape.positions());
   labels.pop_back();
-  options.face_labels = labels;
+  options.remesh.face_labels = labels;
   EXPECT_EQ(refusal(mesh, session, options), "give a label for each face");
 }
 
@@ -196,7 +255,7 @@ TEST(ReplayRemeshed, IsCancelled) {
   options.progress = &progress;
   const ReplayResult result = replay(ball(), session_of(kPulledAndTurned), options);
   EXPECT_EQ(result.status, AdvectStatus::cancelled);
-  EXPECT_FALSE(result.mesh);
+  EXPECT_FALSE(result.shape.is_remeshed());
 }
 
 // The groove lies where the remeshed surface is when the stroke begins, and means the same at every accuracy.
@@ -206,10 +265,10 @@ TEST(ReplayRemeshed, StrokesReadTheRemeshedSurface) {
   const ReplayResult result = replay(ball(), session);
   ASSERT_EQ(result.resolved.size(), 2u);
   ReplayOptions first;
-  first.until = 1;
+  first.part.until = 1;
   const ReplayResult lifted = replay(ball(), session, first);
-  ASSERT_TRUE(lifted.mesh);
-  const SurfaceTree tree(triangulate(*lifted.mesh), lifted.positions);
+  ASSERT_TRUE(lifted.shape.is_remeshed());
+  const SurfaceTree tree(triangulate(lifted.shape.to_mesh()), lifted.shape.positions());
   const auto& painted = std::get<PaintStroke>(result.resolved[1].stroke);
   ASSERT_FALSE(painted.samples.empty());
   EXPECT_LT(tree.closest(painted.samples.front().point)->distance, 1e-9);
@@ -217,9 +276,9 @@ TEST(ReplayRemeshed, StrokesReadTheRemeshedSurface) {
   EXPECT_EQ(result.resolved[1].remesh, RemeshSettings{});
 
   ReplayOptions accurate;
-  accurate.precision = Precision::float64;
-  accurate.tolerance = 1e-8;
-  accurate.single_precision = false;
+  accurate.motion.precision = Precision::float64;
+  accurate.motion.relative_tolerance = 1e-8;
+  accurate.remesh.single_precision = false;
   Progress progress;
   accurate.progress = &progress;
   const ReplayResult other = replay(ball(), session, accurate);
@@ -255,14 +314,14 @@ TEST(ReplayRemeshed, PointCloudsAndInversesKeepTheirPointsWithAWarning) {
   Mesh cloud;
   cloud.positions = ball().positions;
   const ReplayResult points = replay(cloud, session);
-  EXPECT_FALSE(points.mesh);
-  EXPECT_TRUE(points.positions == replay(ball(), session_of(kPulledAndTurned)).positions);
+  EXPECT_FALSE(points.shape.is_remeshed());
+  EXPECT_TRUE(points.shape.positions() == replay(ball(), session_of(kPulledAndTurned)).shape.positions());
   ASSERT_EQ(points.warnings.size(), 1u);
   EXPECT_TRUE(points.warnings[0].starts_with("a point cloud has no mesh")) << points.warnings[0];
   ReplayOptions back = remeshing();
-  back.inverse = true;
+  back.part.direction = Direction::backwards;
   const ReplayResult taken_back = replay(ball(), session, back);
-  EXPECT_FALSE(taken_back.mesh);
+  EXPECT_FALSE(taken_back.shape.is_remeshed());
   ASSERT_EQ(taken_back.warnings.size(), 1u);
   EXPECT_TRUE(taken_back.warnings[0].starts_with("backwards")) << taken_back.warnings[0];
 }
@@ -278,22 +337,22 @@ TEST(ReplayRemeshed, RefusesSettingsOutOfRange) {
 TEST(ReplayRemeshed, TellsOfEveryStroke) {
   for (const bool remeshed : {false, true}) {
     ReplayOptions options;
-    if (remeshed) options.remesh = RemeshSettings{};
-    options.until = 1.5;
+    if (remeshed) options.remesh.settings = RemeshSettings{};
+    options.part.until = 1.5;
     std::vector<Vec3d> last = ball().positions;
     std::vector<std::size_t> lines;
     options.on_stroke = [&](const AppliedStroke& stroke) {
       lines.push_back(stroke.line);
-      EXPECT_TRUE(std::equal(last.begin(), last.end(), stroke.before.positions.begin()));
-      last.assign(stroke.after.positions.begin(), stroke.after.positions.end());
+      EXPECT_TRUE(std::equal(last.begin(), last.end(), stroke.before.positions().begin()));
+      last.assign(stroke.after.positions().begin(), stroke.after.positions().end());
       EXPECT_EQ(stroke.remeshed != nullptr, remeshed);
       if (stroke.remeshed == nullptr) return;
-      EXPECT_EQ(stroke.remeshed->vertex_source.size(), stroke.after.positions.size());
-      EXPECT_EQ(stroke.remeshed->face_source.size(), stroke.after.mesh.face_count());
+      EXPECT_EQ(stroke.remeshed->vertex_source.size(), stroke.after.positions().size());
+      EXPECT_EQ(stroke.remeshed->face_source.size(), stroke.after.mesh().face_count());
     };
     const ReplayResult result = replay(ball(), session_of(kPulledAndTurned), options);
     EXPECT_EQ(lines, (std::vector<std::size_t>{2, 3}));
-    EXPECT_TRUE(last == result.positions);
+    EXPECT_TRUE(last == result.shape.positions());
   }
 }
 

@@ -41,7 +41,7 @@ Session varied() {
 std::vector<Vec3d> result_of(const Mesh& mesh, const Session& session, const ReplayOptions& options = {}) {
   const ReplayResult result = replay(mesh, session, options);
   EXPECT_EQ(result.status, AdvectStatus::done);
-  return result.positions;
+  return result.shape.positions();
 }
 
 TEST(Replay, IsTheFlowsOfItsStrokesOneAfterTheOther) {
@@ -55,11 +55,11 @@ TEST(Replay, IsTheFlowsOfItsStrokesOneAfterTheOther) {
   AdvectResult total;
   for (const SessionStroke& stroke : session.strokes) total += advect(flow_of(stroke.stroke), expected, options);
   const ReplayResult result = replay(mesh, session);
-  EXPECT_EQ(result.positions, expected);
-  EXPECT_EQ(result.steps, steps);
-  EXPECT_EQ(result.accepted_steps, total.accepted_steps);
-  EXPECT_EQ(result.rejected_steps, total.rejected_steps);
-  EXPECT_EQ(result.evaluations, total.evaluations);
+  EXPECT_EQ(result.shape.positions(), expected);
+  EXPECT_EQ(result.shape.steps(), steps);
+  EXPECT_EQ(result.shape.work().accepted_steps, total.accepted_steps);
+  EXPECT_EQ(result.shape.work().rejected_steps, total.rejected_steps);
+  EXPECT_EQ(result.shape.work().evaluations, total.evaluations);
   EXPECT_EQ(result.strokes, 4u);
   EXPECT_EQ(result.segments, 7u);
   EXPECT_EQ(result.resolved, session.strokes);
@@ -74,9 +74,9 @@ TEST(Replay, OfNothingLeavesEveryBit) {
 TEST(Replay, DoesNotDependOnThreadsOrTheOrderOfVertices) {
   Mesh mesh = bar();
   ReplayOptions one;
-  one.threads = 1;
+  one.motion.threads = 1;
   ReplayOptions two;
-  two.threads = 2;
+  two.motion.threads = 2;
   const std::vector<Vec3d> expected = result_of(mesh, varied(), one);
   EXPECT_EQ(result_of(mesh, varied(), two), expected);
   std::vector<std::uint32_t> order(mesh.positions.size());
@@ -106,7 +106,7 @@ TEST(Replay, StopsWithinAStroke) {
       advect(prefix(flow, part * static_cast<double>(flow.segments.size())), expected, options);
     }
     ReplayOptions replay_options;
-    replay_options.until = until;
+    replay_options.part.until = until;
     EXPECT_EQ(result_of(mesh, session, replay_options), expected) << until;
     EXPECT_EQ(replay(mesh, session, replay_options).strokes, static_cast<std::size_t>(std::ceil(until)));
   }
@@ -119,13 +119,13 @@ TEST(Replay, InverseReturns) {
   const double tolerance = 1e-7;
   for (const std::optional<double> until : {std::optional<double>{}, std::optional<double>{2.5}}) {
     ReplayOptions options;
-    options.precision = Precision::float64;
-    options.tolerance = tolerance;
-    options.until = until;
+    options.motion.precision = Precision::float64;
+    options.motion.relative_tolerance = tolerance;
+    options.part.until = until;
     mesh.positions = before;
     mesh.positions = result_of(mesh, varied(), options);
     EXPECT_NE(mesh.positions, before);
-    options.inverse = true;
+    options.part.direction = Direction::backwards;
     const std::vector<Vec3d> back = result_of(mesh, varied(), options);
     double worst = 0;
     for (std::size_t i = 0; i < back.size(); ++i) worst = std::max(worst, norm(back[i] - before[i]));
@@ -135,10 +135,10 @@ TEST(Replay, InverseReturns) {
 
 void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
   std::vector<std::vector<Vec3d>> delivered;
-  options.frames = frames;
-  options.on_frame = [&](const ReplayFrame& frame) {
+  options.frames.count = frames;
+  options.frames.deliver = [&](const ReplayFrame& frame) {
     EXPECT_EQ(frame.index, static_cast<int>(delivered.size()));
-    delivered.emplace_back(frame.positions.begin(), frame.positions.end());
+    delivered.emplace_back(frame.shape.positions().begin(), frame.shape.positions().end());
   };
   Progress progress;
   options.progress = &progress;
@@ -147,13 +147,13 @@ void expect_frames(const Mesh& mesh, ReplayOptions options, int frames) {
   EXPECT_EQ(progress.done, total);
   ASSERT_EQ(delivered.size(), static_cast<std::size_t>(frames));
   EXPECT_EQ(delivered.back(), result);
-  options.frames = 0;
+  options.frames.count = 0;
   options.progress = nullptr;
   EXPECT_EQ(result, result_of(mesh, varied(), options));
-  if (options.inverse) return;
-  const double end = options.until.value_or(4);
+  if (options.part.direction == Direction::backwards) return;
+  const double end = options.part.until.value_or(4);
   for (int k = 0; k + 1 < frames; ++k) {
-    options.until = end * k / (frames - 1);
+    options.part.until = end * k / (frames - 1);
     EXPECT_EQ(delivered[k], result_of(mesh, varied(), options)) << "frame " << k << " of " << frames;
   }
 }
@@ -163,11 +163,11 @@ TEST(Replay, FramesAreWhatUntilTheirMomentGives) {
   for (const int frames : {1, 2, 5, 14}) {
     expect_frames(mesh, {}, frames);
     ReplayOptions part;
-    part.until = 2.3;
+    part.part.until = 2.3;
     expect_frames(mesh, part, frames);
     ReplayOptions back;
-    back.inverse = true;
-    back.until = 1.5;
+    back.part.direction = Direction::backwards;
+    back.part.until = 1.5;
     expect_frames(mesh, back, frames);
   }
 }
@@ -175,18 +175,18 @@ TEST(Replay, FramesAreWhatUntilTheirMomentGives) {
 TEST(Replay, FramesOfTheInverseGoBackTheSameWay) {
   Mesh mesh = bar();
   ReplayOptions options;
-  options.precision = Precision::float64;
-  options.tolerance = 1e-7;
-  options.frames = 9;
+  options.motion.precision = Precision::float64;
+  options.motion.relative_tolerance = 1e-7;
+  options.frames.count = 9;
   std::vector<std::vector<Vec3d>> there;
-  options.on_frame = [&](const ReplayFrame& frame) {
-    there.emplace_back(frame.positions.begin(), frame.positions.end());
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    there.emplace_back(frame.shape.positions().begin(), frame.shape.positions().end());
   };
   mesh.positions = result_of(mesh, varied(), options);
   int met = 0;
-  options.inverse = true;
-  options.on_frame = [&](const ReplayFrame& frame) {
-    const std::span<const Vec3d> p = frame.positions;
+  options.part.direction = Direction::backwards;
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    const std::span<const Vec3d> p = frame.shape.positions();
     for (std::size_t i = 0; i < p.size(); ++i) EXPECT_LT(norm(p[i] - there[8 - frame.index][i]), 1e-4);
     ++met;
   };
@@ -200,14 +200,14 @@ TEST(Replay, CancelsAndLeavesTheMesh) {
   Progress progress;
   ReplayOptions options;
   options.progress = &progress;
-  options.frames = 9;
-  options.on_frame = [&](const ReplayFrame& frame) {
+  options.frames.count = 9;
+  options.frames.deliver = [&](const ReplayFrame& frame) {
     if (frame.index == 3) progress.cancel = true;
     EXPECT_LE(frame.index, 3);
   };
   const ReplayResult result = replay(mesh, varied(), options);
   EXPECT_EQ(result.status, AdvectStatus::cancelled);
-  EXPECT_TRUE(result.positions.empty());
+  EXPECT_TRUE(result.shape.positions().empty());
   EXPECT_EQ(mesh.positions, before);
 }
 
@@ -241,7 +241,7 @@ TEST(Replay, RefusesACutBarrelBackwardsToo) {
   mesh.positions = result_of(mesh, session_of({bend}));
   bend.radius = 0.4;
   ReplayOptions options;
-  options.inverse = true;
+  options.part.direction = Direction::backwards;
   EXPECT_TRUE(refusal(mesh, session_of({bend}), options).starts_with("s.knead:2: "));
   bend.radius = 0.8;
   EXPECT_EQ(refusal(mesh, session_of({bend}), options), "");
@@ -254,12 +254,12 @@ TEST(Replay, RefusesOptionsOutOfRange) {
     change(options);
     return refusal(mesh, varied(), options);
   };
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = 4.5; }).starts_with("\"until\" must be from 0"));
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = -1; }).starts_with("\"until\""));
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.until = std::nan(""); }).starts_with("\"until\""));
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.tolerance = 0; }).starts_with("the tolerance"));
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.frames = -1; }).starts_with("the number of frames"));
-  EXPECT_TRUE(with([](ReplayOptions& o) { o.threads = -1; }).starts_with("the number of threads"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.part.until = 4.5; }).starts_with("\"until\" must be from 0"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.part.until = -1; }).starts_with("\"until\""));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.part.until = std::nan(""); }).starts_with("\"until\""));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.motion.relative_tolerance = 0; }).starts_with("the tolerance"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.frames.count = -1; }).starts_with("the number of frames"));
+  EXPECT_TRUE(with([](ReplayOptions& o) { o.motion.threads = -1; }).starts_with("the number of threads"));
 }
 
 TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
@@ -270,7 +270,7 @@ TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
 TEST(Replay, WarnsWithTheLine) {
   const Session session = session_of({ImplicitStroke{{{-1, 0, 90}, {1, 0, 90}}, 0.95, 1}});
   ReplayOptions options;
-  options.tolerance = 1e-7;
+  options.motion.relative_tolerance = 1e-7;
   const std::vector<std::string> warnings = replay(bar(), session, options).warnings;
   ASSERT_EQ(warnings.size(), 2u);
   EXPECT_NE(warnings[0].find("use double precision"), std::string::npos);
@@ -289,18 +289,34 @@ TEST(Replay, TakesBackABentFingerAndNothingElse) {
       "finger.knead");
   ReplayOptions options;
   Mesh bent = hand;
-  bent.positions = replay(hand, session, options).positions;
-  options.inverse = true;
-  options.frames = 3;
+  bent.positions = replay(hand, session, options).shape.positions();
+  options.part.direction = Direction::backwards;
+  options.frames.count = 3;
   std::vector<Vec3d> first;
-  options.on_frame = [&](const ReplayFrame& frame) {
-    if (frame.index == 0) first.assign(frame.positions.begin(), frame.positions.end());
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    if (frame.index == 0) first.assign(frame.shape.positions().begin(), frame.shape.positions().end());
   };
-  const auto back = replay(bent, session, options).positions;
+  const auto back = replay(bent, session, options).shape.positions();
   const double diagonal = bounding_box(hand.positions).diagonal();
   for (std::size_t i = 0; i < back.size(); ++i) {
     ASSERT_LT(norm(back[i] - hand.positions[i]), 2e-5 * diagonal) << "vertex " << i;
     ASSERT_EQ(first[i], bent.positions[i]);
+  }
+}
+
+// Far out in the slab of a bend the inverse runs away; frames before the end do not hide that.
+TEST(Replay, ReportsAPathLineThatRunsAwayBackwardsWithFramesToo) {
+  Mesh points;
+  points.positions = make_shape(ShapeKind::sphere, 2000).positions;
+  BendStroke bend{{0.109, 0.55, -0.012}, {1, 0, 0}, {0, -1, 0}, 80, BendWidth{0.35}};
+  bend.radius = 0.125;
+  for (const int frames : {0, 3}) {
+    ReplayOptions options;
+    options.part.direction = Direction::backwards;
+    options.frames.count = frames;
+    const ReplayResult result = replay(points, session_of({bend}), options);
+    EXPECT_EQ(result.status, AdvectStatus::step_limit) << frames;
+    EXPECT_EQ(result.failed_line, 2u);
   }
 }
 
@@ -329,21 +345,21 @@ TEST(Replay, NormalsOfPointsTurnWithARotation) {
   rotate.inner = 0.6;
   rotate.outer = 0.9;
   const ReplayResult result = replay(points, session_of({rotate}), options);
-  ASSERT_EQ(result.normals.size(), normals.size());
+  ASSERT_EQ(result.shape.normals().size(), normals.size());
   std::size_t inside = 0;
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const double distance = norm(points.positions[i]);
     if (distance > 0.91) {
-      EXPECT_EQ(result.normals[i], normals[i]);
+      EXPECT_EQ(result.shape.normals()[i], normals[i]);
     }
     if (distance < 0.59) {
       ++inside;
-      EXPECT_LT(norm(result.normals[i] - Vec3d{-normals[i].y, normals[i].x, normals[i].z}), 1e-4);
+      EXPECT_LT(norm(result.shape.normals()[i] - Vec3d{-normals[i].y, normals[i].x, normals[i].z}), 1e-4);
     }
-    EXPECT_NEAR(norm(result.normals[i]), norm(normals[i]), 1e-12);
+    EXPECT_NEAR(norm(result.shape.normals()[i]), norm(normals[i]), 1e-12);
   }
   EXPECT_GT(inside, 10u);
-  EXPECT_EQ(result.normals[5], Vec3d{});
+  EXPECT_EQ(result.shape.normals()[5], Vec3d{});
 }
 
 // Against the normals of a fine sphere's faces, which the points lie on; and back again.
@@ -359,19 +375,20 @@ TEST(Replay, NormalsOfPointsStayThoseOfTheSurface) {
       session_of({ImplicitStroke{{{0, 0, 1}, {0, 0.2, 1.3}, {0.1, 0.4, 1.6}, {0.2, 0.5, 1.8}}, 0.2, 0.7},
                   TwistStroke{{0, 0, -0.2}, {0, 0, 1}, 60, -0.5, 0.5}});
   ReplayOptions options;
-  options.precision = Precision::float64;  // how accurate the points are is not the question here
-  options.tolerance = 1e-9;
+  options.motion.precision = Precision::float64;  // how accurate the points are is not the question here
+  options.motion.relative_tolerance = 1e-9;
   options.normals = normals;
   const ReplayResult carried = replay(points, session, options);
   const std::vector<Vec3d> of_faces = vertex_normals(sphere, result_of(sphere, session));
   for (std::size_t k = 0; k < normals.size(); ++k) {
-    EXPECT_GT(dot(carried.normals[k], of_faces[97 * k]), 1 - 2e-3) << k;  // the facets' own error: 1/200 of the radius
+    EXPECT_GT(dot(carried.shape.normals()[k], of_faces[97 * k]), 1 - 2e-3)
+        << k;  // the facets' own error: 1/200 of the radius
   }
-  points.positions = carried.positions;
-  options.normals = carried.normals;
-  options.inverse = true;
+  points.positions = carried.shape.positions();
+  options.normals = carried.shape.normals();
+  options.part.direction = Direction::backwards;
   const ReplayResult back = replay(points, session, options);
-  for (std::size_t k = 0; k < normals.size(); ++k) EXPECT_LT(norm(back.normals[k] - normals[k]), 1e-3) << k;
+  for (std::size_t k = 0; k < normals.size(); ++k) EXPECT_LT(norm(back.shape.normals()[k] - normals[k]), 1e-3) << k;
 }
 
 TEST(Replay, NormalsOfFramesAreThoseOfTheirMoment) {
@@ -381,18 +398,18 @@ TEST(Replay, NormalsOfFramesAreThoseOfTheirMoment) {
   for (const bool inverse : {false, true}) {
     ReplayOptions options;
     options.normals = normals;
-    options.inverse = inverse;
-    options.frames = 5;
+    options.part.direction = inverse ? Direction::backwards : Direction::forwards;
+    options.frames.count = 5;
     std::vector<Vec3d> last;
     int changed = 0;
-    options.on_frame = [&](const ReplayFrame& frame) {
-      const std::span<const Vec3d> of_frame = frame.normals;
+    options.frames.deliver = [&](const ReplayFrame& frame) {
+      const std::vector<Vec3d> of_frame = frame.shape.normals();
       ASSERT_EQ(of_frame.size(), normals.size());
       if (!last.empty() && !std::equal(last.begin(), last.end(), of_frame.begin())) ++changed;
       last.assign(of_frame.begin(), of_frame.end());
     };
     const ReplayResult result = replay(points, varied(), options);
-    EXPECT_EQ(result.normals, last);
+    EXPECT_EQ(result.shape.normals(), last);
     EXPECT_EQ(changed, 4);
   }
 }

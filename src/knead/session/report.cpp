@@ -13,7 +13,7 @@
 #include "knead/mesh/edges.h"
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
-#include "knead/session/stroke_proof.h"
+#include "knead/session/stroke_certificate.h"
 
 namespace knead {
 
@@ -24,18 +24,19 @@ bool same_bits(const Vec3d& a, const Vec3d& b) {
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
-void add_displacements(const Mesh& mesh, const ReplayResult& result, Report& report) {
-  for (std::size_t i = 0; i < result.positions.size(); ++i) {
-    const std::size_t source = result.mesh ? result.vertex_source[i] : i;
-    if (source != kNewVertex && same_bits(mesh.positions[source], result.positions[i])) continue;
+void add_displacements(const Mesh& mesh, const DeformedShape& result, Report& report) {
+  const std::vector<Vec3d>& after = result.positions();
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const std::size_t source = result.is_remeshed() ? result.provenance()->vertex_source[i] : i;
+    if (source != kNewVertex && same_bits(mesh.positions[source], after[i])) continue;
     ++report.moved_vertices;
     if (source == kNewVertex) continue;
-    report.max_displacement = std::max(report.max_displacement, norm(result.positions[i] - mesh.positions[source]));
+    report.max_displacement = std::max(report.max_displacement, norm(after[i] - mesh.positions[source]));
   }
 }
 
-void add_steps(const ReplayResult& result, Report& report) {
-  for (const std::uint32_t steps : result.steps) {
+void add_steps(const DeformedShape& result, Report& report) {
+  for (const std::uint32_t steps : result.steps()) {
     report.steps_max = std::max(report.steps_max, steps);
     report.vertex_steps += steps;
   }
@@ -43,20 +44,19 @@ void add_steps(const ReplayResult& result, Report& report) {
   report.steps_mean = static_cast<double>(report.vertex_steps) / static_cast<double>(report.vertices);
 }
 
-// What is measured of the faces: four things that do not depend on each other, on as many threads as there are.
-void add_measures(const Mesh& mesh, const ReplayResult& result, int threads, Report& report) {
-  const Mesh& after = result.mesh ? *result.mesh : mesh;
+// Measures the faces: four measures that do not depend on each other, on as many threads as there are.
+void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Report& report) {
   VolumeAndArea before;
   VolumeAndArea deformed;
   bool has_volume = false;
   const std::array<std::function<void()>, 4> works{
       [&] {
-        report.flipped_triangles = result.mesh ? session_detail::opposing_more(mesh, after)
-                                               : count_flipped(mesh, mesh.positions, result.positions);
+        report.flipped_triangles = result.is_remeshed() ? session_detail::opposing_more(mesh, result.to_mesh())
+                                                        : count_flipped(mesh, mesh.positions, result.positions());
       },
       [&] { has_volume = is_closed_and_oriented(mesh); },
       [&] { before = measure_volume_and_area(mesh, mesh.positions); },
-      [&] { deformed = measure_volume_and_area(after, result.positions); },
+      [&] { deformed = measure_volume_and_area(result.mesh(), result.positions()); },
   };
   parallel_for(works.size(), 1, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) works[i]();
@@ -69,16 +69,17 @@ void add_measures(const Mesh& mesh, const ReplayResult& result, int threads, Rep
   if (has_volume && std::isfinite(error)) report.volume_error = error;
 }
 
-void add_remesh(const ReplayResult& result, Report& report) {
-  if (!result.mesh) return;
+void add_remesh(const DeformedShape& result, Report& report) {
+  if (!result.is_remeshed()) return;
+  const RemeshCounts& counts = result.provenance()->counts;
   RemeshReport& remesh = report.remesh.emplace();
-  remesh.splits = result.remesh.splits;
-  remesh.collapses = result.remesh.collapses;
-  remesh.flips = result.remesh.flips;
-  remesh.complete = result.remesh.complete;
+  remesh.splits = counts.splits;
+  remesh.collapses = counts.collapses;
+  remesh.flips = counts.flips;
+  remesh.complete = counts.complete;
   if (!report.volume_error) return;
-  remesh.missing_volume = result.remesh.missing_volume / report.volume_before;
-  remesh.compensated_volume = result.remesh.compensated_volume / report.volume_before;
+  remesh.missing_volume = counts.missing_volume / report.volume_before;
+  remesh.compensated_volume = counts.compensated_volume / report.volume_before;
   remesh.volume_error_uncompensated = *report.volume_error - *remesh.compensated_volume;
 }
 
@@ -131,22 +132,22 @@ Json json_of(const Certificate& certificate) {
 Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
                    const ReportSeconds& seconds) {
   Report report;
-  report.vertices = result.positions.size();
-  report.faces = result.mesh ? result.mesh->face_count() : mesh.face_count();
+  report.vertices = result.shape.positions().size();
+  report.faces = result.shape.mesh().face_count();
   report.strokes = result.strokes;
   report.segments = result.segments;
   report.penetration = result.penetration;
-  report.evaluations = result.evaluations;
-  report.rejected_steps = result.rejected_steps;
+  report.evaluations = result.shape.work().evaluations;
+  report.rejected_steps = result.shape.work().rejected_steps;
   report.seconds = seconds;
-  report.threads = options.threads == 0 ? hardware_threads() : options.threads;
+  report.threads = options.motion.threads == 0 ? hardware_threads() : options.motion.threads;
   report.simd = simd_name();
-  report.precision = options.precision;
-  report.tolerance = options.tolerance;
-  add_displacements(mesh, result, report);
-  add_steps(result, report);
-  add_measures(mesh, result, options.threads, report);
-  add_remesh(result, report);
+  report.precision = options.motion.precision;
+  report.tolerance = options.motion.relative_tolerance;
+  add_displacements(mesh, result.shape, report);
+  add_steps(result.shape, report);
+  add_measures(mesh, result.shape, options.motion.threads, report);
+  add_remesh(result.shape, report);
   return report;
 }
 

@@ -1,16 +1,84 @@
-// What a deformation did, as the JSON report of the command.
+// What a deformation did: the certificate of its result, and the JSON report of the command.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "knead/mesh/mesh.h"
-#include "knead/session/certificate.h"
 #include "knead/session/replay.h"
 
 namespace knead {
+
+// The distance between the result of one stroke and the true image of the surface before it, at the vertices and the
+// centres of the faces that the stroke moved; relative to the diagonal of the input's box. The points are carried back
+// by the inverse flow. Their distance g from the surface there, divided by |grad g|, is the distance here to the first
+// order; grad is taken with respect to the place after the stroke. Where the stroke presses a surface flat, g is many
+// times the distance here.
+struct StrokeDistance {
+  std::size_t line = 0;  // of the session
+  std::size_t points = 0;
+  double rms = 0;
+  double max = 0;
+  double back_rms = 0;  // of g
+  double back_max = 0;
+};
+
+// Statements about the result, with its positions as they are written. The members are the keys of the report.
+struct Certificate {
+  std::uint64_t crossings_before = 0;  // pairs of triangles, by exact predicates (mesh/self_intersections.h)
+  std::uint64_t crossings_after = 0;
+  std::size_t flipped_triangles = 0;  // Report::flipped_triangles
+  std::size_t degenerate_before = 0;
+  std::size_t degenerate_after = 0;
+  bool closed_before = false;
+  bool closed_after = false;
+  std::int64_t euler_before = 0;
+  std::int64_t euler_after = 0;
+  // after / before - 1; nothing for a shape without a volume. Two parts: integration is the mean of det J - 1 over path
+  // lines of moved vertices (flow/volume_drift.h), added up over the strokes; sampling is the rest, by which the
+  // triangles miss the surface that they represent.
+  std::optional<double> volume_error;
+  double volume_error_integration = 0;
+  std::optional<double> volume_error_sampling;
+  // The greatest motion of a vertex around which the flow of the stroke can move nothing; a length. Not 0: an error.
+  double motion_outside = 0;
+  // In degrees, of triangles with area; nothing if there is none. touched: of the faces at vertices that moved, and of
+  // the faces that those came from.
+  std::optional<double> smallest_angle_before;
+  std::optional<double> smallest_angle_after;
+  std::optional<double> touched_angle_before;
+  std::optional<double> touched_angle_after;
+  double distance_rms = 0;  // over all strokes; StrokeDistance
+  double distance_max = 0;
+  double carried_back_rms = 0;
+  double carried_back_max = 0;
+  std::vector<StrokeDistance> strokes;
+};
+
+// Follows a replay to certify its result: pass every ReplayOptions::on_stroke to add(), in order.
+class CertificateBuilder {
+ public:
+  // The mesh and the options are those of the replay, and must outlive the builder. Throws as replay().
+  CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
+
+  // Costs about six times the stroke, in double precision, and a search for the nearest point of the surface for each
+  // vertex and face that moved.
+  void add(const AppliedStroke& stroke);
+
+  // `as_float`: the result is written with float coordinates.
+  Certificate finish(const ReplayResult& result, bool as_float) const;
+
+ private:
+  const Mesh& mesh_;
+  const ReplayOptions& options_;
+  double length_;  // that tolerance and distances are relative to
+  double drift_ = 0;
+  double motion_outside_ = 0;
+  std::vector<StrokeDistance> strokes_;
+};
 
 // Wall-clock times.
 struct ReportSeconds {
@@ -25,10 +93,10 @@ struct RemeshReport {
   std::size_t splits = 0;
   std::size_t collapses = 0;
   std::size_t flips = 0;
-  // Of the volume before: what the chords of the refined meshes missed, and what the compensation gave back.
+  // Fractions of the volume before: missed by the chords of the refined meshes, and given back by the compensation.
   std::optional<double> missing_volume;
   std::optional<double> compensated_volume;
-  std::optional<double> volume_error_uncompensated;  // the volume error as it would be without that
+  std::optional<double> volume_error_uncompensated;  // the volume error without the compensation
   bool complete = true;                              // false: edges above the targets remain
 };
 
@@ -36,7 +104,7 @@ struct RemeshReport {
 struct Report {
   std::size_t vertices = 0;  // of the result, and so its faces
   std::size_t faces = 0;
-  std::size_t moved_vertices = 0;  // whose position differs in any bit from the input's, and those that are new
+  std::size_t moved_vertices = 0;  // new ones, and those whose position differs from the input's in any bit
   std::size_t strokes = 0;
   std::size_t segments = 0;
   double steps_mean = 0;  // accepted steps of one path line over the session; over all vertices
@@ -52,25 +120,25 @@ struct Report {
   double tolerance = 0;  // relative to the box diagonal
   double volume_before = 0;
   double volume_after = 0;
-  std::optional<double> volume_error;  // after / before - 1; nothing where not closed and oriented
+  std::optional<double> volume_error;  // after / before - 1; nothing unless closed and oriented
   double area_before = 0;
   double area_after = 0;
   double max_displacement = 0;  // of the vertices that the input had
-  // That oppose the normals of their vertices, and did not before. Of a remeshed shape: how many more oppose these than
-  // in the input.
+  // Triangles that oppose the normals of their vertices, and did not before. Of a remeshed shape: how many more than in
+  // the input.
   std::size_t flipped_triangles = 0;
   std::optional<double> penetration;                       // ReplayResult::penetration
-  std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing where the caller did not count them
+  std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing unless the caller counted them
   std::optional<std::uint64_t> self_intersections_after;
-  std::optional<RemeshReport> remesh;      // where the result was remeshed
-  std::optional<Certificate> certificate;  // where the caller had one made
+  std::optional<RemeshReport> remesh;      // if the result was remeshed
+  std::optional<Certificate> certificate;  // if the caller made one
 };
 
-// The report on a replay with these options that ended in `done`. `mesh` is the shape before it. Linear.
+// Returns the report on a replay with these options that ended in `done`. `mesh`: the shape before it. Linear time.
 Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
                    const ReportSeconds& seconds);
 
-// One JSON object, indented, ending in a line end; an absent number is null.
+// Returns one JSON object, indented, with a line end; an absent number is null.
 std::string to_json(const Report& report);
 
 }  // namespace knead

@@ -21,7 +21,7 @@ Session one_stroke() {
 TEST(Report, HasTheKeysOfTheCommand) {
   const Mesh mesh = make_shape(ShapeKind::sphere, 2562);
   ReplayOptions options;
-  options.threads = 1;
+  options.motion.threads = 1;
   const ReplayResult result = replay(mesh, one_stroke(), options);
   const auto json = nlohmann::json::parse(to_json(make_report(mesh, result, options, {1, 2, 3, 6})));
   EXPECT_EQ(json.size(), 25u);
@@ -31,7 +31,7 @@ TEST(Report, HasTheKeysOfTheCommand) {
   EXPECT_LT(json.at("moved_vertices"), mesh.vertex_count() / 2);
   EXPECT_EQ(json.at("strokes"), 1);
   EXPECT_EQ(json.at("segments"), 2);
-  EXPECT_EQ(json.at("vertex_steps"), result.accepted_steps);
+  EXPECT_EQ(json.at("vertex_steps"), result.shape.work().accepted_steps);
   EXPECT_DOUBLE_EQ(json.at("steps_mean").get<double>() * static_cast<double>(mesh.vertex_count()),
                    json.at("vertex_steps").get<double>());
   EXPECT_GE(json.at("steps_max"), json.at("steps_mean"));
@@ -66,7 +66,7 @@ TEST(Report, HasNoVolumeErrorWhereTheShapeIsOpen) {
 
 TEST(Report, OfNothingIsZero) {
   const ReplayOptions options;
-  const Report report = make_report({}, replay({}, {}, options), options, {});
+  const Report report = make_report({}, replay(Mesh(), {}, options), options, {});
   EXPECT_EQ(report.vertices, 0u);
   EXPECT_EQ(report.steps_mean, 0);
   EXPECT_EQ(report.max_displacement, 0);

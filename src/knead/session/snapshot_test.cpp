@@ -1,4 +1,4 @@
-#include "knead/session/snapshot.h"
+#include "knead/session/deformed_shape.h"
 
 #include <gtest/gtest.h>
 

@@ -39,10 +39,10 @@ void apply(HandlesStroke stroke, const LiveSurface& surface, std::vector<std::st
 
 }  // namespace
 
-std::shared_ptr<const Mesh> tool_mesh_of(const Session& session, const Stroke& stroke) {
+std::shared_ptr<const Mesh> tool_mesh_of(const Stroke& stroke, const std::filesystem::path& folder) {
   const auto* stamp = std::get_if<StampStroke>(&stroke);
   if (stamp == nullptr) return nullptr;
-  const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / stamp->mesh;
+  const std::filesystem::path path = folder / stamp->mesh;
   try {
     return std::make_shared<const Mesh>(read_shape(path).mesh);
   } catch (const std::exception& error) {

@@ -77,14 +77,14 @@ TEST_F(SurfaceStroke, ResolvedReplaysToTheSameBits) {
   for (const std::string& kind : kKinds) {
     for (const Precision precision : {Precision::float32, Precision::float64}) {
       ReplayOptions options;
-      options.precision = precision;
+      options.motion.precision = precision;
       const ReplayResult result = replay(mesh, session(kind), options);
       ASSERT_EQ(result.status, AdvectStatus::done) << kind;
       const Session resolved = resolved_of(mesh, session(kind));  // whatever the precision
       const ReplayResult again = replay(mesh, resolved, options);
-      EXPECT_TRUE(again.positions == result.positions) << kind;
-      EXPECT_TRUE(again.steps == result.steps) << kind;
-      EXPECT_EQ(again.accepted_steps, result.accepted_steps) << kind;
+      EXPECT_TRUE(again.shape.positions() == result.shape.positions()) << kind;
+      EXPECT_TRUE(again.shape.steps() == result.shape.steps()) << kind;
+      EXPECT_EQ(again.shape.work().accepted_steps, result.shape.work().accepted_steps) << kind;
       EXPECT_EQ(again.segments, result.segments) << kind;
       EXPECT_EQ(again.resolved.size(), resolved.strokes.size()) << kind;
       EXPECT_EQ(result.strokes, session(kind).strokes.size()) << kind;
@@ -99,23 +99,24 @@ TEST_F(SurfaceStroke, ResolvedTakesTheShapeBack) {
   const std::vector<Vec3d> before = mesh.positions;
   for (const std::string& kind : kKinds) {
     ReplayOptions options;
-    options.precision = Precision::float64;
-    options.tolerance = 1e-8;
+    options.motion.precision = Precision::float64;
+    options.motion.relative_tolerance = 1e-8;
     mesh.positions = before;
     const Session resolved = resolved_of(mesh, session(kind), options);
-    mesh.positions = replay(mesh, resolved, options).positions;
-    options.inverse = true;
+    mesh.positions = replay(mesh, resolved, options).shape.positions();
+    options.part.direction = Direction::backwards;
     const ReplayResult back = replay(mesh, resolved, options);
-    ASSERT_EQ(back.positions.size(), before.size()) << kind;
+    ASSERT_EQ(back.shape.positions().size(), before.size()) << kind;
     double worst = 0;
-    for (std::size_t i = 0; i < before.size(); ++i) worst = std::max(worst, norm(back.positions[i] - before[i]));
+    for (std::size_t i = 0; i < before.size(); ++i)
+      worst = std::max(worst, norm(back.shape.positions()[i] - before[i]));
     EXPECT_LT(worst, 2e-5) << kind;
   }
 }
 
 TEST_F(SurfaceStroke, ItselfIsNotTakenBackAndSaysHow) {
   ReplayOptions options;
-  options.inverse = true;
+  options.part.direction = Direction::backwards;
   for (const std::string& kind : kKinds) {
     try {
       replay(shape(), session(kind), options);
@@ -142,23 +143,23 @@ TEST_F(SurfaceStroke, FramesAndPartsAreThoseOfItsSegments) {
     advect(flow_of(resolved.strokes.front().stroke), expected, advect_options);
     advect(prefix(flow, (1.6 - 1) * static_cast<double>(flow.segments.size())), expected, advect_options);
     ReplayOptions options;
-    options.until = 1.6;
-    EXPECT_TRUE(replay(mesh, session(kind), options).positions == expected) << kind;
+    options.part.until = 1.6;
+    EXPECT_TRUE(replay(mesh, session(kind), options).shape.positions() == expected) << kind;
 
-    options.until = std::nullopt;
-    options.frames = static_cast<int>(5 * session(kind).strokes.size()) + 1;
+    options.part.until = std::nullopt;
+    options.frames.count = static_cast<int>(5 * session(kind).strokes.size()) + 1;
     Progress progress;
     options.progress = &progress;
     std::vector<Vec3d> eighth;
     std::vector<Vec3d> last;
-    options.on_frame = [&](const ReplayFrame& frame) {
-      if (frame.index == 8) eighth.assign(frame.positions.begin(), frame.positions.end());
-      last.assign(frame.positions.begin(), frame.positions.end());
+    options.frames.deliver = [&](const ReplayFrame& frame) {
+      if (frame.index == 8) eighth.assign(frame.shape.positions().begin(), frame.shape.positions().end());
+      last.assign(frame.shape.positions().begin(), frame.shape.positions().end());
     };
     const ReplayResult result = replay(mesh, session(kind), options);
     EXPECT_TRUE(eighth == expected) << kind;
-    EXPECT_TRUE(last == result.positions) << kind;
-    EXPECT_TRUE(result.positions == replay(mesh, session(kind)).positions) << kind;
+    EXPECT_TRUE(last == result.shape.positions()) << kind;
+    EXPECT_TRUE(result.shape.positions() == replay(mesh, session(kind)).shape.positions()) << kind;
     EXPECT_EQ(progress.done, total_work(mesh, session(kind), options)) << kind;
   }
 }
@@ -167,10 +168,12 @@ TEST_F(SurfaceStroke, DoesNotDependOnThreads) {
   const Mesh mesh = shape();
   for (const std::string& kind : kKinds) {
     ReplayOptions one;
-    one.threads = 1;
+    one.motion.threads = 1;
     ReplayOptions two;
-    two.threads = 2;
-    EXPECT_TRUE(replay(mesh, session(kind), one).positions == replay(mesh, session(kind), two).positions) << kind;
+    two.motion.threads = 2;
+    EXPECT_TRUE(replay(mesh, session(kind), one).shape.positions() ==
+                replay(mesh, session(kind), two).shape.positions())
+        << kind;
   }
 }
 
@@ -237,9 +240,9 @@ TEST_F(SurfaceStroke, PointCloudsGoThroughEveryToolThatNeedsNoFaces) {
           R"({"tool": "twist", "center": [0, 0, 0], "axis": [0, 1, 0], "rate_deg": 40, "inner": -1, "outer": 1})",
           R"({"tool": "bend", "center": [0, 0, 0], "axis": [0, 1, 0], "normal": [1, 0, 0], "angle_deg": 40, "width": 1})",
       }) {
-    const std::vector<Vec3d> moved = replay(cloud, session_of(std::string(line) + "\n")).positions;
+    const std::vector<Vec3d> moved = replay(cloud, session_of(std::string(line) + "\n")).shape.positions();
     EXPECT_TRUE(moved != cloud.positions) << line;
-    EXPECT_TRUE(moved == replay(mesh, session_of(std::string(line) + "\n")).positions) << line;
+    EXPECT_TRUE(moved == replay(mesh, session_of(std::string(line) + "\n")).shape.positions()) << line;
   }
 }
 
@@ -250,8 +253,8 @@ TEST_F(SurfaceStroke, PointCloudsAreStamped) {
   cloud.positions = mesh.positions;
   const std::string line =
       R"({"tool": "stamp", "mesh": "ball.ply", "outer": 0.5, "step": 0.05, "path": [[1.4, 0, 0], [1.1, 0, 0]]})";
-  const std::vector<Vec3d> moved = replay(cloud, session_of(line + "\n")).positions;
-  const std::vector<Vec3d> expected = replay(mesh, session_of(line + "\n")).positions;
+  const std::vector<Vec3d> moved = replay(cloud, session_of(line + "\n")).shape.positions();
+  const std::vector<Vec3d> expected = replay(mesh, session_of(line + "\n")).shape.positions();
   double worst = 0;
   double farthest = 0;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
@@ -274,10 +277,10 @@ TEST_F(SurfaceStroke, PointCloudsWithNormalsArePainted) {
   const ReplayResult painted = replay(cloud, session("paint"), options);
   const ReplayResult expected = replay(mesh, session("paint"));
   ASSERT_EQ(painted.status, AdvectStatus::done);
-  EXPECT_EQ(painted.normals.size(), normals.size());
+  EXPECT_EQ(painted.shape.normals().size(), normals.size());
   double worst = 0;
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    worst = std::max(worst, norm(painted.positions[i] - expected.positions[i]));
+    worst = std::max(worst, norm(painted.shape.positions()[i] - expected.shape.positions()[i]));
   }
   EXPECT_LT(worst, 0.2 * 0.1);
 }

@@ -1,9 +1,10 @@
-// A shape under work: strokes that are done while they are being made, undone, redone and changed afterwards.
+// The shape in an editor: strokes that are applied while they are made, undone, redone and edited.
 //
-// Whatever is done here, the shape has the bits that replay() (session/replay.h) gives for strokes() with the default
-// options, those of the command.
+// The shape always has the bits that replay() (session/replay.h) gives for strokes() with the default options, those of
+// the command.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -14,38 +15,34 @@
 
 #include "knead/flow/advect.h"
 #include "knead/mesh/mesh.h"
+#include "knead/session/deformed_shape.h"
 #include "knead/session/session.h"
-#include "knead/session/snapshot.h"
 
 namespace knead {
 
-namespace session_detail {
-struct RemeshedShape;
-class Bench;
-}  // namespace session_detail
+// How to turn a shape that some strokes of a gesture have deformed into one that others have. Remesh settings have no
+// effect on it.
+struct GestureChange {
+  bool from_start = false;             // apply all of the new strokes, to the shape at the start of the gesture
+  std::size_t first_new = 0;           // else apply the strokes from this one on,
+  std::optional<Flow> rest;            // after this rest of the stroke before it
+  std::optional<Stroke> rest_as_line;  // the rest as a stroke; nothing: the whole stroke takes its place
 
-// The shape at one moment. Does not change; copies are cheap, and may be read from any thread.
-struct ShapeState {
-  std::shared_ptr<const Mesh> mesh;  // faces and attributes; its positions are of when these came about
-  Snapshot positions;
-  std::shared_ptr<const session_detail::RemeshedShape> trail;  // where vertices and faces come from
-
-  // The mesh with the positions.
-  Mesh to_mesh() const;
-  // For each face that of the shape at the beginning in which it lies.
-  std::span<const std::uint32_t> face_source() const;
+  bool is_nothing(std::size_t new_strokes) const { return !from_start && !rest && first_new == new_strokes; }
 };
 
-// What a gesture became.
+GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
+
+// What a finished gesture became.
 struct HistoryEntry {
   std::vector<SessionStroke> strokes;  // in order
-  double seconds = 0;                  // that the work took
+  double seconds = 0;                  // of computing
   std::uint64_t steps = 0;             // accepted, of all vertices
   std::vector<std::string> warnings;   // a sentence each
 };
 
-// How the lines of a session file that holds the strokes follow a change: the last `taken_back` lines are undone, then
-// these are appended.
+// How the lines of a session file that holds the strokes follow a change: undo the last `taken_back` lines, then append
+// these.
 struct LineChange {
   std::size_t taken_back = 0;
   std::vector<SessionStroke> appended;
@@ -53,89 +50,129 @@ struct LineChange {
   bool empty() const { return taken_back == 0 && appended.empty(); }
 };
 
-// What came of a call.
+// The result of a call. Unless is_done, the shape is as it was before the call.
 struct WorkResult {
-  AdvectStatus status = AdvectStatus::done;  // else the shape is as it was before the call
-  std::string refusal;  // not empty: why a stroke cannot be done here; the shape is as it was before the call
+  AdvectStatus status = AdvectStatus::done;
+  std::string refusal;  // why the shape cannot take a stroke; empty: it could
   LineChange lines;
-  // Where strokes read the surface: the last of those that they became, e.g. the contacts of a stamp as they went.
+  // Of strokes that read the surface: the last stroke that they became, e.g. the contacts of a stamp with the place and
+  // displacement of each.
   std::optional<Stroke> part{};
 
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
 
-// For one thread at a time. Calls that take a Progress can be cancelled from another one.
+// For one thread at a time. A call that takes a Progress can be cancelled from another thread.
 class Workbench {
  public:
-  // `folder`: what files of stamps are relative to. `face_labels`: io/remeshed.h. Throws InvalidInput for a mesh
+  // `folder`: the paths of stamps are relative to it. `face_labels`: see io/remeshed.h. Throws InvalidInput for a mesh
   // without vertices.
-  explicit Workbench(Mesh mesh, const std::filesystem::path& folder = {}, std::vector<std::uint32_t> face_labels = {},
+  explicit Workbench(Mesh mesh, std::filesystem::path folder = {}, std::vector<std::uint32_t> face_labels = {},
                      int threads = 0);
-  ~Workbench();
-  Workbench(const Workbench&) = delete;
-  Workbench& operator=(const Workbench&) = delete;
-  Workbench(Workbench&&) noexcept;
-  Workbench& operator=(Workbench&&) noexcept;
 
-  // The shape as it is, the gesture under way included; and at the beginning.
-  const ShapeState& state() const;
-  const ShapeState& base() const;
+  // The shape as it is, the current gesture included; and the shape at the start.
+  const ShapeState& state() const { return live_.empty() ? last_state() : live_state_; }
+  const ShapeState& base() const { return base_; }
 
-  // The gesture under way is now these strokes. What it was before is gone on with where these do (tool/continued.h),
-  // or where they only add strokes, which costs what is new; else it is done anew from its beginning. No strokes: the
-  // gesture is given up. Their remesh settings are looked at by finish only.
+  // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
+  // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
+  // have no effect before finish.
   WorkResult set_live(std::vector<SessionStroke> strokes, Progress* progress = nullptr);
-  const std::vector<SessionStroke>& live() const;
+  const std::vector<SessionStroke>& live() const { return live_; }
 
-  // Makes ready what the first step of the next gesture needs (some 60 ns a vertex), so that it takes no longer than
-  // others.
+  // Prepares the first step of the next gesture (about 60 ns a vertex), so that it takes no longer than later steps.
   void prepare();
 
-  // The gesture under way becomes an entry of the history; strokes with remesh settings are remeshed. Drops what could
-  // be redone. Without a gesture nothing happens. Where it is not done, the gesture is still under way.
+  // Appends the current gesture to the history, and remeshes its strokes that have settings. Drops what redo would
+  // bring back. Does nothing without a gesture. If it is not done, the gesture remains the current one.
   WorkResult finish(Progress* progress = nullptr);
 
-  // The history, first to last, and what redo would bring back, next first.
-  // They do not change, and may be kept.
+  // The history, first to last, and what redo would bring back, next first. The entries are immutable.
   std::vector<std::shared_ptr<const HistoryEntry>> done() const;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable() const;
 
-  bool can_undo() const;
-  bool can_redo() const;
+  bool can_undo() const { return !undo_.empty() || !live_.empty(); }
+  bool can_redo() const { return !redo_.empty(); }
 
-  // Takes back, or does again, the last change of the history: an entry, or an edit. Gives up a gesture under way first
-  // (undo then does only that). Nothing to be undone: nothing happens.
+  // Takes back, or repeats, the last change of the history: an entry, or an edit. Gives the current gesture up first,
+  // and undo then does only that. Does nothing if there is nothing to undo.
   WorkResult undo(Progress* progress = nullptr);
   WorkResult redo(Progress* progress = nullptr);
 
-  // The strokes of an entry replaced (none: the entry is taken out), and those that follow done again on top of it. Can
-  // be undone. Throws std::out_of_range.
+  // Replaces the strokes of an entry (none: removes the entry), and applies the entries after it again. Can be undone.
+  // Throws std::out_of_range.
   WorkResult edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress = nullptr);
 
-  // Does strokes after all that there is, an entry for every gesture: those that go on where the last ended belong
-  // together, and mirror images made in turn (`strokes_of_gestures`).
+  // Appends strokes to the history, an entry for every gesture (`strokes_of_gestures`).
   WorkResult append(const std::vector<SessionStroke>& strokes, Progress* progress = nullptr);
 
-  // The shape after the first `entries` entries, to be looked at.
-  // Nothing where it was cancelled.
+  // Returns the shape after the first `entries` entries, for viewing; nothing if it was cancelled.
   std::optional<ShapeState> state_after(std::size_t entries, Progress* progress = nullptr);
 
-  // All strokes in effect, those of the gesture under way included; painted and implicit ones of an entry joined.
+  // Returns all strokes in effect, those of the current gesture included; painted and implicit strokes of an entry are
+  // joined.
   std::vector<SessionStroke> strokes() const;
 
-  // Snapshots are kept up to about so many bytes beyond the shape itself, then every second of the older ones is
-  // dropped, which makes undoing that far back take as long as doing the strokes again. Default: 2 GiB.
-  void limit_memory(std::size_t bytes);
+  // Limits the memory of snapshots beyond the shape itself to about so many bytes. Above it every second one of the
+  // older snapshots is dropped; to undo that far then takes as long as applying the strokes again. Default: 2 GiB.
+  void limit_memory(std::size_t bytes) { memory_ = bytes; }
 
  private:
-  std::unique_ptr<session_detail::Bench> bench_;
+  struct Entry {
+    HistoryEntry info;
+    std::optional<ShapeState> after;  // nothing: dropped, and computed again when needed
+    std::size_t bytes = 0;            // of that, beyond the state before
+  };
+  using History = std::vector<std::shared_ptr<Entry>>;
+
+  // A state that the shape is often restored to, ready to be moved.
+  struct Kept {
+    ShapeState state;
+    DeformedShape shape;
+  };
+
+  const ShapeState& last_state() const { return now_.empty() ? base_ : *now_.back()->after; }
+  void go_to(const ShapeState& state, bool again = false);
+  template <class Work>
+  WorkResult compute(const ShapeState& from, bool again, const Work& work);
+  AdvectStatus apply(std::span<const SessionStroke> strokes, Progress* progress);
+  LineChange live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes);
+  WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
+                        Progress* progress);
+  WorkResult add_entries(const std::vector<std::vector<SessionStroke>>& gestures, History& history, Progress* progress);
+  std::optional<ShapeState> state_after(const History& history, std::size_t count, Progress* progress);
+  WorkResult step(std::vector<History>& from, std::vector<History>& to, Progress* progress);
+  LineChange lines_to(const History& target);
+  void change_to(History next);
+  void thin_out();
+  std::size_t kept_bytes() const;
+
+  std::filesystem::path folder_;
+  DeformedShape shape_;
+  ShapeState base_;
+  std::optional<ShapeState> at_;  // where the shape is; nothing: part-way
+  std::optional<Kept> kept_;
+  std::uint64_t steps_ = 0;            // accepted, of all work
+  std::optional<Stroke> part_;         // WorkResult's, of the work since it was last taken
+  std::vector<std::string> warnings_;  // likewise
+  History now_;
+  std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
+  std::vector<History> undo_;
+  std::vector<History> redo_;
+  std::vector<SessionStroke> live_;
+  ShapeState live_state_;
+  std::size_t live_lines_ = 0;
+  double live_seconds_ = 0;
+  std::uint64_t live_steps_ = 0;
+  std::size_t memory_ = std::size_t{2} << 30;
 };
 
-// Strokes by the gestures that made them, as far as they tell: in each group, every stroke continues (tool/continued.h)
-// one of the last eight before it, or is the mirror image of one of these.
+// Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
+// (tool/continued.h) one of the last eight before it, or is the mirror image of one of these.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
 
-// Fewer strokes that do the same to the bit: those that are not remeshed joined with what they continue.
+// Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
+// continue.
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
 
 }  // namespace knead

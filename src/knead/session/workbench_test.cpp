@@ -31,12 +31,11 @@ ReplayResult replayed(const Mesh& mesh, const std::vector<SessionStroke>& stroke
 
 void expect_as_replayed(const Workbench& bench, const Mesh& base, const std::filesystem::path& folder = {}) {
   const ReplayResult expected = replayed(base, bench.strokes(), folder);
-  EXPECT_TRUE(bench.state().positions.copy() == expected.positions);
+  EXPECT_TRUE(bench.state().positions.copy() == expected.shape.positions());
   const Mesh mesh = bench.state().to_mesh();
-  EXPECT_EQ(mesh.corner_vertex, (expected.mesh ? *expected.mesh : base).corner_vertex);
-  if (expected.mesh) {
-    EXPECT_TRUE(std::equal(expected.face_source.begin(), expected.face_source.end(),
-                           bench.state().face_source().begin(), bench.state().face_source().end()));
+  EXPECT_EQ(mesh.corner_vertex, expected.shape.mesh().corner_vertex);
+  if (expected.shape.is_remeshed()) {
+    EXPECT_EQ(bench.state().provenance->face_source, expected.shape.provenance()->face_source);
   }
 }
 
@@ -109,13 +108,13 @@ TEST_P(LiveTool, HasTheBitsOfAReplayAtEveryMomentAndSoDoItsLines) {
     ASSERT_TRUE(result.is_done()) << result.refusal;
     lines.follow(result.lines);
     expect_as_replayed(bench, mesh);
-    EXPECT_TRUE(replayed(mesh, lines.strokes).positions == bench.state().positions.copy());
+    EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == bench.state().positions.copy());
   }
   EXPECT_FALSE(bench.state().positions.changes_since(bench.base().positions).empty());
   lines.follow(bench.finish().lines);
   ASSERT_EQ(bench.done().size(), 1u);
   expect_as_replayed(bench, mesh);
-  EXPECT_TRUE(replayed(mesh, lines.strokes).positions == bench.state().positions.copy());
+  EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == bench.state().positions.copy());
   // Of the lines, gestures are known again.
   EXPECT_EQ(strokes_of_gestures(lines.strokes).size(), 1u);
   EXPECT_EQ(joined_strokes(strokes_of_gestures(lines.strokes)[0]), bench.done()[0]->strokes);
@@ -133,7 +132,7 @@ TEST(Workbench, ALiveStrokeThatBecomesAnotherBeginsAnew) {
                               growing("implicit", 1), growing("mirrored", 3), growing("mirrored", 2)}) {
     lines.follow(bench.set_live(session_strokes(strokes)).lines);
     expect_as_replayed(bench, mesh);
-    EXPECT_TRUE(replayed(mesh, lines.strokes).positions == bench.state().positions.copy());
+    EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == bench.state().positions.copy());
   }
   lines.follow(bench.set_live({}).lines);
   EXPECT_TRUE(lines.strokes.empty());
@@ -156,7 +155,7 @@ TEST(Workbench, UndoAndRedoGoThroughEverythingAndLinesFollow) {
     ASSERT_TRUE(bench.can_undo());
     lines.follow(bench.undo().lines);
     EXPECT_TRUE(bench.state().positions.copy() == states[i]);
-    EXPECT_TRUE(replayed(mesh, lines.strokes).positions == states[i]);
+    EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == states[i]);
     EXPECT_EQ(bench.redoable().size(), 4 - i);
   }
   EXPECT_FALSE(bench.can_undo());
@@ -164,7 +163,7 @@ TEST(Workbench, UndoAndRedoGoThroughEverythingAndLinesFollow) {
   for (std::size_t i = 1; i <= 4; ++i) {
     lines.follow(bench.redo().lines);
     EXPECT_TRUE(bench.state().positions.copy() == states[i]);
-    EXPECT_TRUE(replayed(mesh, lines.strokes).positions == states[i]);
+    EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == states[i]);
   }
   EXPECT_FALSE(bench.can_redo());
   bench.undo();
@@ -199,7 +198,7 @@ TEST(Workbench, AnEntryIsChangedUnderThoseThatFollow) {
   lines.follow(bench.edit(1, session_strokes(growing("rotate", 6))).lines);
   expect_as_replayed(bench, mesh);
   EXPECT_FALSE(bench.state().positions.copy() == before);
-  EXPECT_TRUE(replayed(mesh, lines.strokes).positions == bench.state().positions.copy());
+  EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == bench.state().positions.copy());
   ASSERT_EQ(bench.done().size(), 3u);
   EXPECT_EQ(std::get<RotateStroke>(bench.done()[1]->strokes[0].stroke).angle_deg, 60);
   lines.follow(bench.edit(0, {}).lines);
@@ -208,7 +207,7 @@ TEST(Workbench, AnEntryIsChangedUnderThoseThatFollow) {
   lines.follow(bench.undo().lines);
   lines.follow(bench.undo().lines);
   EXPECT_TRUE(bench.state().positions.copy() == before);
-  EXPECT_TRUE(replayed(mesh, lines.strokes).positions == before);
+  EXPECT_TRUE(replayed(mesh, lines.strokes).shape.positions() == before);
   EXPECT_THROW(bench.edit(3, {}), std::out_of_range);
 }
 
@@ -305,7 +304,7 @@ TEST(Workbench, OpensASessionByGestures) {
   Workbench bench(mesh);
   ASSERT_TRUE(bench.append(strokes).is_done());
   EXPECT_EQ(bench.done().size(), 3u);
-  EXPECT_TRUE(replayed(mesh, strokes).positions == bench.state().positions.copy());
+  EXPECT_TRUE(replayed(mesh, strokes).shape.positions() == bench.state().positions.copy());
   bench.undo();
   EXPECT_EQ(bench.done().size(), 2u);
 }

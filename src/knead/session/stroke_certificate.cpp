@@ -1,4 +1,4 @@
-#include "knead/session/stroke_proof.h"
+#include "knead/session/stroke_certificate.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,11 @@ namespace knead::session_detail {
 
 namespace {
 
-// Relative to the diagonal: the error of carrying points back, far below any distance that matters, and the distance up
+// Relative to the length: the error of carrying points back, far below any distance that matters, and the distance up
 // to which the surface is searched first.
 constexpr double kBackTolerance = 1e-8;
 constexpr double kNear = 1e-3;
-// How far apart places are whose ways back tell a gradient: far above the error, far below what bends a flow.
+// Distance between places whose origins give a gradient: far above the error, far below what bends a flow.
 constexpr double kNeighbour = 1e-5;
 
 // Path lines whose drift is looked at, of a stroke with few segments and with many.
@@ -42,28 +42,28 @@ Flow for_members(Flow flow) {
 
 // Where a vertex of the shape after was before; null: it is new.
 const Vec3d* source_of(const AppliedStroke& stroke, std::size_t vertex) {
-  if (stroke.remeshed == nullptr) return &stroke.before.positions[vertex];
+  if (stroke.remeshed == nullptr) return &stroke.before.positions()[vertex];
   const std::uint32_t source = stroke.remeshed->vertex_source[vertex];
-  return source == kNewVertex ? nullptr : &stroke.before.positions[source];
+  return source == kNewVertex ? nullptr : &stroke.before.positions()[source];
 }
 
 // For each vertex of the shape after: whether the flow moves the surface there.
 std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
   if (stroke.remeshed != nullptr) return stroke.remeshed->moved;
-  std::vector<bool> moved(stroke.after.positions.size());
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = stroke.after.positions[i] != stroke.before.positions[i];
+  std::vector<bool> moved(stroke.after.positions().size());
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = stroke.after.positions()[i] != stroke.before.positions()[i];
   return moved;
 }
 
 // The length of the longest edge at each vertex.
-std::vector<double> longest_edges(const PosedMesh& shape) {
-  std::vector<double> longest(shape.positions.size(), 0.0);
-  for (std::size_t f = 0; f < shape.mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = shape.mesh.face(f);
+std::vector<double> longest_edges(const DeformedShape& shape) {
+  std::vector<double> longest(shape.positions().size(), 0.0);
+  for (std::size_t f = 0; f < shape.mesh().face_count(); ++f) {
+    const std::span<const std::uint32_t> face = shape.mesh().face(f);
     for (std::size_t i = 0; i < face.size(); ++i) {
       const std::uint32_t a = face[i];
       const std::uint32_t b = face[(i + 1) % face.size()];
-      const double length = norm(shape.positions[a] - shape.positions[b]);
+      const double length = norm(shape.positions()[a] - shape.positions()[b]);
       longest[a] = std::max(longest[a], length);
       longest[b] = std::max(longest[b], length);
     }
@@ -76,19 +76,19 @@ double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const FlowReach reach(inverse ? for_members(stroke.flow) : stroke.flow);
   const std::vector<double> longest = longest_edges(stroke.before);
   double greatest = 0;
-  for (std::size_t i = 0; i < stroke.after.positions.size(); ++i) {
+  for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
     const Vec3d* const source = source_of(stroke, i);
-    if (source == nullptr || *source == stroke.after.positions[i]) continue;
-    const auto vertex = static_cast<std::size_t>(source - stroke.before.positions.data());
+    if (source == nullptr || *source == stroke.after.positions()[i]) continue;
+    const auto vertex = static_cast<std::size_t>(source - stroke.before.positions().data());
     if (!reach.may_move(*source, longest[vertex])) {
-      greatest = std::max(greatest, norm(stroke.after.positions[i] - *source));
+      greatest = std::max(greatest, norm(stroke.after.positions()[i] - *source));
     }
   }
   return greatest;
 }
 
 double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
-                  double diagonal) {
+                  double length) {
   std::vector<Vec3d> points;
   for (std::size_t i = 0; i < moved.size(); ++i) {
     const Vec3d* const source = moved[i] ? source_of(stroke, i) : nullptr;
@@ -98,11 +98,11 @@ double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, c
       std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMostDrifts);
   const std::size_t count = std::min(points.size(), most);
   AdvectOptions integration;
-  integration.tolerance = options.tolerance * diagonal;
-  integration.integrator = options.integrator;
+  integration.tolerance = advect_options(options.motion, length).tolerance;
+  integration.integrator = options.motion.integrator;
   const Flow flow = for_members(stroke.flow);
   std::vector<double> drifts(count);
-  parallel_for(count, 1, options.threads, [&](std::size_t begin, std::size_t end) {
+  parallel_for(count, 1, options.motion.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3d x = points[i * points.size() / count];
       drifts[i] = volume_drift(flow, integration, x);
@@ -121,15 +121,15 @@ struct Probes {
 };
 
 Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
-  const PosedMesh& after = stroke.after;
-  Probes probes{{after.positions.begin(), after.positions.end()}, moved};
-  for (std::size_t f = 0; f < after.mesh.face_count(); ++f) {
-    const std::span<const std::uint32_t> face = after.mesh.face(f);
+  const DeformedShape& after = stroke.after;
+  Probes probes{after.positions(), moved};
+  for (std::size_t f = 0; f < after.mesh().face_count(); ++f) {
+    const std::span<const std::uint32_t> face = after.mesh().face(f);
     if (face.empty()) continue;
     Vec3d sum{};
     bool any_moved = false;
     for (const std::uint32_t v : face) {
-      sum += after.positions[v];
+      sum += after.positions()[v];
       any_moved = any_moved || moved[v];
     }
     probes.points.push_back(sum / static_cast<double>(face.size()));
@@ -144,21 +144,20 @@ struct CarriedBack {
   std::vector<Vec3d> back;
 };
 
-void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double diagonal,
-                std::vector<Vec3d>& points) {
+void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double length, std::vector<Vec3d>& points) {
   AdvectOptions back;
-  back.tolerance = kBackTolerance * diagonal;
+  back.tolerance = kBackTolerance * length;
   back.precision = Precision::float64;
-  back.threads = options.threads;
+  back.threads = options.motion.threads;
   if (advect(inverse(for_members(stroke.flow)), points, back).status != AdvectStatus::done) {
-    throw InvalidInput("the result cannot be carried back to prove it: a path line runs away; leave --check out");
+    throw InvalidInput("the result cannot be carried back to certify it: a path line runs away; leave --check out");
   }
 }
 
 // The probes that moved. With a cylinder only those known to have moved are taken: which others might have, its inverse
 // does not tell.
 CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
-                         double diagonal) {
+                         double length) {
   const bool members_only = has_cylinder(stroke.flow);
   CarriedBack all;
   std::vector<bool> moved;
@@ -168,7 +167,7 @@ CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, cons
     moved.push_back(probes.moved[i]);
   }
   all.back = all.there;
-  carry_back(stroke, options, diagonal, all.back);
+  carry_back(stroke, options, length, all.back);
   CarriedBack result;
   for (std::size_t i = 0; i < all.back.size(); ++i) {
     if (!moved[i] && all.back[i] == all.there[i]) continue;
@@ -179,25 +178,25 @@ CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, cons
 }
 
 // From each point carried back to the nearest of the surface before.
-std::vector<Vec3d> ways_to_surface(const AppliedStroke& stroke, const CarriedBack& points, int threads,
-                                   double diagonal) {
-  const SurfaceTree tree(triangulate(stroke.before.mesh), stroke.before.positions);
-  std::vector<Vec3d> ways(points.back.size());
-  parallel_for(ways.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points, int threads,
+                                      double length) {
+  const SurfaceTree tree(stroke.before.triangles(), stroke.before.positions());
+  std::vector<Vec3d> offsets(points.back.size());
+  parallel_for(offsets.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      std::optional<SurfacePoint> nearest = tree.closest(points.back[i], kNear * diagonal);
+      std::optional<SurfacePoint> nearest = tree.closest(points.back[i], kNear * length);
       if (!nearest) nearest = tree.closest(points.back[i]);
-      if (nearest) ways[i] = nearest->point - points.back[i];
+      if (nearest) offsets[i] = nearest->point - points.back[i];
     }
   });
-  return ways;
+  return offsets;
 }
 
-// The distances after the stroke that these ways before it stand for: g / |grad g|, the gradient by where neighbours
-// came from.
+// The distances after the stroke that follow from these offsets before it: g / |grad g|, the gradient by where
+// neighbours came from.
 std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBack& points,
-                                    const std::vector<Vec3d>& ways, const ReplayOptions& options, double diagonal) {
-  const double reach = kNeighbour * diagonal;
+                                    const std::vector<Vec3d>& offsets, const ReplayOptions& options, double length) {
+  const double reach = kNeighbour * length;
   std::vector<Vec3d> neighbours;
   for (const Vec3d& p : points.there) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -205,14 +204,14 @@ std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBa
       neighbours.back()[axis] += reach;
     }
   }
-  carry_back(stroke, options, diagonal, neighbours);
-  std::vector<double> distances(ways.size());
-  for (std::size_t i = 0; i < ways.size(); ++i) {
-    const double g = norm(ways[i]);
+  carry_back(stroke, options, length, neighbours);
+  std::vector<double> distances(offsets.size());
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const double g = norm(offsets[i]);
     if (!(g > 0)) continue;
     Vec3d gradient;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      gradient[axis] = dot(ways[i], neighbours[3 * i + axis] - points.back[i]) / (g * reach);
+      gradient[axis] = dot(offsets[i], neighbours[3 * i + axis] - points.back[i]) / (g * reach);
     }
     distances[i] = norm(gradient) > 0 ? g / norm(gradient) : g;
   }
@@ -220,35 +219,36 @@ std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBa
 }
 
 StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
-                           double diagonal) {
+                           double length) {
   StrokeDistance result;
   result.line = stroke.line;
-  if (stroke.before.mesh.face_count() == 0) return result;
-  const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, diagonal);
+  if (stroke.before.mesh().face_count() == 0) return result;
+  const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, length);
   result.points = points.back.size();
   if (points.back.empty()) return result;
-  const std::vector<Vec3d> ways = ways_to_surface(stroke, points, options.threads, diagonal);
-  const std::vector<double> after = distances_after(stroke, points, ways, options, diagonal);
+  const std::vector<Vec3d> offsets = offsets_to_surface(stroke, points, options.motion.threads, length);
+  const std::vector<double> after = distances_after(stroke, points, offsets, options, length);
   double squares = 0;
   double back_squares = 0;
-  for (std::size_t i = 0; i < ways.size(); ++i) {
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
     squares += after[i] * after[i];
-    back_squares += norm2(ways[i]);
-    result.max = std::max(result.max, after[i] / diagonal);
-    result.back_max = std::max(result.back_max, norm(ways[i]) / diagonal);
+    back_squares += norm2(offsets[i]);
+    result.max = std::max(result.max, after[i] / length);
+    result.back_max = std::max(result.back_max, norm(offsets[i]) / length);
   }
-  const auto count = static_cast<double>(ways.size());
-  result.rms = std::sqrt(squares / count) / diagonal;
-  result.back_rms = std::sqrt(back_squares / count) / diagonal;
+  const auto count = static_cast<double>(offsets.size());
+  result.rms = std::sqrt(squares / count) / length;
+  result.back_rms = std::sqrt(back_squares / count) / length;
   return result;
 }
 
 }  // namespace
 
-StrokeProof prove(const AppliedStroke& stroke, const ReplayOptions& options, double diagonal) {
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length) {
   const std::vector<bool> moved = moved_vertices(stroke);
-  return {mean_drift(stroke, moved, options, diagonal), motion_outside(stroke, options.inverse),
-          distance_of(stroke, moved, options, diagonal)};
+  return {mean_drift(stroke, moved, options, length),
+          motion_outside(stroke, options.part.direction == Direction::backwards),
+          distance_of(stroke, moved, options, length)};
 }
 
 std::size_t opposing_more(const Mesh& before, const Mesh& after) {

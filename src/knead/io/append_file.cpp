@@ -1,4 +1,4 @@
-#include "knead/session/append_file.h"
+#include "knead/io/append_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -10,11 +10,10 @@
 #include <mutex>
 #include <system_error>
 #include <thread>
-#include <utility>
 
 #include "knead/math/error.h"
 
-namespace knead::session_detail {
+namespace knead::io_detail {
 
 namespace {
 
@@ -100,38 +99,10 @@ AppendFile::AppendFile(const std::filesystem::path& path)
   throw InvalidInput({path_}, "is in use by another program; close that first");
 }
 
-AppendFile::AppendFile(AppendFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      file_(std::exchange(other.file_, -1)),
-      length_(other.length_),
-      torn_(other.torn_),
-      waiting_(std::exchange(other.waiting_, {})),
-      error_(other.error_),
-      next_attempt_(other.next_attempt_),
-      syncer_(std::move(other.syncer_)) {}
-
-AppendFile& AppendFile::operator=(AppendFile&& other) noexcept {
-  if (this == &other) return *this;
-  finish();
-  path_ = std::move(other.path_);
-  file_ = std::exchange(other.file_, -1);
-  length_ = other.length_;
-  torn_ = other.torn_;
-  waiting_ = std::exchange(other.waiting_, {});
-  error_ = other.error_;
-  next_attempt_ = other.next_attempt_;
-  syncer_ = std::move(other.syncer_);
-  return *this;
-}
-
-AppendFile::~AppendFile() { finish(); }
-
-void AppendFile::finish() noexcept {
-  if (file_ < 0) return;
+AppendFile::~AppendFile() {
   if (!waiting_.empty()) write_waiting();
   syncer_.reset();
   ::close(file_);
-  file_ = -1;
 }
 
 void AppendFile::cut(std::size_t length) {
@@ -179,4 +150,4 @@ std::optional<std::string> AppendFile::trouble() const {
   return std::generic_category().message(error);
 }
 
-}  // namespace knead::session_detail
+}  // namespace knead::io_detail

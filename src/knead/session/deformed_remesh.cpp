@@ -1,0 +1,181 @@
+// The mesh of a deformed shape follows its strokes.
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "knead/flow/reach.h"
+#include "knead/session/deformed_shape.h"
+
+namespace knead {
+
+namespace {
+
+// The vertex attribute that carries normals through a remesh, which interpolates it.
+constexpr const char* kNormals = "knead carried normal";
+
+// Ends a remesh whose points could not be carried.
+struct Stopped {
+  AdvectStatus status;
+};
+
+void add(const RemeshCounts& more, RemeshCounts& counts) {
+  counts.splits += more.splits;
+  counts.collapses += more.collapses;
+  counts.flips += more.flips;
+  counts.crossings = more.crossings;
+  counts.missing_volume += more.missing_volume;
+  counts.compensated_volume += more.compensated_volume;
+  counts.complete = counts.complete && more.complete;
+}
+
+Provenance unchanged(const Mesh& mesh) {
+  Provenance result;
+  result.face_source.resize(mesh.face_count());
+  std::iota(result.face_source.begin(), result.face_source.end(), 0U);
+  result.vertex_source.resize(mesh.vertex_count());
+  std::iota(result.vertex_source.begin(), result.vertex_source.end(), 0U);
+  result.touched.resize(mesh.vertex_count());
+  return result;
+}
+
+std::vector<std::uint32_t> labels_of(const Provenance& provenance, const std::vector<std::uint32_t>& at_start) {
+  std::vector<std::uint32_t> labels;
+  if (at_start.empty()) return labels;
+  labels.reserve(provenance.face_source.size());
+  for (const std::uint32_t face : provenance.face_source) labels.push_back(at_start[face]);
+  return labels;
+}
+
+// With their lengths, so that unit normals stay unit normals between vertices.
+void add_normals(const std::vector<Vec3d>& normals, Mesh& mesh) {
+  if (normals.empty()) return;
+  Attribute attribute{kNormals, Domain::vertex, NumberType::float64, 4, {}};
+  attribute.values.reserve(4 * normals.size());
+  for (const Vec3d& n : normals) attribute.values.insert(attribute.values.end(), {n.x, n.y, n.z, norm(n)});
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+// Takes them out of the mesh again.
+std::vector<Vec3d> take_normals(Mesh& mesh) {
+  const Attribute attribute = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<Vec3d> normals(attribute.values.size() / 4);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const double* const value = attribute.values.data() + 4 * i;
+    const Vec3d n{value[0], value[1], value[2]};
+    normals[i] = norm(n) > 0 ? n * (value[3] / norm(n)) : n;
+  }
+  return normals;
+}
+
+// What is known of the vertices and faces before a remesh, handed on to those after it.
+Provenance after_remesh(const Provenance& before, const Remeshed& remeshed, const std::vector<bool>& touched_before,
+                        std::span<const Vec3d> positions_before) {
+  const std::size_t count = remeshed.vertex_source.size();
+  Provenance after;
+  after.vertex_source.assign(count, kNewVertex);
+  after.touched = remeshed.moved;
+  after.is_renumbered = before.is_renumbered || count != before.vertex_source.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t source = remeshed.vertex_source[i];
+    after.is_renumbered = after.is_renumbered || source != i;
+    if (source == kNewVertex) {
+      after.touched[i] = true;
+      continue;
+    }
+    after.vertex_source[i] = before.vertex_source[source];
+    if (touched_before[source] || remeshed.mesh.positions[i] != positions_before[source]) after.touched[i] = true;
+  }
+  after.face_source.resize(remeshed.face_source.size());
+  std::transform(remeshed.face_source.begin(), remeshed.face_source.end(), after.face_source.begin(),
+                 [&](std::uint32_t face) { return before.face_source[face]; });
+  after.creases = remeshed.creases;
+  after.counts = before.counts;
+  add(remeshed.counts, after.counts);
+  return after;
+}
+
+}  // namespace
+
+std::optional<RemeshSettings> DeformedShape::settings_of(const SessionStroke& stroke) const {
+  if (mesh_->face_count() == 0) return std::nullopt;
+  return stroke.remesh ? stroke.remesh : policy_->settings;
+}
+
+const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) const {
+  if (!targets_ || targets_->first != settings) targets_ = {settings, knead::resolve(settings, *start_)};
+  return targets_->second;
+}
+
+// As the vertices were moved, but for progress->done: how many points a remesh carries is not known beforehand.
+void DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points) {
+  AdvectOptions options = advect_options(motion_, reference_length_);
+  options.progress = progress;
+  const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
+  const AdvectResult result = motion_.backend ? motion_.backend(flow, points, options) : advect(flow, points, options);
+  if (progress != nullptr) progress->done = done;
+  work_ += result;
+  if (result.status != AdvectStatus::done) throw Stopped{std::exchange(work_.status, AdvectStatus::done)};
+}
+
+RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
+                                            const std::vector<std::uint32_t>& labels) const {
+  RemeshOptions options;
+  options.targets = targets_of(settings);
+  options.single_precision = policy_->single_precision;
+  options.face_labels = labels;
+  options.creases = *provenance_->creases;
+  options.threads = motion_.threads;
+  return options;
+}
+
+RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
+                                    Progress* progress) {
+  Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
+  if (flow.segments.empty()) {
+    provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+    return {};
+  }
+  Mesh mesh = *mesh_;
+  mesh.positions.assign(before.begin(), before.end());
+  if (!provenance.creases) provenance.creases = find_creases(mesh);
+  add_normals(normals(), mesh);
+  const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
+  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+  const FlowReach reach(flow);
+  Deformation deformation;
+  deformation.carry = [&](std::span<Vec3d> points) { carry(flow, progress, points); };
+  deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
+  deformation.feature = reach.smallest_feature();
+  try {
+    RemeshOutcome outcome{AdvectStatus::done,
+                          knead::remesh(mesh, positions_, deformation, remesh_options(settings, labels))};
+    adopt(*outcome.remeshed, before);
+    return outcome;
+  } catch (const Stopped& stopped) {
+    return {stopped.status, std::nullopt};
+  }
+}
+
+void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
+  std::vector<bool> touched_before = provenance_->touched;
+  for (std::size_t i = 0; i < touched_before.size(); ++i) {
+    if (before[i] != mesh_->positions[i]) touched_before[i] = true;
+  }
+  const std::vector<std::uint32_t> steps_before = steps();
+  earlier_steps_.assign(remeshed.vertex_source.size(), 0);
+  for (std::size_t i = 0; i < earlier_steps_.size(); ++i) {
+    const std::uint32_t source = remeshed.vertex_source[i];
+    if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
+  }
+  provenance_ = std::make_shared<const Provenance>(after_remesh(*provenance_, remeshed, touched_before, before));
+  std::vector<Vec3d> normals;
+  if (normals_) normals = take_normals(remeshed.mesh);
+  mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));
+  positions_ = mesh_->positions;
+  blocks_.reset();
+  triangles_.reset();
+  start_normals(std::move(normals));
+}
+
+}  // namespace knead

@@ -1,0 +1,191 @@
+#include "knead/session/deformed_shape.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/math/large_pages.h"
+#include "knead/session/carried_normals.h"
+
+namespace knead {
+
+namespace {
+
+// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
+// leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
+constexpr double kNormalTolerance = 1e-9;
+constexpr double kNormalReach = 1e-4;
+
+// To sort the vertices takes longer than it saves for fewer segments.
+constexpr std::size_t kSegmentsWorthSorting = 4;
+
+}  // namespace
+
+bool MotionOptions::is_standard() const {
+  const MotionOptions standard;
+  return relative_tolerance == standard.relative_tolerance && integrator == standard.integrator &&
+         precision == standard.precision && !backend;
+}
+
+double reference_length(std::span<const Vec3d> positions) {
+  const double diagonal = bounding_box(positions).diagonal();
+  return diagonal > 0 ? diagonal : 1;
+}
+
+AdvectOptions advect_options(const MotionOptions& options, double reference_length) {
+  if (options.threads < 0) {
+    throw InvalidInput(fmt::format("the number of threads must be 0 (all) or more, got {}", options.threads));
+  }
+  AdvectOptions result;
+  result.tolerance = absolute_tolerance(options.relative_tolerance, reference_length);
+  result.integrator = options.integrator;
+  result.precision = options.precision;
+  result.threads = options.threads;
+  return result;
+}
+
+std::shared_ptr<const Mesh> borrow(const Mesh& mesh) { return {std::shared_ptr<const Mesh>(), &mesh}; }
+
+Mesh ShapeState::to_mesh() const {
+  Mesh result = *mesh;
+  positions.copy_to(result.positions);
+  return result;
+}
+
+bool ShapeState::is_same(const ShapeState& other) const {
+  return mesh == other.mesh && provenance == other.provenance && positions.size() == other.positions.size() &&
+         positions.changes_since(other.positions).empty();
+}
+
+DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion, RemeshPolicy remesh,
+                             std::vector<Vec3d> normals)
+    : start_(std::move(mesh)),
+      mesh_(start_),
+      motion_(std::move(motion)),
+      policy_(std::make_shared<const RemeshPolicy>(std::move(remesh))),
+      reference_length_(knead::reference_length(start_->positions)) {
+  advect_options(motion_, reference_length_);
+  if (policy_->settings) validate(*policy_->settings);
+  if (!policy_->face_labels.empty() && policy_->face_labels.size() != start_->face_count()) {
+    throw InvalidInput("give a label for each face");
+  }
+  if (!normals.empty() && normals.size() != start_->vertex_count()) {
+    throw InvalidInput("give a normal for each vertex");
+  }
+  reserve_large(positions_, start_->vertex_count());
+  positions_ = start_->positions;
+  start_normals(std::move(normals));
+}
+
+void DeformedShape::start_normals(std::vector<Vec3d> normals) {
+  normals_.reset();
+  if (normals.empty()) return;
+  normals_ = session_detail::carry_normals(positions_, std::move(normals), kNormalReach * reference_length_);
+}
+
+std::vector<Vec3d> DeformedShape::normals() const {
+  return normals_ ? session_detail::turned_normals(*normals_) : std::vector<Vec3d>{};
+}
+
+Mesh DeformedShape::to_mesh() const {
+  Mesh result = *mesh_;
+  result.positions = positions_;
+  return result;
+}
+
+std::span<const Triangle> DeformedShape::triangles() const {
+  if (!triangles_) triangles_ = std::make_shared<const std::vector<Triangle>>(triangulate(*mesh_));
+  return *triangles_;
+}
+
+std::vector<bool> DeformedShape::touched() const {
+  std::vector<bool> touched = provenance_ ? provenance_->touched : std::vector<bool>(positions_.size());
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    if (positions_[i] != mesh_->positions[i]) touched[i] = true;
+  }
+  return touched;
+}
+
+std::vector<std::uint32_t> DeformedShape::steps() const {
+  std::vector<std::uint32_t> steps = blocks_ ? blocks_->steps() : std::vector<std::uint32_t>{};
+  steps.resize(positions_.size());
+  for (std::size_t i = 0; i < earlier_steps_.size(); ++i) steps[i] += earlier_steps_[i];
+  return steps;
+}
+
+AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
+  if (flow.segments.empty()) return AdvectStatus::done;
+  AdvectOptions options = advect_options(motion_, reference_length_);
+  options.progress = progress;
+  AdvectResult result = move_vertices(flow, options);
+  if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
+    options.tolerance = kNormalTolerance * reference_length_;
+    options.integrator = Integrator::tsitouras;
+    options.precision = Precision::float64;
+    if (!normals_->blocks) normals_->blocks.emplace(normals_->now);
+    result.status = advect(flow, *normals_->blocks, options).status;
+    normals_->blocks->update(normals_->now);
+  }
+  work_ += result;
+  return std::exchange(work_.status, AdvectStatus::done);
+}
+
+// A backend does not know the blocks, which would be out of date after it.
+AdvectResult DeformedShape::move_vertices(const Flow& flow, const AdvectOptions& options) {
+  if (!motion_.backend) {
+    segments_ += flow.segments.size();
+    lay_out(segments_ >= kSegmentsWorthSorting);
+    const AdvectResult result = advect(flow, *blocks_, options);
+    blocks_->update(positions_);
+    return result;
+  }
+  earlier_steps_ = steps();
+  blocks_.reset();
+  AdvectOptions counted = options;
+  counted.steps = earlier_steps_;
+  return motion_.backend(flow, positions_, counted);
+}
+
+void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape& from) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (vertices[i]) positions_[i] = from.positions_[i];
+  }
+  if (normals_) {
+    for (std::size_t i = 0; i < normals_->now.size(); ++i) {
+      if (vertices[normals_->vertex[i / 4]]) normals_->now[i] = from.normals_->now[i];
+    }
+    normals_->blocks.reset();
+  }
+  work_ = from.work_;
+  earlier_steps_ = from.steps();
+  blocks_.reset();
+}
+
+ShapeState DeformedShape::state(const ShapeState& before) const {
+  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_};
+}
+
+void DeformedShape::restore(const ShapeState& state) {
+  if (mesh_ != state.mesh) triangles_.reset();
+  mesh_ = state.mesh;
+  provenance_ = state.provenance;
+  positions_ = state.positions.copy();
+  start_normals(state.normals);
+  blocks_.reset();
+  segments_ = 0;
+  earlier_steps_.clear();
+}
+
+void DeformedShape::prepare() { lay_out(true); }
+
+void DeformedShape::lay_out(bool sorted) {
+  if (blocks_ && (is_sorted_ || !sorted)) return;
+  if (blocks_) earlier_steps_ = steps();
+  blocks_.emplace(positions_, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
+  is_sorted_ = sorted;
+}
+
+}  // namespace knead

@@ -1,0 +1,242 @@
+// A shape that strokes deform, one after the other, and its states for undo.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "knead/flow/advect.h"
+#include "knead/flow/backend.h"
+#include "knead/mesh/mesh.h"
+#include "knead/mesh/triangulate.h"
+#include "knead/remesh/remesh.h"
+#include "knead/session/session.h"
+
+namespace knead {
+
+// How strokes move vertices.
+struct MotionOptions {
+  // Position error of one path line over one segment, as a fraction of the diagonal of the shape's box; above 0.
+  double relative_tolerance = kDefaultRelativeTolerance;
+  Integrator integrator = Integrator::tsitouras;
+  Precision precision = Precision::float32;
+  Backend backend{};  // moves the vertices, and the points that remeshing adds; empty: advect
+  int threads = 0;    // 0: all
+
+  // Returns whether strokes that read the surface give what they always give: the accuracy is the default one, on the
+  // CPU.
+  bool is_standard() const;
+};
+
+// Returns the length that relative tolerances and distances refer to: the diagonal of the box of the positions, or 1
+// for a single point.
+double reference_length(std::span<const Vec3d> positions);
+
+// Returns the options of advect() for a shape with this reference length. Throws InvalidInput if the tolerance is not
+// above 0 and finite, relative or as a length, or if the number of threads is below 0.
+AdvectOptions advect_options(const MotionOptions& options, double reference_length);
+
+// How the mesh follows the strokes.
+struct RemeshPolicy {
+  // Remeshes after every stroke; a stroke's own settings win. Nothing: only after strokes with settings of their own.
+  std::optional<RemeshSettings> settings{};
+  // One for each face, or empty. Edges between faces of different labels (materials, groups) are kept like seams.
+  std::vector<std::uint32_t> face_labels{};
+  bool single_precision = true;  // triangles must not cross with positions rounded to float
+};
+
+// Where the vertices and faces of a remeshed shape come from in the shape at the start.
+struct Provenance {
+  std::vector<std::uint32_t> face_source;        // for each face: the face at the start that it lies in
+  std::vector<std::uint32_t> vertex_source;      // for each vertex: the vertex at the start, or kNewVertex
+  std::vector<bool> touched;                     // for each vertex: whether it, or the surface there, has moved
+  std::optional<std::vector<MeshEdge>> creases;  // of the shape before the first remesh, as they are now
+  RemeshCounts counts;                           // sums over all strokes; crossings: after the last one
+  bool is_renumbered = false;                    // vertices have other numbers than at the start
+};
+
+struct IndexRange {
+  std::uint32_t begin = 0;
+  std::uint32_t end = 0;
+
+  friend bool operator==(const IndexRange&, const IndexRange&) = default;
+};
+
+// Positions that share memory with an earlier snapshot where they are the same. Immutable; copies are cheap, and any
+// thread may read them.
+class Snapshot {
+ public:
+  static constexpr std::size_t kChunk = 1024;  // vertices that are shared together
+
+  Snapshot() = default;
+
+  // Shares every chunk whose positions have the same bits as in `before`, if that has as many vertices. Costs a
+  // comparison, and a copy of what differs. threads as for parallel_for.
+  Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads = 0);
+
+  std::size_t size() const { return size_; }
+  const Vec3d& operator[](std::size_t i) const { return (*chunks_[i / kChunk])[i % kChunk]; }
+
+  void copy_to(std::span<Vec3d> positions) const;  // size() places
+  std::vector<Vec3d> copy() const;
+
+  // Returns the vertices, by whole chunks, that may differ from a snapshot of the same size; neighbouring chunks are
+  // joined. Returns all vertices if the sizes differ.
+  std::vector<IndexRange> changes_since(const Snapshot& before) const;
+
+  // Returns the bytes of the chunks that `before` does not share.
+  std::size_t bytes_beyond(const Snapshot& before) const;
+
+ private:
+  using Chunk = std::array<Vec3d, kChunk>;  // zero beyond the last vertex
+
+  std::size_t size_ = 0;
+  std::vector<std::shared_ptr<const Chunk>> chunks_;
+};
+
+// A deformed shape at one moment. Immutable; copies are cheap, and any thread may read them.
+struct ShapeState {
+  std::shared_ptr<const Mesh> mesh;  // faces and attributes, with the positions from when the faces were made
+  Snapshot positions;
+  std::vector<Vec3d> normals{};                  // as many as the shape carries
+  std::shared_ptr<const Provenance> provenance;  // null: the faces are those at the start
+
+  // Returns the mesh with the positions.
+  Mesh to_mesh() const;
+
+  // Returns whether both have the same faces, and positions with the same bits. Compares pointers only.
+  bool is_same(const ShapeState& other) const;
+};
+
+// What one stroke did.
+struct StrokeOutcome {
+  AdvectStatus status = AdvectStatus::done;
+  std::vector<SessionStroke> parts;     // strokes that read no surface and do the same; of such a stroke: itself
+  std::optional<double> penetration{};  // of a stamp: how deep the surface is left in its tool
+  std::vector<std::string> warnings;    // a sentence each
+};
+
+// What came of a remesh.
+struct RemeshOutcome {
+  AdvectStatus status = AdvectStatus::done;
+  // How the vertices and faces come from those before; its mesh has been moved into the shape. Nothing if the status is
+  // not done or the flow is empty.
+  std::optional<Remeshed> remeshed;
+};
+
+// Returns a pointer that does not own the mesh, for a caller who keeps the mesh alive and wants no copy of it.
+std::shared_ptr<const Mesh> borrow(const Mesh& mesh);
+
+namespace session_detail {
+
+// Normals of points, carried by the Jacobian of the flow. Four points around each point that has a normal, in the plane
+// across it, show how the flow turns that plane: a map with the Jacobian J takes the normal t1 x t2 to J t1 x J t2.
+struct CarriedNormals {
+  std::vector<Vec3d> normals;         // at the beginning
+  std::vector<std::uint32_t> vertex;  // whose points begin[4 k] to begin[4 k + 3] are
+  std::vector<Vec3d> begin;           // p + a, p - a, p + b, p - b
+  std::vector<Vec3d> now;             // the same points after the flow
+  std::optional<PointBlocks> blocks{};
+  double reach = 0;  // length of a and b
+};
+
+}  // namespace session_detail
+
+// A shape that strokes deform. It is a value: copies are independent, and share the faces.
+//
+// Every bit of the result follows from the shape at the start, the strokes and the accuracy; not from threads, undo, or
+// the pieces in which strokes were applied.
+class DeformedShape {
+ public:
+  DeformedShape() = default;  // without vertices
+
+  // `normals`: one for each vertex, or none; meant for points without faces. They turn with the deformation, right to
+  // about 1e-5, for the price of four more path lines in double precision for each. Throws InvalidInput for options
+  // out of range, and for labels or normals of another number.
+  explicit DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion = {}, RemeshPolicy remesh = {},
+                         std::vector<Vec3d> normals = {});
+
+  const std::vector<Vec3d>& positions() const& { return positions_; }
+  std::vector<Vec3d> positions() && { return std::move(positions_); }
+  const Mesh& mesh() const { return *mesh_; }  // faces and attributes, with positions from when the faces were made
+  Mesh to_mesh() const;                        // the mesh with the positions
+  std::vector<Vec3d> normals() const;          // as many as were given, or for a remeshed shape one for each vertex
+  bool has_normals() const { return normals_.has_value(); }
+  std::span<const Triangle> triangles() const;  // a polygon is always cut in the same way
+
+  bool is_remeshed() const { return provenance_ != nullptr; }
+  const Provenance* provenance() const { return provenance_.get(); }  // null: vertices and faces are those at the start
+  std::vector<bool> touched() const;  // for each vertex: whether it, or the surface there, has moved
+
+  // Returns the accepted steps of each vertex since it was made or the state restored.
+  std::vector<std::uint32_t> steps() const;
+  // Returns the work since the start, of all path lines, those of points that remeshing added included.
+  const AdvectResult& work() const { return work_; }
+
+  const MotionOptions& motion() const { return motion_; }
+  double reference_length() const { return reference_length_; }
+  // Returns the settings that hold for a stroke; none for a point cloud.
+  std::optional<RemeshSettings> settings_of(const SessionStroke& stroke) const;
+
+  // Applies a stroke with its remesh settings. A stroke that reads the surface reads this shape. `folder`: the paths of
+  // stamps are relative to it. Throws InvalidInput for a stroke that this shape cannot take, for instance if its barrel
+  // cuts triangles. After an exception, or a status other than done, the shape is part-way: restore a state.
+  StrokeOutcome apply(const SessionStroke& stroke, const std::filesystem::path& folder = {},
+                      Progress* progress = nullptr);
+
+  // Moves the vertices through a flow; the faces stay. On a status other than done the shape is part-way.
+  AdvectStatus move(const Flow& flow, Progress* progress = nullptr);
+
+  // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. On a status other than
+  // done the faces stay.
+  RemeshOutcome remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
+                       Progress* progress = nullptr);
+
+  // Returns the targets that follow from the settings and the shape at the start, the same for all strokes. Throws
+  // InvalidInput as knead::resolve.
+  const RemeshTargets& targets_of(const RemeshSettings& settings) const;
+
+  // Takes the positions of the chosen vertices from a shape that has the same faces, and its counts of steps.
+  void take(const std::vector<bool>& vertices, const DeformedShape& from);
+
+  // Returns the shape as it is. Shares memory with `before`, which may be an empty state.
+  ShapeState state(const ShapeState& before = {}) const;
+  // Goes back, or forward, to a state of this shape.
+  void restore(const ShapeState& state);
+
+  // Sorts the vertices for the first move (about 60 ns a vertex), so that it takes no longer than later ones.
+  void prepare();
+
+ private:
+  void start_normals(std::vector<Vec3d> normals);
+  void lay_out(bool sorted);
+  AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
+  void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
+  RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
+  void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
+
+  std::shared_ptr<const Mesh> start_ = std::make_shared<const Mesh>();
+  std::shared_ptr<const Mesh> mesh_ = start_;
+  std::shared_ptr<const Provenance> provenance_;
+  mutable std::shared_ptr<const std::vector<Triangle>> triangles_;  // of mesh_, from when they are first needed
+  MotionOptions motion_;
+  std::shared_ptr<const RemeshPolicy> policy_ = std::make_shared<const RemeshPolicy>();
+  mutable std::optional<std::pair<RemeshSettings, RemeshTargets>> targets_;  // the latest that were asked for
+  double reference_length_ = 1;
+  std::vector<Vec3d> positions_;
+  std::optional<PointBlocks> blocks_;         // the same positions laid out for moving, from the first move on
+  bool is_sorted_ = false;                    // the blocks
+  std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
+  std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
+  std::optional<session_detail::CarriedNormals> normals_;
+  AdvectResult work_;
+};
+
+}  // namespace knead

@@ -1,0 +1,217 @@
+#include "knead/session/stroke_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "knead/math/error.h"
+#include "knead/session/surface_stroke.h"
+#include "knead/tool/barrel_members.h"
+
+namespace knead::session_detail {
+
+namespace {
+
+std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
+  std::string text = fmt::format("{} cross the cylinder of \"radius\" {} and would be torn; ",
+                                 check.crossing == 1 ? "1 triangle would" : fmt::format("{} triangles", check.crossing),
+                                 barrel.radius);
+  const std::optional<double> nearest = nearest_radius(check, barrel.radius);
+  if (!nearest) return text + "no other radius works: leave \"radius\" out";
+  text += fmt::format("use \"radius\": {}, the nearest that works", *nearest);
+  if (!check.smaller) return text + " (no smaller one does)";
+  if (!check.larger) return text + " (no larger one does)";
+  return text + fmt::format(" (on the other side {})", nearest == check.smaller ? *check.larger : *check.smaller);
+}
+
+// Appends a part of a stroke; dabs of one brush become one stroke.
+void append(const Stroke& part, const SessionStroke& source, std::vector<SessionStroke>& parts) {
+  const auto* dab = std::get_if<PaintStroke>(&part);
+  auto* last = parts.empty() ? nullptr : std::get_if<PaintStroke>(&parts.back().stroke);
+  const bool joins = dab != nullptr && last != nullptr && last->outer == dab->outer && last->depth == dab->depth;
+  if (joins) {
+    last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
+  } else {
+    parts.push_back({part, source.line, source.remesh});
+  }
+}
+
+// Resolves a stroke on a shape, and moves the shape through it, but not through one with a barrel, which is checked
+// first.
+void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
+  LiveSurface surface;
+  surface.positions = shape.positions();
+  surface.triangles = shape.triangles();
+  if (shape.has_normals()) surface.normals = [&] { return shape.normals(); };
+  surface.apply = [&](const Stroke& part) {
+    Flow flow = flow_of(part);
+    stroke.barrel = barrel_of(part);
+    append(part, *stroke.source, stroke.outcome.parts);
+    if (!stroke.barrel) stroke.outcome.status = shape.move(flow, progress);
+    std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
+    return stroke.outcome.status == AdvectStatus::done;
+  };
+  std::vector<std::string> remarks;
+  stroke.outcome.penetration =
+      apply_on(stroke.source->stroke, stroke.tool.get(), shape.motion().threads, surface, remarks);
+  std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
+  stroke.reads_surface = false;
+}
+
+// A vertex's number means nothing once the vertices have other numbers.
+void require_no_numbers(const Stroke& stroke) {
+  const auto* handles = std::get_if<HandlesStroke>(&stroke);
+  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
+  const bool full = !handles->full_vertices.empty();
+  throw InvalidInput(
+      fmt::format("\"{}\" names vertices whose numbers the remeshing of an earlier stroke has changed; "
+                  "name points instead, with \"{}\"",
+                  full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
+}
+
+Flow without_cylinders(Flow flow) {
+  for (Segment& segment : flow.segments) segment.cylinder.reset();
+  return flow;
+}
+
+}  // namespace
+
+PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder) {
+  PreparedStroke prepared;
+  prepared.source = &source;
+  prepared.outcome.warnings = warnings(source.stroke);
+  prepared.reads_surface = reads_surface(source.stroke);
+  if (prepared.reads_surface) {
+    validate(source.stroke);
+    prepared.tool = tool_mesh_of(source.stroke, folder);
+    prepared.expected_segments = expected_segments(source.stroke, prepared.tool.get());
+    return prepared;
+  }
+  prepared.flow = flow_of(source.stroke);
+  validate(prepared.flow);
+  prepared.barrel = barrel_of(source.stroke);
+  prepared.outcome.parts = {source};
+  return prepared;
+}
+
+Flow flow_between(const Flow& flow, double from, double to) {
+  if (from == to) return {};
+  if (to < from) return inverse(flow_between(flow, to, from));
+  Flow part = prefix(flow, to);
+  const double whole = std::floor(from);
+  part.segments.erase(part.segments.begin(), part.segments.begin() + static_cast<std::ptrdiff_t>(whole));
+  part.segments.front().begin = from - whole;
+  return part;
+}
+
+StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress)
+    : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
+  if (!options_.backwards) settings_ = shape_.settings_of(*stroke_.source);
+}
+
+Flow StrokeRun::flow() const {
+  return options_.backwards ? flow_between(stroke_.flow, segments(), 0) : prefix(stroke_.flow, segments());
+}
+
+void StrokeRun::enter() {
+  read();
+  if (status() == AdvectStatus::done && !options_.backwards) check_barrel();
+}
+
+// The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.
+void StrokeRun::read() {
+  if (settings_) start_ = shape_.positions();
+  if (options_.backwards) at_ = segments();
+  if (!stroke_.reads_surface) return;
+  if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
+  const bool in_place = options_.part == 1 && !options_.has_frames;
+  if (!in_place) {
+    DeformedShape copy = shape_;
+    read_surface(stroke_, copy, progress_);
+    return;
+  }
+  read_surface(stroke_, shape_, progress_);
+  if (!stroke_.barrel) at_ = segments();
+}
+
+void StrokeRun::check_barrel() {
+  if (!stroke_.barrel) return;
+  const BarrelCheck found = knead::check_barrel(*stroke_.barrel, shape_.positions(), shape_.triangles());
+  if (found.crossing > 0) throw InvalidInput(describe_refusal(*stroke_.barrel, found));
+  if (found.later == 0) return;
+  stroke_.outcome.warnings.push_back(
+      fmt::format("{} triangles cross the cylinder of \"radius\" {} where the bend arrives later, and may "
+                  "be torn; look there, or choose another radius",
+                  found.later, stroke_.barrel->radius));
+}
+
+// The shape rests between whole segments only: the result is the same whether or not it does.
+DeformedShape StrokeRun::frame(double moment) {
+  const double to = std::min(moment * static_cast<double>(stroke_.flow.segments.size()), segments());
+  advance(options_.backwards ? std::min(std::ceil(to), at_) : std::floor(to));
+  if (status() != AdvectStatus::done) return {};
+  DeformedShape frame = shape_;
+  move_between(at_, to, frame);
+  std::optional<Remeshed> remeshed;
+  follow(to, frame, remeshed);
+  return frame;
+}
+
+void StrokeRun::leave() {
+  advance(options_.backwards ? 0 : segments());
+  follow(segments(), shape_, remeshed_);
+  if (options_.backwards && status() == AdvectStatus::done) check_barrel();
+}
+
+void StrokeRun::follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed) {
+  if (!settings_ || status() != AdvectStatus::done) return;
+  RemeshOutcome outcome = shape.remesh(start_, prefix(stroke_.flow, to), *settings_, progress_);
+  stroke_.outcome.status = outcome.status;
+  remeshed = std::move(outcome.remeshed);
+}
+
+void StrokeRun::advance(double to) {
+  if (status() == AdvectStatus::done) move_between(at_, to, shape_);
+  at_ = to;
+}
+
+void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
+  if (from == to) return;
+  Flow flow = flow_between(stroke_.flow, from, to);
+  if (!options_.backwards || !stroke_.barrel) {
+    stroke_.outcome.status = shape.move(flow, progress_);
+    return;
+  }
+  const TakenBack& back = taken_back();
+  DeformedShape moved = to == 0 ? back.shape : shape;
+  stroke_.outcome.status = to == 0 ? back.status : moved.move(without_cylinders(std::move(flow)), progress_);
+  shape.take(back.members, moved);
+}
+
+// Leaves the cylinder out: barrel_members says which points it held.
+const StrokeRun::TakenBack& StrokeRun::taken_back() {
+  if (taken_back_) return *taken_back_;
+  taken_back_ = TakenBack{shape_, AdvectStatus::done, {}};
+  taken_back_->status =
+      taken_back_->shape.move(without_cylinders(flow_between(stroke_.flow, segments(), 0)), progress_);
+  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
+  taken_back_->members = barrel_members(*stroke_.barrel, shape_.positions(), taken_back_->shape.positions(),
+                                        shape_.triangles(), 10 * tolerance + 1e-3 * stroke_.barrel->radius);
+  return *taken_back_;
+}
+
+}  // namespace knead::session_detail
+
+namespace knead {
+
+StrokeOutcome DeformedShape::apply(const SessionStroke& stroke, const std::filesystem::path& folder,
+                                   Progress* progress) {
+  session_detail::StrokeRun run(session_detail::prepare_stroke(stroke, folder), {}, *this, progress);
+  run.enter();
+  run.leave();
+  return run.take_outcome();
+}
+
+}  // namespace knead

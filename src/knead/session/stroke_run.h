@@ -1,0 +1,91 @@
+// One stroke on its way through a shape. Internal to the session room.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "knead/session/deformed_shape.h"
+#include "knead/tool/barrel.h"
+
+namespace knead::session_detail {
+
+// A stroke that is ready to be applied.
+struct PreparedStroke {
+  const SessionStroke* source = nullptr;
+  bool reads_surface = false;  // the flow and the barrel are unknown until it is read
+  Flow flow;
+  std::optional<Barrel> barrel;
+  std::shared_ptr<const Mesh> tool;   // of a stamp
+  std::size_t expected_segments = 0;  // of one that reads the surface: at most
+  StrokeOutcome outcome;              // what reading it said
+};
+
+// Reads the file of a stamp, relative to the folder. The source must outlive the result. Throws InvalidInput for a
+// stroke that cannot be applied to any shape.
+PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder);
+
+// How far a stroke is applied, and in which direction.
+struct RunOptions {
+  bool backwards = false;
+  double part = 1;          // of its segments, from the first on
+  bool has_frames = false;  // moments within the stroke will be asked for
+};
+
+// Call enter, then frame for any number of moments in order, then leave. Each does nothing once the status is not done.
+class StrokeRun {
+ public:
+  // The shape must outlive the run.
+  StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress);
+
+  // Reads the surface if the stroke has not been read, and checks a barrel. Throws InvalidInput for a stroke that the
+  // shape cannot take.
+  void enter();
+  // The same without the check.
+  void read();
+
+  // Returns the shape at a moment of the stroke, from 0 to 1.
+  DeformedShape frame(double moment);
+
+  // Completes the stroke, and remeshes.
+  void leave();
+
+  AdvectStatus status() const { return stroke_.outcome.status; }
+  const PreparedStroke& stroke() const { return stroke_; }  // after enter: as it was read
+  StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
+  double segments() const { return options_.part * static_cast<double>(stroke_.flow.segments.size()); }
+  Flow flow() const;  // that the stroke moves the shape by, as far as it is applied
+  const std::optional<Remeshed>& remeshed() const { return remeshed_; }
+
+ private:
+  // The shape as a stroke with a barrel, of one segment, leaves it backwards if everything moves, and what does move.
+  struct TakenBack {
+    DeformedShape shape;
+    AdvectStatus status = AdvectStatus::done;
+    std::vector<bool> members;
+  };
+
+  void check_barrel();
+  void advance(double to);
+  void move_between(double from, double to, DeformedShape& shape);
+  const TakenBack& taken_back();
+  void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
+
+  PreparedStroke stroke_;
+  RunOptions options_;
+  DeformedShape& shape_;
+  Progress* progress_;
+  std::optional<RemeshSettings> settings_;
+  double at_ = 0;             // where the shape is within the stroke, in segments
+  std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
+  std::optional<TakenBack> taken_back_;
+  std::optional<Remeshed> remeshed_;
+};
+
+// Returns the flow from one moment to another, in segments; backwards if to < from. The segments are whole ones.
+Flow flow_between(const Flow& flow, double from, double to);
+
+}  // namespace knead::session_detail
