@@ -62,6 +62,7 @@ struct Provenance {
   bool is_renumbered = false;                    // vertices have other numbers than at the start
 };
 
+// The indices from begin to end, without end.
 struct IndexRange {
   std::uint32_t begin = 0;
   std::uint32_t end = 0;
@@ -81,9 +82,11 @@ class Snapshot {
   // comparison, and a copy of what differs. threads as for parallel_for.
   Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads = 0);
 
+  // Returns the number of vertices.
   std::size_t size() const { return size_; }
   const Vec3d& operator[](std::size_t i) const { return (*chunks_[i / kChunk])[i % kChunk]; }
 
+  // Copies the positions.
   void copy_to(std::span<Vec3d> positions) const;  // size() places
   std::vector<Vec3d> copy() const;
 
@@ -163,14 +166,17 @@ class DeformedShape {
   explicit DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion = {}, RemeshPolicy remesh = {},
                          std::vector<Vec3d> normals = {});
 
+  // Returns the positions of the vertices.
   const std::vector<Vec3d>& positions() const& { return positions_; }
   std::vector<Vec3d> positions() && { return std::move(positions_); }
   const Mesh& mesh() const { return *mesh_; }  // faces and attributes, with positions from when the faces were made
   Mesh to_mesh() const;                        // the mesh with the positions
   std::vector<Vec3d> normals() const;          // as many as were given, or for a remeshed shape one for each vertex
+  // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
   std::span<const Triangle> triangles() const;  // a polygon is always cut in the same way
 
+  // Returns whether a remesh has changed vertices or faces since the start.
   bool is_remeshed() const { return provenance_ != nullptr; }
   const Provenance* provenance() const { return provenance_.get(); }  // null: vertices and faces are those at the start
   std::vector<bool> touched() const;  // for each vertex: whether it, or the surface there, has moved
@@ -180,7 +186,9 @@ class DeformedShape {
   // Returns the work since the start, of all path lines, those of points that remeshing added included.
   const AdvectResult& work() const { return work_; }
 
+  // Returns how strokes move vertices.
   const MotionOptions& motion() const { return motion_; }
+  // Returns the length that relative tolerances refer to, of the shape at the start.
   double reference_length() const { return reference_length_; }
   // Returns the settings that hold for a stroke; none for a point cloud.
   std::optional<RemeshSettings> settings_of(const SessionStroke& stroke) const;

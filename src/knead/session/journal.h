@@ -58,6 +58,7 @@ class Journal {
   // cannot be removed stay.
   void discard();
 
+  // Returns the folder of the journal.
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
@@ -82,6 +83,7 @@ struct AbandonedJournal {
 // Returns the abandoned journals under root, the latest change first; none if there is no such folder.
 std::vector<AbandonedJournal> abandoned_journals(const std::filesystem::path& root);
 
+// What a journal holds after a crash.
 struct RecoveredWork {
   ShapeFile shape;
   Session session;  // its name is the path of the file, relative to which stamps name their meshes

@@ -46,6 +46,7 @@ struct AppliedStroke {
   const Remeshed* remeshed = nullptr;  // RemeshOutcome::remeshed; null: vertices and faces are those before
 };
 
+// How a session is applied.
 struct ReplayOptions {
   MotionOptions motion{};
   RemeshPolicy remesh{};
@@ -56,6 +57,7 @@ struct ReplayOptions {
   Progress* progress = nullptr;                           // counts up to total_work
 };
 
+// How replay() ended, and what it made.
 struct ReplayResult {
   AdvectStatus status = AdvectStatus::done;
   std::size_t failed_line = 0;  // of the session, if the status is step_limit: the stroke that could not be applied

@@ -13,6 +13,7 @@
 
 namespace knead {
 
+// A stroke of a session, and how the mesh follows it.
 struct SessionStroke {
   Stroke stroke;
   std::size_t line = 0;  // of the session file, from 1; 0: of none
@@ -23,6 +24,7 @@ struct SessionStroke {
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
 
+// A session: its header, and the strokes in effect.
 struct Session {
   std::string name;                 // of the file, for messages
   std::optional<std::string> mesh;  // the shape it was made on, relative to the session file

@@ -28,9 +28,11 @@ struct GestureChange {
   std::optional<Flow> rest;            // after this rest of the stroke before it
   std::optional<Stroke> rest_as_line;  // the rest as a stroke; nothing: the whole stroke takes its place
 
+  // Returns whether nothing is left to apply.
   bool is_nothing(std::size_t new_strokes) const { return !from_start && !rest && first_new == new_strokes; }
 };
 
+// Returns how to get from the strokes applied before to the strokes of now.
 GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now);
 
 // What a finished gesture became.
@@ -47,6 +49,7 @@ struct LineChange {
   std::size_t taken_back = 0;
   std::vector<SessionStroke> appended;
 
+  // Returns whether nothing changed.
   bool empty() const { return taken_back == 0 && appended.empty(); }
 };
 
@@ -59,6 +62,7 @@ struct WorkResult {
   // displacement of each.
   std::optional<Stroke> part{};
 
+  // Returns whether the work is complete.
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
 
@@ -91,7 +95,9 @@ class Workbench {
   std::vector<std::shared_ptr<const HistoryEntry>> done() const;
   std::vector<std::shared_ptr<const HistoryEntry>> redoable() const;
 
+  // Returns whether there is something to undo.
   bool can_undo() const { return !undo_.empty() || !live_.empty(); }
+  // Returns whether there is something to redo.
   bool can_redo() const { return !redo_.empty(); }
 
   // Takes back, or repeats, the last change of the history: an entry, or an edit. Gives the current gesture up first,
