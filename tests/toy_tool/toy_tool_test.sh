@@ -46,5 +46,5 @@ for source in $(sources); do
   ((++running % 2)) || wait
 done
 wait
-"${compile[@]}" objects/*.o "$library" -lfmt -pthread -o toy_tool
+"${compile[@]}" objects/*.o "$library" -lfmt -ltbb -pthread -o toy_tool
 ./toy_tool docs/session.md

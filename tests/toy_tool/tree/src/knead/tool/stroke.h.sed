@@ -1,4 +1,4 @@
-/^// A stroke of any tool/i\
+\|^// A stroke of any tool|i\
 // A ball that is pushed once.\
 struct ToyStroke {\
   Vec3d center;\
