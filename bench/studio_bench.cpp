@@ -11,12 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "card_shape.h"
-#include "drawn_shape.h"
 #include "knead/gl/context.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/workbench.h"
+#include "view/shown_shape.h"
 
 namespace {
 
@@ -70,30 +69,31 @@ Figures by_cpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes) {
   Workbench bench(mesh);
   bench.prepare();
   render::LiveView view(1);
-  DrawnShape drawn;
-  drawn.follow(bench.state(), view);
+  ShownShape shape;
+  const double diagonal = bounding_box(mesh.positions).diagonal();
+  shape.follow(bench.state(), nullptr, diagonal, view);
   return measured([&](std::size_t i) {
     bench.set_live({{strokes[i]}});
-    drawn.follow(bench.state(), view);
+    shape.follow(bench.state(), nullptr, diagonal, view);
     return view.counts().bytes;
   });
 }
 
-Figures by_card(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std::uint64_t& reads) {
+Figures by_gpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std::uint64_t& reads) {
   const Workbench bench(mesh);
   render::LiveView view(1);
-  CardShape card;
+  GpuPreview gpu;
   const double diagonal = bounding_box(mesh.positions).diagonal();
-  card.follow(bench.state(), nullptr, diagonal, view);
-  PendingStrokes ahead{bench.state(), {}};
-  const std::uint64_t before = card.transfers().read;
+  gpu.follow(bench.state(), nullptr, diagonal, view);
+  PendingStrokes pending{bench.state(), {}};
+  const std::uint64_t before = gpu.transfers().read;
   const Figures figures = measured([&](std::size_t i) {
-    const std::size_t sent = card.transfers().bytes_sent;
-    ahead.strokes = {{strokes[i]}};
-    card.follow(ahead.start, &ahead, diagonal, view);
-    return card.transfers().bytes_sent - sent;
+    const std::size_t sent = gpu.transfers().bytes_sent;
+    pending.strokes = {{strokes[i]}};
+    gpu.follow(pending.start, &pending, diagonal, view);
+    return gpu.transfers().bytes_sent - sent;
   });
-  reads = card.transfers().read - before;
+  reads = gpu.transfers().read - before;
   return figures;
 }
 
@@ -114,7 +114,7 @@ int main(int argc, char** argv) {
     const std::vector<ImplicitStroke> strokes = strokes_of(scene, bounding_box(mesh.positions));
     print(scene.name, "CPU", by_cpu(mesh, strokes));
     std::uint64_t reads = 0;
-    print(scene.name, "card", by_card(mesh, strokes, reads));
+    print(scene.name, "GPU", by_gpu(mesh, strokes, reads));
     fmt::print("{:22}       {} times read back\n", "", reads);
   }
 }

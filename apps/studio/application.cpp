@@ -15,8 +15,6 @@
 #include <variant>
 #include <vector>
 
-#include "card_shape.h"
-#include "drawn_shape.h"
 #include "knead/io/atomic_file.h"
 #include "knead/render/live_view.h"
 #include "panels/dialogs.h"
@@ -25,6 +23,7 @@
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
+#include "view/shown_shape.h"
 
 namespace knead::studio {
 
@@ -148,7 +147,7 @@ class Application {
   // Gives a quick step of a drag the time to be in this very picture.
   void wait_for_step() const {
     if (!studio_.gesture() || studio_.shown().live_seconds > kLikelyDoneWithin) return;
-    if (card_ && card_->is_ahead()) return;
+    if (shape_.gpu() != nullptr && shape_.gpu()->is_ahead()) return;
     const Clock::time_point began = Clock::now();
     while (studio_.is_busy() && seconds_between(began, Clock::now()) < kWaitForStep) {
       std::this_thread::sleep_for(std::chrono::microseconds(200));
@@ -186,70 +185,74 @@ class Application {
   // Starts or ends the use of the GPU, as chosen.
   void choose_mover() {
     const bool wanted = studio_.preferences().backend == BackendChoice::gpu;
-    if (wanted == card_.has_value()) return;
-    if (!wanted) return leave_card();
+    if (wanted == (shape_.gpu() != nullptr)) return;
+    if (!wanted) return leave_gpu();
     try {
-      card_.emplace();
-      times_.mover = card_->description();
-      studio_.set_hit_test([this](const Ray& ray) { return hit_on_card(ray); });
-      studio_.tell(
-          {false, fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
-                              card_->is_software() ? " It is emulated in software, so the CPU is faster." : "")});
+      shape_.use_gpu();
+      const GpuPreview& gpu = *shape_.gpu();
+      times_.mover = gpu.description();
+      studio_.set_hit_test([this](const Ray& ray) { return hit_on_gpu(ray); });
+      studio_.tell({false, fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
+                                       gpu.is_software() ? " It is emulated in software, so the CPU is faster." : "")});
     } catch (const std::exception& error) {
-      give_up_card(error);
+      give_up_gpu(error);
     }
   }
 
-  void leave_card() {
-    card_.reset();
-    shape_ = {};
+  void leave_gpu() {
+    shape_.use_cpu();
     times_.mover.clear();
     times_.volume.reset();
     studio_.set_hit_test({});
   }
 
-  // A card that fails is given up at the next picture.
-  std::optional<SurfaceHit> hit_on_card(const Ray& ray) {
+  // The next picture gives up a GPU that fails.
+  std::optional<SurfaceHit> hit_on_gpu(const Ray& ray) {
     try {
-      return card_->hit(ray);
+      return shape_.gpu()->hit(ray);
     } catch (const std::exception& error) {
       studio_.tell({true, error.what()});
       return std::nullopt;
     }
   }
 
-  void give_up_card(const std::exception& error) {
-    leave_card();
+  void give_up_gpu(const std::exception& error) {
+    leave_gpu();
     studio_.preferences().backend = BackendChoice::cpu;
     studio_.tell({true, fmt::format("Studio continues on the CPU: {}.", error.what())});
   }
 
-  // Returns true if the GPU shows the shape.
-  bool show_on_card() {
-    if (!card_) return false;
-    try {
-      const std::uint64_t sent = card_->transfers().bytes_sent;
-      const bool was_ahead = card_->is_ahead();
-      const bool has_moved = card_->follow(studio_.shown().state, studio_.pending(), studio_.shown().diagonal, view_);
-      if (has_moved) times_.uploaded = card_->transfers().bytes_sent - sent;
-      if (!was_ahead && card_->is_ahead()) reads_before_ = card_->transfers().read;
-      if (!card_->is_ahead()) times_.volume.reset();
-      const bool is_measured = studio_.view().statistics && studio_.shown().volume_before;
-      if (is_measured && has_moved && card_->is_ahead()) times_.volume = card_->volume();
-      times_.read_back = card_->transfers().read - reads_before_;
-      return true;
-    } catch (const std::exception& error) {
-      give_up_card(error);
-      return false;
-    }
+  bool follow_shape() {
+    const DocumentState& shown = studio_.shown();
+    return shape_.follow(shown.state, studio_.pending(), shown.diagonal, view_);
+  }
+
+  void follow_on_gpu(GpuPreview& gpu) {
+    const std::uint64_t sent = gpu.transfers().bytes_sent;
+    const bool was_ahead = gpu.is_ahead();
+    const bool has_moved = follow_shape();
+    if (has_moved) times_.uploaded = gpu.transfers().bytes_sent - sent;
+    if (!was_ahead && gpu.is_ahead()) reads_before_ = gpu.transfers().read;
+    if (!gpu.is_ahead()) times_.volume.reset();
+    const bool is_measured = studio_.view().statistics && studio_.shown().volume_before;
+    if (is_measured && has_moved && gpu.is_ahead()) times_.volume = gpu.volume();
+    times_.read_back = gpu.transfers().read - reads_before_;
+  }
+
+  void follow_on_cpu() {
+    if (!follow_shape()) return;
+    times_.uploaded = view_.counts().bytes;
+    times_.touched = shape_.touched();
   }
 
   void draw_picture() {
     choose_mover();
-    if (!show_on_card() && shape_.follow(studio_.shown().state, view_)) {
-      times_.uploaded = view_.counts().bytes;
-      times_.touched = shape_.touched();
+    try {
+      if (shape_.gpu() != nullptr) follow_on_gpu(*shape_.gpu());
+    } catch (const std::exception& error) {
+      give_up_gpu(error);
     }
+    if (shape_.gpu() == nullptr) follow_on_cpu();
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
     view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
   }
@@ -260,8 +263,7 @@ class Application {
     if (slow_frames_ < kSlowFrames || !is_smooth_) return;
     is_smooth_ = false;
     view_ = render::LiveView(1);
-    shape_ = {};
-    if (card_) card_->forget_view();
+    shape_.forget_view();
     overlay_ = {};
   }
 
@@ -299,8 +301,7 @@ class Application {
   Gui gui_;
   render::LiveView view_;
   Overlay overlay_;
-  DrawnShape shape_;
-  std::optional<CardShape> card_;  // empty: the CPU moves the shape
+  ShownShape shape_;
   std::uint64_t reads_before_ = 0;
   Dialogs dialogs_;
   HistoryEditor editor_;

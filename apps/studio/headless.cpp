@@ -5,13 +5,12 @@
 #include <cstdio>
 #include <optional>
 
-#include "card_shape.h"
-#include "drawn_shape.h"
 #include "knead/gl/context.h"
 #include "knead/io/atomic_file.h"
 #include "knead/render/live_view.h"
 #include "script.h"
 #include "view/overlay.h"
+#include "view/shown_shape.h"
 
 namespace knead::studio {
 
@@ -22,22 +21,17 @@ struct Canvas {
   gl::OffscreenContext context;
   render::LiveView view;
   Overlay overlay;
-  DrawnShape shape;
-  std::optional<CardShape> card;
+  ShownShape shape;
 };
 
 void write_picture(const Studio& studio, const std::filesystem::path& path, BackendChoice backend,
                    std::optional<Canvas>& canvas) {
   if (!canvas) {
     canvas.emplace();
-    if (backend == BackendChoice::gpu) canvas->card.emplace();
+    if (backend == BackendChoice::gpu) canvas->shape.use_gpu();
   }
   const DocumentState& shown = studio.shown();
-  if (canvas->card) {
-    canvas->card->follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
-  } else {
-    canvas->shape.follow(shown.state, canvas->view);
-  }
+  canvas->shape.follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
   if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
   const Screen screen = studio.screen();
   const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);

@@ -1,5 +1,5 @@
 knead_test(knead_studio_test SOURCES
-  ${CMAKE_CURRENT_LIST_DIR}/card_shape_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/view/gpu_preview_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/platform/file_list_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/navigation_test.cpp

@@ -1,4 +1,4 @@
-#include "card_shape.h"
+#include "view/gpu_preview.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ void extend(Box& box, const Box& other) {
   box.extend(other.max);
 }
 
-// Beyond which no point is moved by the field, from its centre; nothing where that is not known.
+// Returns the distance from the centre of the field beyond which it moves no point; nothing if that is not known.
 std::optional<double> reach_of(const Field& field) {
   const double outer = field.thresholds.outer;
   if (std::holds_alternative<Ball<double>>(field.region)) return outer;
@@ -32,7 +32,7 @@ void extend(Box& box, const Vec3d& center, double radius) {
   box.extend(center + Vec3d{radius, radius, radius});
 }
 
-bool can_be_ahead(const std::vector<SessionStroke>& strokes) {
+bool can_preview(const std::vector<SessionStroke>& strokes) {
   return std::none_of(strokes.begin(), strokes.end(),
                       [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
 }
@@ -44,24 +44,24 @@ gpu::GpuOptions here(gpu::GpuOptions options) {
 
 }  // namespace
 
-CardShape::CardShape(const gpu::GpuOptions& options) : device_(here(options)) {}
+GpuPreview::GpuPreview(const gpu::GpuOptions& options) : gpu_(here(options)) {}
 
-bool CardShape::follow(const ShapeState& state, const PendingStrokes* pending, double diagonal,
-                       render::LiveView& view) {
+bool GpuPreview::follow(const ShapeState& state, const PendingStrokes* pending, double diagonal,
+                        render::LiveView& view) {
   if (state.mesh == nullptr) return false;
-  const bool is_ahead = pending != nullptr && can_be_ahead(pending->strokes);
-  const ShapeState& base = is_ahead ? pending->start : state;
-  bool has_changed = rest_at(base);
+  const bool previews = pending != nullptr && can_preview(pending->strokes);
+  const ShapeState& base = previews ? pending->start : state;
+  bool has_changed = take_state(base);
   if (!has_view_) {
     view.set_shape(base.to_mesh());
     has_view_ = true;
     has_changed = true;
   }
-  if (is_ahead) {
-    has_changed = go_ahead(pending->strokes, diagonal) || has_changed;
+  if (previews) {
+    has_changed = apply(pending->strokes, diagonal) || has_changed;
   } else {
-    check_work();
-    has_changed = come_back() || has_changed;
+    check_strokes();
+    has_changed = take_back() || has_changed;
   }
   if (!has_changed) return false;
   std::vector<render::PointBuffer> buffers;
@@ -69,37 +69,39 @@ bool CardShape::follow(const ShapeState& state, const PendingStrokes* pending, d
     const auto begin = static_cast<std::uint32_t>(part.begin);
     buffers.push_back({part.name, {begin, begin + static_cast<std::uint32_t>(part.count)}});
   }
-  view.move_on_gpu(buffers, box());
+  Box box = state_box();  // of the picture, or larger
+  extend(box, reach_);
+  view.move_on_gpu(buffers, box);
   return true;
 }
 
-void CardShape::take_shape(const ShapeState& state) {
+void GpuPreview::upload(const ShapeState& state) {
   const std::vector<Vec3d> positions = state.positions.copy();
-  rest_.reset();
+  start_.reset();
   points_.reset();
-  rest_ = device_.upload(positions);
-  points_ = device_.upload(positions);
+  start_ = gpu_.upload(positions);
+  points_ = gpu_.upload(positions);
   surface_.reset();
-  forget_work();
+  forget_strokes();
   boxes_.assign((positions.size() + Snapshot::kChunk - 1) / Snapshot::kChunk, {});
-  at_ = state;
+  state_ = state;
   has_view_ = false;
 }
 
-// Whether anything has changed.
-bool CardShape::rest_at(const ShapeState& state) {
+// Returns whether anything has changed.
+bool GpuPreview::take_state(const ShapeState& state) {
   const IndexRange all{0, static_cast<std::uint32_t>(state.positions.size())};
   std::vector<IndexRange> changes{all};
-  if (at_.mesh != state.mesh || at_.positions.size() != state.positions.size()) {
-    take_shape(state);
+  if (state_.mesh != state.mesh || state_.positions.size() != state.positions.size()) {
+    upload(state);
   } else {
-    changes = state.positions.changes_since(at_.positions);
+    changes = state.positions.changes_since(state_.positions);
     if (changes.empty()) return false;
-    check_work();
+    check_strokes();
     for (const IndexRange& range : changes) write(state.positions, range);
-    device_.assign(*points_, *rest_);
-    forget_work();
-    at_ = state;
+    gpu_.assign(*points_, *start_);
+    forget_strokes();
+    state_ = state;
   }
   for (const IndexRange& range : changes) {
     for (std::size_t i = range.begin; i < range.end; ++i) {
@@ -111,16 +113,16 @@ bool CardShape::rest_at(const ShapeState& state) {
   return true;
 }
 
-void CardShape::write(const Snapshot& positions, const IndexRange& range) {
+void GpuPreview::write(const Snapshot& positions, const IndexRange& range) {
   static_assert(Snapshot::kChunk % gpu::Gpu::kGroup == 0, "changes are of whole groups");
   std::vector<Vec3d> part;
   part.reserve(range.end - range.begin);
   for (std::size_t i = range.begin; i < range.end; ++i) part.push_back(positions[i]);
-  device_.write(*rest_, range.begin, part);
+  gpu_.write(*start_, range.begin, part);
 }
 
-bool CardShape::go_ahead(std::span<const SessionStroke> strokes, double diagonal) {
-  const GestureChange change = gesture_change(done_, strokes);
+bool GpuPreview::apply(std::span<const SessionStroke> strokes, double diagonal) {
+  const GestureChange change = gesture_change(strokes_, strokes);
   if (change.is_nothing(strokes.size())) return false;
   const AdvectOptions options = advect_options(MotionOptions(), diagonal);
   std::vector<Flow> flows;
@@ -128,64 +130,64 @@ bool CardShape::go_ahead(std::span<const SessionStroke> strokes, double diagonal
     if (change.rest) flows.push_back(*change.rest);
     for (std::size_t i = change.first_new; i < strokes.size(); ++i) flows.push_back(flow_of(strokes[i].stroke));
   } catch (const InvalidInput&) {
-    return come_back();  // the worker finds and says the same
+    return take_back();  // the worker reports the same
   }
-  if (change.from_start) come_back();
+  if (change.from_start) take_back();
   for (const Flow& flow : flows) {
-    reach_with(flow);
-    device_.enqueue(flow, *points_, options);
+    extend_reach(flow);
+    gpu_.enqueue(flow, *points_, options);
   }
-  done_.assign(strokes.begin(), strokes.end());
+  strokes_.assign(strokes.begin(), strokes.end());
   return true;
 }
 
-bool CardShape::come_back() {
-  if (done_.empty()) return false;
-  device_.assign(*points_, *rest_);
-  forget_work();
+bool GpuPreview::take_back() {
+  if (strokes_.empty()) return false;
+  gpu_.assign(*points_, *start_);
+  forget_strokes();
   return true;
 }
 
-// Throws where the driver did not go all the way, as Mesa's on the CPU may not.
-void CardShape::check_work() {
-  if (!done_.empty()) device_.collect(*points_);
+// Throws if the driver did not complete the work, as Mesa on the CPU may not.
+void GpuPreview::check_strokes() {
+  if (!strokes_.empty()) gpu_.collect(*points_);
 }
 
-void CardShape::forget_work() {
-  done_.clear();
-  reached_ = {};
-  way_ = 0;
+void GpuPreview::forget_strokes() {
+  strokes_.clear();
+  reach_ = {};
+  distance_ = 0;
 }
 
-// What is moved stays in a bounded region; by others nothing goes farther than twice the tool's way and, turned, about
-// the shape.
-void CardShape::reach_with(const Flow& flow) {
-  const Box shape = resting_box();
+// Balls and capsules move points in a bounded region only. Other regions move no point farther than twice the path of
+// the tool, and turn points about the shape.
+void GpuPreview::extend_reach(const Flow& flow) {
+  const Box shape = state_box();
   for (const Segment& segment : flow.segments) {
-    way_ += norm(segment.displacement) * std::abs(segment.end - segment.begin);
+    distance_ += norm(segment.displacement) * std::abs(segment.end - segment.begin);
     for (const Field& field : segment.fields) {
       const std::optional<double> reach = reach_of(field);
-      if (!reach) extend(reached_, shape.center(), shape.diagonal() + 2 * way_);
+      if (!reach) extend(reach_, shape.center(), shape.diagonal() + 2 * distance_);
       for (const double t : {segment.begin, segment.end}) {
-        if (reach) extend(reached_, field.center + segment.displacement * t, *reach);
+        if (reach) extend(reach_, field.center + segment.displacement * t, *reach);
       }
     }
   }
 }
 
-Box CardShape::resting_box() const {
+Box GpuPreview::state_box() const {
   Box result;
   for (const Box& chunk : boxes_) extend(result, chunk);
   return result;
 }
 
-const gpu::GpuSurface& CardShape::surface() {
-  if (!surface_) surface_.emplace(device_, triangulate(*at_.mesh));
+const gpu::GpuSurface& GpuPreview::surface() {
+  if (!surface_) surface_.emplace(gpu_, triangulate(*state_.mesh));
   return *surface_;
 }
 
-std::optional<SurfaceHit> CardShape::hit(const Ray& ray) {
-  if (at_.mesh == nullptr || at_.mesh->face_count() == 0) return std::nullopt;
+std::optional<SurfaceHit> GpuPreview::hit(const Ray& ray) {
+  if (state_.mesh == nullptr || state_.mesh->face_count() == 0) return std::nullopt;
   const std::optional<gpu::GpuHit> found = surface().first_hit(*points_, ray.origin, ray.direction);
   if (!found) return std::nullopt;
   const auto& [a, b, c] = found->corners;
@@ -199,21 +201,14 @@ std::optional<SurfaceHit> CardShape::hit(const Ray& ray) {
   return result;
 }
 
-double CardShape::volume() {
-  if (at_.mesh == nullptr) return 0;
-  return surface().volume(*points_, resting_box().center());
+double GpuPreview::volume() {
+  if (state_.mesh == nullptr) return 0;
+  return surface().volume(*points_, state_box().center());
 }
 
-std::vector<Vec3d> CardShape::positions() {
+std::vector<Vec3d> GpuPreview::positions() {
   std::vector<Vec3d> result(points_ ? points_->size() : 0);
-  if (points_) device_.download(*points_, result);
-  return result;
-}
-
-// Of what is seen, or larger.
-Box CardShape::box() const {
-  Box result = resting_box();
-  extend(result, reached_);
+  if (points_) gpu_.download(*points_, result);
   return result;
 }
 

@@ -1,0 +1,76 @@
+// The shape on the GPU: shows the current gesture before the CPU has applied it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/gpu/gpu.h"
+#include "knead/gpu/gpu_surface.h"
+#include "knead/render/live_view.h"
+#include "studio.h"
+
+namespace knead::studio {
+
+// The GPU moves the vertices of the picture at once. The worker applies the same strokes on the CPU, whose positions
+// count: when it has caught up, the GPU gets them, to the bit. No picture reads anything back; the end of a gesture
+// reads back whether the GPU succeeded. Strokes that read the surface appear as the worker gets on.
+//
+// All functions throw GpuError or std::runtime_error, one line, if the GPU fails. Discard the object then.
+class GpuPreview {
+ public:
+  // Uses the current OpenGL context, which must be current at every call and in the destructor.
+  explicit GpuPreview(const gpu::GpuOptions& options = {});
+
+  const std::string& description() const { return gpu_.description(); }
+  bool is_software() const { return gpu_.is_software(); }  // Mesa on the CPU
+
+  // Gives the view what it shows. `pending` as Studio's; diagonal: of the shape as it was opened. Returns whether
+  // anything has changed since the last call.
+  bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
+
+  // Makes the next call of follow send everything, as a new view needs.
+  void forget_view() { has_view_ = false; }
+
+  // Returns whether the picture shows strokes that the CPU has not applied.
+  bool is_ahead() const { return !strokes_.empty(); }
+
+  // Returns what a ray hits of the shape in the picture. Reads about a kilobyte back.
+  std::optional<SurfaceHit> hit(const Ray& ray);
+
+  // Returns the volume of the shape in the picture, which is closed. Reads 8 bytes back.
+  double volume();
+
+  // Returns the vertices of the picture. Reads them back.
+  std::vector<Vec3d> positions();
+
+  gpu::Transfers transfers() const { return gpu_.transfers(); }
+
+ private:
+  void upload(const ShapeState& state);
+  bool take_state(const ShapeState& state);
+  bool apply(std::span<const SessionStroke> strokes, double diagonal);
+  bool take_back();
+  void forget_strokes();
+  void check_strokes();
+  void extend_reach(const Flow& flow);
+  void write(const Snapshot& positions, const IndexRange& range);
+  const gpu::GpuSurface& surface();
+  Box state_box() const;
+
+  gpu::Gpu gpu_;
+  ShapeState state_;                        // of the CPU
+  std::optional<gpu::GpuPoints> start_;     // its positions
+  std::optional<gpu::GpuPoints> points_;    // the same, moved by strokes_: the picture's
+  std::optional<gpu::GpuSurface> surface_;  // from when it is first needed
+  std::vector<SessionStroke> strokes_;
+  std::vector<Box> boxes_;  // of the positions of state_, for each chunk of the snapshot
+  Box reach_;               // of the tools of strokes_
+  double distance_ = 0;     // that these move
+  bool has_view_ = false;
+};
+
+}  // namespace knead::studio
