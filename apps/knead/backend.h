@@ -8,7 +8,7 @@
 
 namespace knead::command {
 
-// What became of a backend.
+// What happened to a backend.
 struct BackendUse {
   bool was_called = false;
   bool has_failed = false;  // the CPU did the rest
@@ -18,15 +18,15 @@ struct ChosenBackend {
   Backend move;  // empty: the CPU
   std::shared_ptr<const BackendUse> use{};
 
-  // The report's "backend": gpu where the GPU moved the vertices, all of them.
+  // Returns the report's "backend": gpu only if the GPU moved all vertices.
   std::string name() const { return use != nullptr && use->was_called && !use->has_failed ? "gpu" : "cpu"; }
 };
 
-// Throws UsageError unless it is cpu, or gpu in a build that has that backend.
+// Throws UsageError unless the name is cpu, or gpu in a build that has that backend.
 void check_backend(const std::string& name);
 
-// Of a name that check_backend takes. Where there is no GPU, or it fails, a note on standard error says so unless
-// quiet, and the CPU does the work.
+// Returns the backend of a name that check_backend accepts. If there is no GPU, or it fails, the CPU does the work, and
+// a note on standard error says so unless quiet.
 ChosenBackend choose_backend(const std::string& name, bool quiet);
 
 }  // namespace knead::command

@@ -1,4 +1,4 @@
-// knead bench: how fast shapes are deformed here, beside the paper's method written plainly.
+// knead bench: measures how fast this machine deforms shapes, compared with a plain version of the paper's method.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,12 +32,11 @@ struct BenchOptions {
   std::vector<std::string> meshes;
   bool integrators = false;
   std::string backend = "cpu";
-  std::optional<std::size_t> vertices;  // of a made knot
+  std::optional<std::size_t> vertices;  // of a procedural knot
   CommonOptions common;
 };
 
-// The reference and the errors are taken of so many vertices, evenly chosen: they are much slower, and the same for
-// each.
+// The plain version and the errors are measured on this many vertices, evenly chosen, because they are much slower.
 constexpr std::size_t kReferenceVertices = 8000;
 constexpr std::size_t kErrorVertices = 1000;
 
@@ -168,7 +167,7 @@ Scenes scenes_of(const BenchOptions& options) {
   return scenes;
 }
 
-// Each row is printed as soon as it is there, unless all are printed as JSON in the end.
+// Prints each row as soon as it is measured, unless quiet.
 Json measure_rows(const std::vector<BenchScene>& scenes, double floats, double doubles, bool quiet) {
   Json rows = Json::array();
   if (!quiet) print(heading());
@@ -224,7 +223,7 @@ Json measure_all_integrators(const std::vector<BenchScene>& scenes, bool quiet) 
           {"soonest_by_default", to_string(soonest_by_default(times))}};
 }
 
-// The paper's scenes, on its four shapes or those asked for.
+// Returns the paper's scenes, on its four shapes or on those that the options name.
 std::vector<BenchScene> paper_scenes_of(const BenchOptions& options) {
   std::vector<BenchScene> scenes;
   if (options.vertices) scenes.push_back(paper_knot(*options.vertices));
@@ -279,11 +278,13 @@ void run_bench(const BenchOptions& options) {
 Subcommand bench_command() {
   const auto options = std::make_shared<BenchOptions>();
   std::vector<Option> described{
-      {"--mesh", &options->meshes, "The paper's benchmark on this shape instead; may be given again", "FILE"},
+      {"--mesh", &options->meshes, "Run the paper's benchmark on this shape instead; may be repeated", "FILE"},
       {"--integrators", &options->integrators,
-       "Instead, the error and time of every integrator and tolerance for a stroke of each tool"},
-      {"--backend", &options->backend, "gpu: the paper's scenes on a GPU instead", "NAME", OptionKind::with_default},
-      {"-n,--vertices", &options->vertices, "With --backend gpu, on a made knot of about so many instead", "N"},
+       "Instead, measure error and time of every integrator and tolerance, for a stroke of each tool"},
+      {"--backend", &options->backend, "gpu: run the paper's scenes on a GPU instead", "NAME",
+       OptionKind::with_default},
+      {"-n,--vertices", &options->vertices, "With --backend gpu: run on a procedural knot of about N vertices instead",
+       "N"},
   };
   add_common_options(described, options->common);
   return {"bench", "Measure how fast shapes are deformed on this machine", described,
@@ -292,8 +293,8 @@ Subcommand bench_command() {
           "  knead bench --backend gpu\n"
           "  knead bench --backend gpu -n 10000000\n"
           "  knead bench --json --mesh scan.ply --mesh cloud.xyz\n"
-          "Scans of the paper's shapes are looked for in $KNEAD_MESHES, or ../shared/meshes; where they are absent,\n"
-          "procedural shapes of the same size take their place.",
+          "The benchmark reads scans of the paper's shapes from $KNEAD_MESHES, or ../shared/meshes. Without them,\n"
+          "it uses procedural shapes of the same size.",
           [options] { run_bench(*options); }};
 }
 

@@ -20,7 +20,7 @@ Complaint complain_if(bool bad, const std::string& text) { return bad ? Complain
 
 Complaint volume_changed(const Certificate& c, double limit) {
   return complain_if(!(std::abs(*c.volume_error) <= limit),
-                     fmt::format("the volume changed by {:.2g} of itself, more than {:g}", *c.volume_error, limit));
+                     fmt::format("the volume changed by a fraction of {:.2g}, more than {:g}", *c.volume_error, limit));
 }
 
 Complaint crosses(const Certificate& c, double limit) {
@@ -41,17 +41,17 @@ Complaint is_narrow(const Certificate& c, double limit) {
                                                                  *c.touched_angle_after, limit));
 }
 
-Complaint misses(const char* which, double distance, double limit) {
+Complaint is_far(const char* which, double distance, double limit) {
   return complain_if(!(distance <= limit),
-                     fmt::format("the surface misses its true image by {:.2g} of the box diagonal ({}), more than {:g}",
-                                 distance, which, limit));
+                     fmt::format("the {} distance to the exact image is {:.2g} of the box diagonal, more than {:g}",
+                                 which, distance, limit));
 }
 
 struct Kind {
   std::string_view name;
   std::string_view placeholder;
-  double greatest;  // limit that makes sense
-  bool whole;       // whether it counts something
+  double greatest;  // the largest limit that is accepted
+  bool whole;       // the limit is a whole number
   Cure cure;
   Complaint (*unmet)(const Certificate& certificate, double limit);
 };
@@ -59,21 +59,21 @@ struct Kind {
 constexpr std::string_view kVolume = "volume";
 
 constexpr std::array kKinds{
-    Kind{kVolume, "PART", 1, false, Cure::shorter_chords, volume_changed},
+    Kind{kVolume, "FRACTION", 1, false, Cure::shorter_chords, volume_changed},
     Kind{"crossings", "N", 1e9, true, Cure::shorter_chords, crosses},
     Kind{"flipped", "N", 1e9, true, Cure::shorter_chords, is_flipped},
     Kind{"min-angle", "DEGREES", 60, false, Cure::more_rounds, is_narrow},
-    Kind{"distance", "PART", 1, false, Cure::shorter_chords,
-         [](const Certificate& c, double limit) { return misses("root mean square", c.distance_rms, limit); }},
-    Kind{"distance-max", "PART", 1, false, Cure::shorter_chords,
-         [](const Certificate& c, double limit) { return misses("at most", c.distance_max, limit); }},
+    Kind{"distance", "FRACTION", 1, false, Cure::shorter_chords,
+         [](const Certificate& c, double limit) { return is_far("root-mean-square", c.distance_rms, limit); }},
+    Kind{"distance-max", "FRACTION", 1, false, Cure::shorter_chords,
+         [](const Certificate& c, double limit) { return is_far("greatest", c.distance_max, limit); }},
 };
 
 const Kind& kind_named(std::string_view name, std::string_view item) {
   const auto* const kind =
       std::find_if(kKinds.begin(), kKinds.end(), [&](const Kind& each) { return each.name == name; });
   if (kind == kKinds.end()) {
-    throw UsageError(fmt::format("--require: no bound '{}'; say some of {}", item, known_bounds()));
+    throw UsageError(fmt::format("--require: no bound '{}'; choose from {}", item, known_bounds()));
   }
   return *kind;
 }
@@ -115,7 +115,7 @@ std::vector<Bound> parse_bounds(const std::string& list) {
 
 std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate) {
   if (bound.name == kVolume && !certificate.volume_error) {
-    return Unmet{"there is no volume to keep, as the shape is not closed and oriented; leave the bound out"};
+    return Unmet{"the shape has no volume because it is not closed and oriented; leave this bound out"};
   }
   const Kind& kind = kind_named(bound.name, bound.name);
   const Complaint complaint = kind.unmet(certificate, bound.limit);

@@ -1,4 +1,4 @@
-// What a deformation's certificate is asked to hold: knead deform --require LIST.
+// Bounds on the certificate of a deformation: knead deform --require LIST.
 #pragma once
 
 #include <optional>
@@ -15,21 +15,22 @@ struct Bound {
   double limit = 0;
 };
 
-// The names there are, with commas between them and what stands behind each.
+// Returns all names, each with the placeholder of its limit, separated by commas.
 std::string known_bounds();
 
-// Items with commas between them. Throws UsageError for other names, and for limits that are no number or out of range.
+// Parses items separated by commas. Throws UsageError for an unknown name, and for a limit that is not a number or is
+// out of range.
 std::vector<Bound> parse_bounds(const std::string& list);
 
-// What remeshing can do about a bound that is not met.
+// How remeshing can help to meet a bound.
 enum class Cure { none, shorter_chords, more_rounds };
 
 struct Unmet {
-  std::string text;  // what is wrong: "the volume changed by 0.0012 of itself, more than 1e-05"
+  std::string text;  // what is wrong: "the volume changed by a fraction of 0.0012, more than 1e-05"
   Cure cure = Cure::none;
 };
 
-// Nothing where the bound is met.
+// Returns what is wrong; nothing if the bound is met.
 std::optional<Unmet> unmet(const Bound& bound, const Certificate& certificate);
 
 }  // namespace knead::command

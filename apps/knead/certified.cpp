@@ -18,7 +18,7 @@ struct Complaints {
   std::string text;  // of the first
   bool chords = false;
   bool rounds = false;
-  bool hopeless = false;  // remeshing does not help one of them
+  bool beyond_remeshing = false;  // remeshing cannot meet one of the bounds
 };
 
 std::optional<Complaints> complaints_of(const std::vector<Bound>& bounds, const Certificate& certificate) {
@@ -27,8 +27,8 @@ std::optional<Complaints> complaints_of(const std::vector<Bound>& bounds, const 
     const std::optional<Unmet> found = unmet(bound, certificate);
     if (!found) continue;
     if (!complaints || found->cure == Cure::none) complaints = Complaints{found->text};
-    if (found->cure == Cure::none) complaints->hopeless = true;
-    if (complaints->hopeless) break;
+    if (found->cure == Cure::none) complaints->beyond_remeshing = true;
+    if (complaints->beyond_remeshing) break;
     complaints->chords = complaints->chords || found->cure == Cure::shorter_chords;
     complaints->rounds = complaints->rounds || found->cure == Cure::more_rounds;
   }
@@ -61,7 +61,7 @@ void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
   if (!remeshed) {
     throw QualityError(fmt::format("{}: {}; add --remesh, or give a finer mesh", shape, complaint));
   }
-  throw QualityError(fmt::format("{}: {}, also after {}; deform less at once, or give a finer mesh", shape, complaint,
+  throw QualityError(fmt::format("{}: {}, even after {}; deform less, or give a finer mesh", shape, complaint,
                                  counted(static_cast<std::size_t>(refinements), "refinement")));
 }
 
@@ -83,7 +83,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     certify(inputs.shape, quiet || refinements > 0, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
     if (!complaints) break;
-    if (complaints->hopeless) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
+    if (complaints->beyond_remeshing) throw QualityError(fmt::format("{}: {}", inputs.session.name, complaints->text));
     const bool remeshed = certified.result.shape.is_remeshed();
     if (!remeshed || refinements == kMostRefinements) {
       refuse(inputs.session.name, complaints->text, refinements, remeshed);
@@ -105,15 +105,17 @@ std::string line_of(const Certificate& c) {
       fmt::format("{}, Euler {}{}; ", c.closed_after ? "closed" : "open", c.euler_after,
                   kept ? "" : fmt::format(" (before: {}, {})", c.closed_before ? "closed" : "open", c.euler_before));
   if (c.volume_error) {
-    text +=
-        fmt::format("volume error {:.2g} ({:.2g} of it integration); ", *c.volume_error, c.volume_error_integration);
+    text += fmt::format("volume error {:.2g} ({:.2g} of it from integration); ", *c.volume_error,
+                        c.volume_error_integration);
   }
   if (c.touched_angle_before && c.touched_angle_after) {
     text += fmt::format("smallest angle {:.3g} degrees ({:.3g} before) where touched; ", *c.touched_angle_after,
                         *c.touched_angle_before);
   }
-  text += c.motion_outside == 0 ? "nothing moved outside; " : fmt::format("{:.2g} moved outside; ", c.motion_outside);
-  return text + fmt::format("{:.2g} from the true image, {:.2g} at most", c.distance_rms, c.distance_max);
+  text += c.motion_outside == 0 ? "no motion beyond the tools; "
+                                : fmt::format("motion of {:.2g} beyond the tools; ", c.motion_outside);
+  return text + fmt::format("distance to the exact image {:.2g} (root mean square), {:.2g} at most", c.distance_rms,
+                            c.distance_max);
 }
 
 }  // namespace knead::command

@@ -1,4 +1,4 @@
-// knead check SHAPE: what info says, and whether the surface is sound.
+// knead check SHAPE: prints what info prints, and whether the surface is sound.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ std::size_t count_flipped_since(const CheckOptions& options, const Mesh& mesh) {
   const Mesh before = read_shape(options.before).mesh;
   if (before.vertex_count() != mesh.vertex_count() || before.face_begin != mesh.face_begin ||
       before.corner_vertex != mesh.corner_vertex) {
-    throw InvalidInput(Place{options.before}, fmt::format("its faces are not those of {}; give the shape as it was "
-                                                          "before it was deformed",
+    throw InvalidInput(Place{options.before}, fmt::format("its faces differ from those of {}; give that shape as it "
+                                                          "was before the deformation",
                                                           options.shape));
   }
   return count_flipped(mesh, before.positions, mesh.positions);
@@ -79,7 +79,7 @@ std::string table_of(const ShapeInfo& info, const Findings& findings) {
   return text + table_of_notes(info);
 }
 
-// A line on standard error for each requirement that is not met; the last is the error that ends the command.
+// Prints a line on standard error for each requirement that is not met; throws the last one.
 void require_all(const CheckOptions& options, const std::vector<Requirement>& requirements, const Findings& findings) {
   std::string last;
   for (const Requirement& requirement : requirements) {
@@ -105,13 +105,14 @@ void run_check(const CheckOptions& options) {
   ShapeInfo info = read_info(options.shape);
   const Findings findings = find(options, info);
   if (!findings.self_intersections.complete) {
-    info.notes.push_back(
-        fmt::format("over {} pairs of triangles intersect; the count ends there", findings.self_intersections.count));
+    info.notes.push_back(fmt::format("more than {} pairs of triangles intersect; the count stops there",
+                                     findings.self_intersections.count));
   }
   const std::size_t repeated = count_repeated(info.file.mesh.positions);
   if (repeated > 0 && findings.self_intersections.count > 0) {
     info.notes.push_back(fmt::format(
-        "{} vertices stand where another one does, as along seams; triangles that touch there count as intersecting",
+        "{} vertices share their position with another one, as along seams; triangles that touch there count as "
+        "intersecting",
         repeated));
   }
   if (options.common.json) {
@@ -132,7 +133,7 @@ Subcommand check_command() {
       {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
   };
   add_common_options(described, options->common);
-  return {"check", "Whether a surface is sound: self-intersections, flat triangles, folds", described,
+  return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
           "  knead check scan.ply\n"
           "  knead check bent.ply --before hand.ply --json\n"
           "  knead check bent.ply --require closed,manifold,no-self-intersections,min-angle=1",

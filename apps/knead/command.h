@@ -1,4 +1,4 @@
-// The subcommands of `knead`, a file each: parse, call the library, print.
+// The subcommands of `knead`. Each has a file, which parses, calls the library and prints.
 #pragma once
 
 #include <stdexcept>
@@ -24,7 +24,7 @@ class UsageError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-// A quality that was asked for could not be had.
+// A quality that the user asked for was not reached.
 class QualityError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -22,7 +22,7 @@
 namespace knead::command {
 namespace {
 
-// The file of a moment of the deformation: of the result, where there are no frames.
+// The files to write: one for each frame, or one for the result if there are no frames.
 class Target {
  public:
   explicit Target(const DeformOptions& options) : path_(options.output) {
@@ -41,7 +41,7 @@ class Target {
   int count_ = 1;
 };
 
-// All that can go wrong with the outputs is found before the work begins.
+// Finds all problems with the outputs before the work begins.
 void check_outputs(const DeformOptions& options, const Target& target) {
   require_shape_extension(target.path(0));
   for (int i = 0; i < target.count(); ++i) require_writable(target.path(i));
@@ -55,7 +55,7 @@ void check_outputs(const DeformOptions& options, const Target& target) {
 
 void check_until(const DeformOptions& options, const Session& session) {
   if (options.until && *options.until > static_cast<double>(session.strokes.size())) {
-    throw UsageError(fmt::format("--until {}: {} has {}; give at most that", *options.until, session.name,
+    throw UsageError(fmt::format("--until {}: {} has {}; give at most that number", *options.until, session.name,
                                  counted(session.strokes.size(), "stroke")));
   }
 }
@@ -66,7 +66,7 @@ std::string remesh_text(const RemeshReport& remesh) {
   if (remesh.volume_error_uncompensated) {
     text += fmt::format("; volume changed by {:.2g} without compensation", *remesh.volume_error_uncompensated);
   }
-  return text + (remesh.complete ? "\n" : "; a limit came first: edges above the targets remain\n");
+  return text + (remesh.complete ? "\n" : "; stopped at a limit: some edges are still above the targets\n");
 }
 
 std::string summary(const DeformOptions& options, const Target& target, const Report& report) {
@@ -74,18 +74,18 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
       fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
                   report.vertices, counted(report.strokes, "stroke"), counted(report.segments, "segment"));
   if (options.frames) text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
-  text += fmt::format("steps    {:.3g} a vertex on average, {} at most\n", report.steps_mean, report.steps_max);
-  text += report.volume_error ? fmt::format("volume   changed by {:.2g} of itself\n", *report.volume_error)
+  text += fmt::format("steps    {:.3g} per vertex on average, {} at most\n", report.steps_mean, report.steps_max);
+  text += report.volume_error ? fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
   if (report.flipped_triangles > 0) text += fmt::format("flipped  {} triangles\n", report.flipped_triangles);
   if (report.penetration)
-    text += fmt::format("inside   {:.2g} deep at most is left in a stamp's tool\n", *report.penetration);
+    text += fmt::format("inside   the surface is at most {:.2g} deep inside a stamp's tool\n", *report.penetration);
   if (report.self_intersections_before && report.self_intersections_after) {
     text += fmt::format("crossing {} of triangles before, {} after\n",
                         counted(*report.self_intersections_before, "pair"), *report.self_intersections_after);
   }
   if (report.remesh) text += remesh_text(*report.remesh);
-  if (report.certificate) text += "certified " + line_of(*report.certificate) + "\n";
+  if (report.certificate) text += "certificate " + line_of(*report.certificate) + "\n";
   const ReportSeconds& seconds = report.seconds;
   return text + fmt::format("seconds  {:.2f}: read {:.2f}, deform {:.2f}, write {:.2f}\n", seconds.total, seconds.read,
                             seconds.deform, seconds.write);
@@ -101,12 +101,12 @@ void print_report(const DeformOptions& options, const Target& target, const Repo
   }
 }
 
-// Measuring a large shape for a report that nobody reads would take longer than writing it.
+// Measuring a large shape takes longer than writing it, so this is done only for a report that is printed or written.
 bool is_reported(const DeformOptions& options) {
   return !options.common.quiet || options.common.json || !options.report.empty();
 }
 
-// Backwards, strokes that read the surface are resolved with the shape that they were made on.
+// To go backwards, resolves strokes that read the surface on the shape that they were made on.
 void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
@@ -117,12 +117,12 @@ void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   options.frames = {};
   options.normals = shape.mesh.face_count() == 0 ? vertex_normals_of(shape) : std::vector<Vec3d>{};
   session.strokes = replay_watched(shape.mesh, session, options, quiet).resolved;
-  if (!quiet) print_message(fmt::format("note: {}: resolved with {}", session.name, path.string()));
+  if (!quiet) print_message(fmt::format("note: {}: its strokes were resolved on {}", session.name, path.string()));
 }
 
 void copy_materials(const DeformOptions& options, const ShapeFile& shape, const std::string& target) {
   for (const std::filesystem::path& path : copy_material_files(shape, options.shape, target)) {
-    if (!options.common.quiet) print_message(fmt::format("note: {}: the materials are copied too", path.string()));
+    if (!options.common.quiet) print_message(fmt::format("note: {}: the materials were copied too", path.string()));
   }
 }
 
@@ -202,7 +202,7 @@ Subcommand deform_command() {
           "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
           "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
-          "A file whose name begins with - is given after --, as in: knead deform -o out.ply -- -a.ply b.knead",
+          "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
           [options] { run_deform(*options); }};
 }
 

@@ -41,7 +41,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
     throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));
   }
   if (options.threads.value_or(1) < 1) {
-    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out for all", *options.threads));
+    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out to use all", *options.threads));
   }
   if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
     throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
@@ -74,26 +74,26 @@ std::vector<Option> describe(DeformOptions& options) {
        OptionKind::with_default},
       {"--precision", &options.precision, "float or double; double writes PLY coordinates as doubles", "NAME",
        OptionKind::with_default},
-      {"--backend", &options.backend, "cpu, or gpu: a GPU with OpenGL 4.3, or the CPU where there is none", "NAME",
+      {"--backend", &options.backend, "cpu or gpu; without a GPU with OpenGL 4.3, gpu uses the CPU", "NAME",
        OptionKind::with_default},
-      {"--threads", &options.threads, "How many threads (all); the result is the same", "N"},
-      {"--inverse", &options.inverse, "The session backwards: takes a deformed shape back"},
+      {"--threads", &options.threads, "Number of threads (default: all); does not change the result", "N"},
+      {"--inverse", &options.inverse, "Apply the session backwards, which restores a deformed shape"},
   };
   add_remesh_options(result, options.remesh);
   result.insert(
       result.end(),
       {
           {"--check", &options.check,
-           "Certify the result: crossings, flips, volume, angles, the distance to the true image"},
+           "Make a certificate of the result: crossings, flips, volume, angles, distance to the exact image"},
           {"--require", &options.require,
-           "Check, refine where the mesh is remeshed, and write nothing and exit with code 4 unless all of these "
-           "hold: " +
+           "Certify the result, and refine a remeshed one, until all of these bounds hold; else write nothing and "
+           "exit with code 4: " +
                known_bounds(),
            "LIST"},
-          {"--until", &options.until, "Stop after so many strokes; 2.5: half of the third", "S"},
+          {"--until", &options.until, "Stop after S strokes; 2.5 stops halfway through the third", "S"},
           {"--frames", &options.frames,
-           "So many evenly spaced moments, the first and last among them; -o is then a pattern with one %04d", "N"},
-          {"--report", &options.report, "Write a JSON report to this file; -: standard output", "FILE"},
+           "Write N evenly spaced moments, including start and end; -o is then a pattern with one %04d", "N"},
+          {"--report", &options.report, "Write a JSON report to this file; - means standard output", "FILE"},
       });
   add_common_options(result, options.common);
   return result;

@@ -1,4 +1,4 @@
-// knead info SHAPE: what is in a file.
+// knead info SHAPE: shows what is in a file.
 #include <memory>
 #include <string>
 
@@ -31,7 +31,7 @@ Subcommand info_command() {
       {"SHAPE", &options->shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ", "", OptionKind::required},
   };
   add_common_options(described, options->common);
-  return {"info", "What is in a file: counts, closed?, manifold?, volume, area, box", described,
+  return {"info", "Show what is in a file: counts, whether it is closed and manifold, volume, area, box", described,
           "  knead info hand.ply\n"
           "  knead info hand.ply --json",
           [options] { run_info(*options); }};

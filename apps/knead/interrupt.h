@@ -1,4 +1,4 @@
-// Ctrl-C and its relatives: what is under way ends, and no file is left half-written.
+// Ctrl-C and similar signals: ends the work and leaves no file half-written.
 #pragma once
 
 #include "knead/flow/advect.h"

@@ -77,7 +77,8 @@ int run_subcommand(const Subcommand& subcommand) {
   }
 }
 
-// Words that name no subcommand are told here, where the parser would speak of unexpected arguments.
+// Throws UsageError if the first word is not a subcommand. The parser's own message would be about unexpected
+// arguments.
 void check_first_word(int argc, char** argv, const std::vector<Subcommand>& subcommands) {
   std::string names;
   for (const Subcommand& each : subcommands) names += (names.empty() ? "" : ", ") + each.name;
@@ -89,13 +90,13 @@ void check_first_word(int argc, char** argv, const std::vector<Subcommand>& subc
   throw UsageError("no command '" + word + "'; say one of " + names);
 }
 
-// The subcommand's own help, or the one of all.
+// Returns the command line that prints the help of the chosen subcommand, or of the command.
 std::string help_of(const CLI::App& app) {
   const auto chosen = app.get_subcommands();
   return "knead " + (chosen.empty() ? "" : chosen.front()->get_name() + " ") + "--help";
 }
 
-// The parser lists everything after a wrong option, its value among it; the first wrong word is what helps.
+// Describes the first wrong word. The parser would list everything after a wrong option, including its value.
 std::string unexpected_word(const CLI::App& app) {
   std::vector<std::string> words = app.remaining(true);
   std::erase(words, "--");

@@ -1,4 +1,4 @@
-// knead make KIND: closed shapes without data files.
+// knead make KIND: makes a procedural closed shape.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,12 +58,12 @@ Subcommand make_command() {
   const auto options = std::make_shared<MakeOptions>();
   std::vector<Option> described{
       {"KIND", &options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")), "", OptionKind::required},
-      {"-n,--vertices", &options->vertices, "About so many (each kind has its default)", "N"},
+      {"-n,--vertices", &options->vertices, "About this many vertices (each kind has its own default)", "N"},
       {"-o,--output", &options->output, "The file: .ply (binary, float coordinates) or .obj", "FILE",
        OptionKind::required},
   };
   add_common_options(described, options->common);
-  return {"make", "A shape made by computation: closed, in one piece, of triangles", described,
+  return {"make", "Make a procedural shape: closed, in one piece, of triangles", described,
           "  knead make hand -o hand.ply\n"
           "  knead make sphere -n 100000 -o sphere.obj",
           [options] { run_make(*options); }};

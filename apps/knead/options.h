@@ -1,5 +1,4 @@
-// What a subcommand understands, as data: the command line is parsed by it, and help, completions and a manual page
-// can be made from it.
+// The options of a subcommand as data, from which the parser, the help, completions and a manual page can be made.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,7 @@
 
 namespace knead::command {
 
-// Where the value of an option goes. An optional tells whether the option was given.
+// Where the value of an option goes. An std::optional stays empty if the option is not given.
 using OptionTarget = std::variant<bool*, double*, std::string*, std::vector<std::string>*, std::optional<int>*,
                                   std::optional<double>*, std::optional<std::size_t>*, std::optional<std::string>*>;
 

@@ -12,25 +12,26 @@ namespace knead::command {
 // Writes to standard output at once. Throws IoError(write).
 void print(std::string_view text);
 
-// One line on standard error: "knead: " and the message, with control characters (of file names, say) escaped.
+// Prints one line on standard error: "knead: " and the message, with control characters (of file names, say) escaped.
 void print_message(std::string_view message) noexcept;
 
-// "1 stroke", "2 strokes".
+// Returns "1 stroke", "2 strokes".
 std::string counted(std::size_t count, std::string_view noun);
 
-// Remarks, a line each: "knead: note: ...".
+// Prints each note as a line: "knead: note: ...".
 void print_notes(std::span<const std::string> notes);
 
-// Which of the extensions ("ply") the path ends in, in upper or lower case. Throws UsageError where it is none.
+// Returns the extension ("ply") that the path ends in, in upper or lower case. Throws UsageError if it is none of
+// these.
 std::string require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
 
-// The same for a shape's file.
+// Does the same for the extensions of shapes.
 void require_shape_extension(const std::filesystem::path& path);
 
-// Whether a file could be written there, found out without leaving a trace. Throws IoError(write) where it could not.
+// Throws IoError(write) if no file can be written there. Creates nothing.
 void require_writable(const std::filesystem::path& path);
 
-// Throws UsageError where two paths name one file, existing or not.
+// Throws UsageError if two paths name the same file, which need not exist.
 void require_different(const std::filesystem::path& a, const std::filesystem::path& b);
 
 }  // namespace knead::command

@@ -29,7 +29,7 @@ void check_strokes(const PanelOptions& options, const Session& session) {
   }
 }
 
-// A stroke as it turned out on the shape: ones that read no surface, their segments, and a stamp's shape.
+// A resolved stroke: parts that read no surface, their segments, and the shape of a stamp.
 struct PlayedStroke {
   std::vector<SessionStroke> parts;
   Flow flow;
@@ -42,7 +42,7 @@ render::StampTool stamp_tool(const StampStroke& stamp, const Session& session) {
   return tool;
 }
 
-// A session is carried out once only where its strokes read the surface, however many moments are drawn.
+// Replays the session only if a stroke reads the surface, and then once for all moments.
 std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
   const Session& session = inputs.session;
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
@@ -63,12 +63,12 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
   return played;
 }
 
-// A moment of the stroke under way, in its segments.
+// Returns the moment within the current stroke, counted in its segments.
 double segments_at(const PlayedStroke& stroke, double moment) {
   return (moment - std::floor(moment)) * static_cast<double>(stroke.flow.segments.size());
 }
 
-// A moment of the session, counted in parts instead of strokes.
+// Returns a moment of the session, counted in parts instead of strokes.
 double parts_at(const std::vector<PlayedStroke>& played, double moment) {
   const auto index = static_cast<std::size_t>(moment);
   double parts = 0;
@@ -83,7 +83,7 @@ double parts_at(const std::vector<PlayedStroke>& played, double moment) {
   return parts;
 }
 
-// The tools that are drawn on their whole way.
+// Returns the tools that are drawn with their whole paths.
 std::vector<render::DrawnTool> all_tools(const PanelOptions& options, const std::vector<PlayedStroke>& played) {
   std::vector<render::DrawnTool> tools;
   for (std::size_t i = 0; i < played.size(); ++i) {
@@ -92,7 +92,7 @@ std::vector<render::DrawnTool> all_tools(const PanelOptions& options, const std:
   return tools;
 }
 
-// Of the stroke under way; none where the session is over.
+// Returns the tool of the current stroke; none at the end of the session.
 std::vector<render::DrawnTool> tools_at(const PanelOptions& options, const std::vector<PlayedStroke>& played,
                                         double moment) {
   const auto index = static_cast<std::size_t>(moment);
@@ -118,7 +118,7 @@ std::vector<Panel> panels_of_shapes(const PanelOptions& options) {
 std::vector<Panel> panels_of_session(const PanelOptions& options, const Session& session) {
   Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
   const std::vector<PlayedStroke> played = play(inputs, options.quiet);
-  // A stroke that is remeshed is so once, not after each of the parts that it resolves to.
+  // A stroke is remeshed once, not after each of the parts that it resolves to.
   const bool remeshed = std::any_of(session.strokes.begin(), session.strokes.end(),
                                     [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
   if (!remeshed) {

@@ -1,4 +1,4 @@
-// The panels of `knead render`: shapes as they are, or one shape at moments of a session, with tools.
+// The panels of `knead render`: shapes as they are, or one shape at several moments of a session, with tools.
 #pragma once
 
 #include <optional>
@@ -10,8 +10,8 @@
 namespace knead::command {
 
 // In which panels tools are drawn.
-//   first: the first one, the whole way of every stroke's tool;
-//   each:  all, the tool of the stroke under way at the panel's moment, where it then is.
+//   first: in the first one, the tools of all strokes with their whole paths;
+//   each:  in every panel, the tool of the current stroke, at its place at the panel's moment.
 enum class ToolPanels { first, each, none };
 
 struct PanelOptions {
@@ -23,12 +23,12 @@ struct PanelOptions {
   bool quiet = false;
 };
 
-// Throws UsageError where options do not go together: moments need a session and one shape, ToolPanels::each needs
+// Throws UsageError if options do not go together: moments need a session and one shape, ToolPanels::each needs
 // moments, a stroke needs a session.
 void check_usage(const PanelOptions& options);
 
-// A panel for each moment, or for each shape where there are none. Throws UsageError for a stroke or a moment that the
-// session does not have, and what reading and replaying throw.
+// Returns a panel for each moment, or for each shape if there are no moments. Throws UsageError for a stroke or a
+// moment that the session does not have, and what reading and replaying throw.
 std::vector<Panel> make_panels(const PanelOptions& options);
 
 }  // namespace knead::command

@@ -16,13 +16,13 @@ struct Panel {
   std::vector<render::DrawnTool> tools;
 };
 
-// Takes away the side dot(normal, x) > offset of every shape.
+// Removes the side dot(normal, x) > offset of every shape.
 struct CutPlane {
   Vec3d normal;
   double offset = 0;
 };
 
-// What the camera looks at, and the height of what it shows there.
+// The point that the camera looks at, and the height of the picture there.
 struct CloseUp {
   Vec3d target;
   double height = 0;
@@ -33,7 +33,7 @@ enum class ImageFormat { png, jpeg };
 struct PictureRequest {
   std::vector<Panel> panels;  // side by side, at least one
   std::optional<CutPlane> cut;
-  std::optional<CloseUp> close_up;  // instead of all that there is
+  std::optional<CloseUp> close_up;  // empty: shows everything
   Vec3d view{0, 0, -1};             // into the scene
   Vec3d up{0, 1, 0};
   int width = 1600;  // of the whole picture
@@ -42,14 +42,14 @@ struct PictureRequest {
   bool ground = true;        // the shadow on the ground
   bool flat = false;         // one normal per face
   bool wireframe = false;
-  bool same_scale = false;  // each shape in the middle of its own part, all at one scale
+  bool same_scale = false;  // each shape is centred in its panel, all at one scale
   ImageFormat format = ImageFormat::png;
 };
 
 // Throws std::runtime_error in a build without a renderer.
 void require_renderer();
 
-// The bytes of an image file. Throws as require_renderer, and where the machine has no OpenGL 3.3.
+// Returns the bytes of an image file. Throws as require_renderer, and if the machine has no OpenGL 3.3.
 std::string draw_picture(const PictureRequest& request);
 
 }  // namespace knead::command

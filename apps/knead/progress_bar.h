@@ -1,4 +1,4 @@
-// How far the work is, on a terminal.
+// A progress bar on a terminal.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// knead remesh SHAPE -o OUT: a mesh refined and improved, its shape as it is.
+// knead remesh SHAPE -o OUT: refines a mesh and improves its triangles; the shape stays as it is.
 #include <fmt/format.h>
 
 #include <array>
@@ -53,13 +53,13 @@ void run_remesh(RemeshCommand command) {
   command.flags.remesh = true;
   const RemeshSettings settings = *settings_of(command.flags);
   if (command.threads.value_or(1) < 1) {
-    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out for all", *command.threads));
+    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out to use all", *command.threads));
   }
   require_shape_extension(command.output);
   require_writable(command.output);
   const ShapeFile shape = read_shape(command.shape);
   if (shape.mesh.face_count() == 0) {
-    throw InvalidInput(Place{command.shape}, "it has no faces, so nothing to remesh; give a mesh");
+    throw InvalidInput(Place{command.shape}, "it has no faces to remesh; give a mesh");
   }
   const bool quiet = command.common.quiet;
   if (!quiet) {
@@ -76,7 +76,8 @@ void run_remesh(RemeshCommand command) {
     print(fmt::format("{}: {} vertices, {} faces; {}, {}, {}\n", command.output, result.mesh.vertex_count(),
                       result.mesh.face_count(), counted(counts.splits, "split"), counted(counts.collapses, "collapse"),
                       counted(counts.flips, "flip")));
-    if (!counts.complete) print_notes(std::array{std::string("a limit came first; edges above the target remain")});
+    if (!counts.complete)
+      print_notes(std::array{std::string("stopped at a limit; some edges are still above the targets")});
   }
 }
 
@@ -90,12 +91,13 @@ Subcommand remesh_command() {
        "FILE", OptionKind::required},
   };
   add_edge_options(options, command->flags);
-  options.insert(options.end(),
-                 {
-                     {"--iterations", &command->flags.iterations,
-                      fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations), "N"},
-                     {"--threads", &command->threads, "How many threads (all); the result is the same", "N"},
-                 });
+  options.insert(
+      options.end(),
+      {
+          {"--iterations", &command->flags.iterations,
+           fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
+          {"--threads", &command->threads, "Number of threads (default: all); does not change the result", "N"},
+      });
   add_common_options(options, command->common);
   return {"remesh", "Refine a mesh and improve its triangles", options,
           "  knead remesh scan.ply -o even.ply\n"

@@ -13,7 +13,7 @@
 namespace knead::command {
 namespace {
 
-// How the settings' keys are spelled as options.
+// The keys of the settings, and the options that set them.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNames{{
     {"\"max_edge\"", "--max-edge"},
     {"\"max_angle_deg\"", "--max-angle"},
@@ -56,30 +56,32 @@ void add_edge_options(std::vector<Option>& options, RemeshFlags& flags) {
       options.end(),
       {
           {"--max-edge", &flags.max_edge,
-           "Split edges that are longer (twice what 95% of the shape's edges do not pass)", "LENGTH"},
+           "Split longer edges (default: twice the length that 95% of the shape's edges stay below)", "LENGTH"},
           {"--min-edge", &flags.min_edge,
-           "Collapse edges that are shorter where the surface is flat (a quarter of the shape's mean edge)", "LENGTH"},
+           "Collapse shorter edges where the surface is flat (default: a quarter of the shape's mean edge)", "LENGTH"},
       });
 }
 
 void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags) {
   options.push_back(
       {"--remesh", &flags.remesh,
-       "Let the mesh follow each stroke: split what it stretches, keep triangles well shaped; implied by the "
-       "next five"});
+       "Let the mesh follow each stroke: split stretched edges, keep triangles well shaped; the next five options "
+       "imply this"});
   add_edge_options(options, flags);
-  options.insert(
-      options.end(),
-      {
-          {"--max-angle", &flags.max_angle,
-           fmt::format("Split edges whose ends are turned apart by more ({})", kDefaultMaxAngleDeg), "DEGREES"},
-          {"--max-chord", &flags.max_chord,
-           fmt::format("Split edges whose middle misses its true image by more, of the box diagonal ({})",
-                       kDefaultMaxChord),
-           "PART"},
-          {"--remesh-iterations", &flags.iterations,
-           fmt::format("Rounds of improving triangles ({})", kDefaultRemeshIterations), "N"},
-      });
+  options.insert(options.end(),
+                 {
+                     {"--max-angle", &flags.max_angle,
+                      fmt::format("Split edges if a stroke turns the normals at their ends apart by more (default: {})",
+                                  kDefaultMaxAngleDeg),
+                      "DEGREES"},
+                     {"--max-chord", &flags.max_chord,
+                      fmt::format("Split edges whose middle is farther from its exact image; as a fraction of the box "
+                                  "diagonal (default: {})",
+                                  kDefaultMaxChord),
+                      "FRACTION"},
+                     {"--remesh-iterations", &flags.iterations,
+                      fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
+                 });
 }
 
 }  // namespace knead::command

@@ -1,4 +1,4 @@
-// The options that say how a mesh is remade, of `knead deform` and `knead remesh`.
+// The options of `knead deform` and `knead remesh` that control remeshing.
 #pragma once
 
 #include <optional>
@@ -18,13 +18,13 @@ struct RemeshFlags {
   std::optional<int> iterations;
 };
 
-// The settings asked for, if any. Throws UsageError for one out of range.
+// Returns the settings that the options ask for, if any. Throws UsageError for a value out of range.
 std::optional<RemeshSettings> settings_of(const RemeshFlags& flags);
 
-// --max-edge and --min-edge, which have a meaning without a deformation too.
+// Adds --max-edge and --min-edge, which also have a meaning without a deformation.
 void add_edge_options(std::vector<Option>& options, RemeshFlags& flags);
 
-// --remesh, and all else that follows a deformation.
+// Adds --remesh and all options of remeshing after a deformation.
 void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags);
 
 }  // namespace knead::command

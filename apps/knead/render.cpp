@@ -1,4 +1,4 @@
-// knead render SHAPE... -o IMAGE.png: an off-screen picture.
+// knead render SHAPE... -o IMAGE.png: draws a picture without a window.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -139,7 +139,8 @@ void set_close_up(const RenderOptions& options, PictureRequest& request) {
     throw UsageError(
         fmt::format("--close-up {}: give X,Y,Z,HEIGHT, as 0,1,0,0.5: a point, and a height above 0", options.close_up));
   }
-  if (options.same_scale) throw UsageError("--close-up: not with --same-scale, which places each shape by itself");
+  if (options.same_scale)
+    throw UsageError("--close-up: does not work with --same-scale, which centres each shape; leave one of them out");
   request.close_up = CloseUp{{n[0], n[1], n[2]}, n[3]};
 }
 
@@ -209,28 +210,28 @@ std::vector<Option> describe(RenderOptions& options) {
        OptionKind::required},
       {"-o,--output", &options.output, "The .png or .jpg file to write", "FILE", OptionKind::required},
       {"--session", &options.panels.session,
-       "Draw this session's tools over the first shape: r = inner red, r = outer green", "FILE"},
-      {"--stroke", &options.panels.stroke, "Only the tool of this stroke, counted from 1", "N"},
+       "Draw this session's tools over the first shape: the surface r = inner in red, r = outer in green", "FILE"},
+      {"--stroke", &options.panels.stroke, "Draw only the tool of this stroke, counted from 1", "N"},
       {"--until", &options.until,
-       "The one shape as the session has deformed it after S strokes, a panel for each S; 2.5: half of the "
-       "third",
+       "Draw the one shape after S strokes of the session, with a panel for each S; 2.5 is halfway through the "
+       "third stroke",
        "S,S,..."},
       {"--tools", &options.tools,
-       "first: all tools in the first panel; each: in every panel the tool then at work; none", "WHERE",
-       OptionKind::with_default},
-      {"--cut", &options.cut, "Take away what lies beyond the plane N.x = OFFSET, and show the cut", "NX,NY,NZ,OFFSET"},
+       "first: all tools in the first panel; each: in every panel the tool that is at work then; none: no tools",
+       "WHERE", OptionKind::with_default},
+      {"--cut", &options.cut, "Remove everything beyond the plane N.x = OFFSET, and show the cut", "NX,NY,NZ,OFFSET"},
       {"--size", &options.size, "WIDTHxHEIGHT of the whole picture in pixels", "WxH", OptionKind::with_default},
       {"--view", &options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees", "NAME",
        OptionKind::with_default},
       {"--up", &options.up, "The axis that points up, y or z", "AXIS", OptionKind::with_default},
-      {"--close-up", &options.close_up, "Look at this point, and show so much about it from bottom to top",
-       "X,Y,Z,HEIGHT"},
+      {"--close-up", &options.close_up,
+       "Look at this point; the picture is HEIGHT high there, in the units of the shape", "X,Y,Z,HEIGHT"},
       {"--background", &options.background, "white or transparent", "COLOR", OptionKind::with_default},
-      {"--no-ground", &options.no_ground, "No shadow on the ground"},
-      {"--flat", &options.flat, "One shade for each face"},
-      {"--wireframe", &options.wireframe, "The faces' edges as lines"},
+      {"--no-ground", &options.no_ground, "Draw no shadow on the ground"},
+      {"--flat", &options.flat, "Shade each face evenly"},
+      {"--wireframe", &options.wireframe, "Draw the edges of the faces as lines"},
       {"--same-scale", &options.same_scale,
-       "Each shape in the middle of its part of the picture, all at one scale; else one camera shows all"},
+       "Centre each shape in its own panel, all at one scale; without this, all panels share one camera"},
   };
   add_common_options(result, options.common);
   return result;
@@ -240,7 +241,7 @@ std::vector<Option> describe(RenderOptions& options) {
 
 Subcommand render_command() {
   const auto options = std::make_shared<RenderOptions>();
-  return {"render", "Draw shapes, and the tools of a session, into a picture", describe(*options),
+  return {"render", "Draw a picture of shapes and of the tools of a session", describe(*options),
           "  knead render hand.ply -o hand.png\n"
           "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
           "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"

@@ -32,10 +32,9 @@ Complaint not_manifold(const Measures& m) {
 }
 
 Complaint not_oriented(const Measures& m) {
-  return complain_if(!m.oriented(),
-                     fmt::format("not oriented: {} whose faces do not agree which side is out; turn some "
-                                 "of them over",
-                                 counted(m.misoriented_edges, "edge")));
+  return complain_if(!m.oriented(), fmt::format("not oriented: {} whose faces disagree about which side is outside; "
+                                                "turn some of them over",
+                                                counted(m.misoriented_edges, "edge")));
 }
 
 Complaint not_one_component(const Measures& m) {
@@ -45,7 +44,7 @@ Complaint not_one_component(const Measures& m) {
 
 Complaint intersects(const SelfIntersections& found) {
   return complain_if(found.count > 0, fmt::format("{}{} of triangles intersect; move them apart",
-                                                  found.complete ? "" : "over ", counted(found.count, "pair")));
+                                                  found.complete ? "" : "more than ", counted(found.count, "pair")));
 }
 
 Complaint angle_below(double bound, const std::optional<double>& angle) {
@@ -98,7 +97,7 @@ Requirement parse_requirement(std::string_view item, bool has_before) {
   const std::size_t equals = item.find('=');
   const std::string_view word = item.substr(0, equals);
   if (find_kind(word) == nullptr || (equals != std::string_view::npos && word != kMinAngle)) {
-    throw UsageError(fmt::format("--require: no requirement '{}'; say some of {}", item, known_requirements()));
+    throw UsageError(fmt::format("--require: no requirement '{}'; choose from {}", item, known_requirements()));
   }
   if (word == kNoFlipped && !has_before) {
     throw UsageError("--require no-flipped: compares two shapes; give the other with --before FILE");

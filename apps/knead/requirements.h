@@ -1,4 +1,4 @@
-// What a shape is asked to be: knead check --require LIST.
+// Requirements on a shape: knead check --require LIST.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace knead::command {
 
-// What `knead check` finds beyond `knead info`.
+// What `knead check` finds.
 struct Findings {
   Measures measures;
   SelfIntersections self_intersections;
@@ -19,20 +19,20 @@ struct Findings {
   std::optional<std::size_t> flipped_triangles;  // since the shape of --before
 };
 
-// One word of the list, known to be one.
+// One item of the list; its word is a known one.
 struct Requirement {
   std::string word;
   double bound = 0;  // of min-angle
 };
 
-// The words there are, with commas between them.
+// Returns all words, separated by commas.
 std::string known_requirements();
 
-// Words with commas between them, e.g. "closed,min-angle=5". Throws UsageError for others, and for no-flipped where
-// there is nothing to compare with.
+// Parses words separated by commas, e.g. "closed,min-angle=5". Throws UsageError for an unknown word, and for
+// no-flipped if has_before is false.
 std::vector<Requirement> parse_requirements(const std::string& list, bool has_before);
 
-// What is wrong; what to do. Nothing where the requirement is met.
+// Returns what is wrong and what to do; nothing if the requirement is met.
 std::optional<std::string> unmet(const Requirement& requirement, const Findings& findings);
 
 }  // namespace knead::command

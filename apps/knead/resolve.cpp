@@ -1,4 +1,4 @@
-// knead resolve SHAPE SESSION -o OUT.knead: the session as a flow that names no mesh.
+// knead resolve SHAPE SESSION -o OUT.knead: writes the session as strokes that need no mesh.
 #include <fmt/format.h>
 
 #include <memory>
@@ -50,7 +50,7 @@ Subcommand resolve_command() {
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
   };
   add_common_options(described, options->common);
-  return {"resolve", "Write the session as strokes that read no surface", described,
+  return {"resolve", "Write a session as strokes that do not read the surface", described,
           "  knead resolve hand.ply paint.knead -o flow.knead\n"
           "  knead deform fine_hand.ply flow.knead -o painted.ply",
           [options] { run_resolve(*options); }};

@@ -1,4 +1,4 @@
-// What `knead info` says of a shape, and `knead check` first.
+// What `knead info` and `knead check` print about a shape.
 #pragma once
 
 #include <string>
@@ -14,16 +14,16 @@ namespace knead::command {
 struct ShapeInfo {
   ShapeFile file;
   Measures measures;
-  std::vector<std::string> notes;  // of the reader, and what is odd about the mesh
+  std::vector<std::string> notes;  // from the reader, and on defects of the mesh
 };
 
 // Throws what read_shape throws.
 ShapeInfo read_info(const std::string& shape);
 
-// Its keys, in the order of the documentation.
+// Returns the keys in the order of the documentation.
 Json to_json(const ShapeInfo& info);
 
-// The same for people: a row for each key but the notes, and rows of the notes.
+// Return the same as text: a row for each key except the notes; and the rows of the notes.
 std::string table_of(const ShapeInfo& info);
 std::string table_of_notes(const ShapeInfo& info);
 std::string row(std::string_view name, std::string_view value);

@@ -42,7 +42,8 @@ void run_studio(const StudioOptions& options) {
   if (!error) become((self.parent_path() / kProgram).string(), words);
   become(kProgram, words);
   throw std::runtime_error(
-      "knead-studio is neither beside this command nor on PATH; install GLFW, Dear ImGui, epoxy, EGL and stb, and "
+      "knead-studio was found neither next to this command nor on PATH; install GLFW, Dear ImGui, epoxy, EGL and stb, "
+      "and "
       "build again");
 }
 
@@ -51,15 +52,15 @@ void run_studio(const StudioOptions& options) {
 Subcommand studio_command() {
   const auto options = std::make_shared<StudioOptions>();
   return {"studio",
-          "The interactive application",
+          "Start Knead Studio, the interactive application",
           {{"--backend",
             &options->backend,
-            "What moves the shape under the hand: cpu, or gpu (default: as last chosen)",
+            "Deform shapes on the CPU or the GPU (default: as last chosen)",
             "",
             OptionKind::optional,
             {"cpu", "gpu"}},
-           {"SHAPE", &options->shape, "What to work on; a new sphere where it is not given"},
-           {"SESSION", &options->session, "What has been done to it before"}},
+           {"SHAPE", &options->shape, "The shape to open (default: a new sphere)"},
+           {"SESSION", &options->session, "The session to open: strokes that were made on this shape"}},
           "  knead studio\n"
           "  knead studio hand.ply bend.knead",
           [options] { run_studio(*options); }};

@@ -34,7 +34,7 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   if (result.status == AdvectStatus::step_limit) {
     throw QualityError(
         to_string(Place{session.name, result.failed_line}) +
-        ": a path line runs away or needs over a million steps here; use a wider transition, a smaller angle, "
+        ": a path line runs to infinity or needs over a million steps here; use a wider transition, a smaller angle, "
         "another gauge, or a larger --tolerance");
   }
   if (!quiet) print_notes(result.warnings);

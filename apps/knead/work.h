@@ -10,7 +10,7 @@
 
 namespace knead::command {
 
-// Wall-clock time since it was made.
+// Measures the wall-clock time since it was made.
 class Clock {
  public:
   double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
@@ -19,7 +19,7 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What both subcommands read. What was odd goes to standard error unless quiet.
+// What both subcommands read. Notes go to standard error unless quiet.
 struct Inputs {
   ShapeFile shape;
   Session session;
@@ -27,8 +27,8 @@ struct Inputs {
 Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet);
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
-// Returns a result whose status is done; throws Interrupted or QualityError for the others. The mesh must outlive the
-// result.
+// Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive
+// the result.
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet);
 
 }  // namespace knead::command

@@ -6,8 +6,8 @@ from agreement_fields import dot, unit
 
 # Cases ------------------------------------------------------------------------------------------------
 
-def limb_cylinders(points, triangles, diagonal, rng, tool):
-    """A centre, an axis down a limb, thresholds and a radius that only the limb's part with r < outer fits in."""
+def barrels_of_parts(points, triangles, diagonal, rng, tool):
+    """A centre, an axis along a thin part, thresholds and a barrel that holds this part, and no other, of r < outer."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     middle = points.mean(0)
@@ -26,15 +26,15 @@ def limb_cylinders(points, triangles, diagonal, rng, tool):
         kept = touched[np.arange(len(edges)) % len(triangles)]
         graph = coo_matrix((np.ones(kept.sum()), tuple(edges[kept].T)), shape=(len(points),) * 2)
         _, label = connected_components(graph, directed=False)
-        limb = label == label[tip]
+        part = label == label[tip]
         inside = np.zeros(len(points), bool)
         inside[np.unique(triangles[touched])] = True
         d = points - c
         d = d - (d @ down)[:, None] * down
         away = np.sqrt(dot(d, d))
-        widest = away[limb & inside].max()
-        others = away[inside & ~limb]
-        if len(others) == 0 or others.min() < 1.15 * widest or (limb & inside).sum() < 100:
+        widest = away[part & inside].max()
+        others = away[inside & ~part]
+        if len(others) == 0 or others.min() < 1.15 * widest or (part & inside).sum() < 100:
             continue
         score = others.min() / widest * min(1, size / widest)
         if best is None or score > best[0]:
@@ -130,8 +130,8 @@ def cases(points, triangles, diagonal, rng):
     out["session"] = out["implicit-blended"] + out["rotate"] + [{"undo": 2}, {"redo": 1}] + out["points-parts"] \
         + out["twist"] + [{"undo": 1}] + out["bend"]
     for tool in ("bend", "twist"):
-        found = limb_cylinders(points, triangles, diagonal, rng, tool)
+        found = barrels_of_parts(points, triangles, diagonal, rng, tool)
         if found:
-            out["limb-" + tool] = [found[0]]
-            out["limb-" + tool + "-refused"] = [dict(found[0], radius=found[1])]
+            out["barrel-" + tool] = [found[0]]
+            out["barrel-" + tool + "-refused"] = [dict(found[0], radius=found[1])]
     return out

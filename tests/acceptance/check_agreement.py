@@ -256,8 +256,8 @@ def main():
                 tasks.append((mesh, name, events, options))
     if given.case is None:
         for tool in ("bend", "twist"):
-            if not any(name == "limb-%s-refused" % tool for _, name, _, _ in tasks):
-                print("no limb was found for", tool)
+            if not any(name == "barrel-%s-refused" % tool for _, name, _, _ in tasks):
+                print("no part for a barrel was found for", tool)
     bad = 0
     with multiprocessing.Pool(given.jobs) as pool:
         for mesh, name, faults, notes, seconds in pool.imap_unordered(check, tasks):

@@ -22,7 +22,8 @@ double absolute_tolerance(double relative_tolerance, double diagonal) {
   }
   const double tolerance = relative_tolerance * diagonal;
   if (!is_finite_and_positive(tolerance)) {
-    throw InvalidInput("the tolerance and the shape's size leave no positive length");
+    throw InvalidInput(
+        "the tolerance times the shape's size must be a finite length greater than 0; change the tolerance");
   }
   return tolerance;
 }

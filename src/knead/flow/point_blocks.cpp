@@ -104,12 +104,14 @@ void PointBlocks::copy_block(std::size_t block, std::span<Vec3d> points) const {
 }
 
 void PointBlocks::copy_to(std::span<Vec3d> points) const {
-  if (points.size() != size_) throw InvalidInput("the points to copy to are not as many as the blocks'");
+  if (points.size() != size_)
+    throw InvalidInput("the number of points to copy to differs from the number of points in the blocks");
   for (std::size_t block = 0; block < blocks_.size(); ++block) copy_block(block, points);
 }
 
 void PointBlocks::update(std::span<Vec3d> points) {
-  if (points.size() != size_) throw InvalidInput("the points to update are not as many as the blocks'");
+  if (points.size() != size_)
+    throw InvalidInput("the number of points to update differs from the number of points in the blocks");
   for (std::size_t group = 0; group < groups_.size(); ++group) {
     if (!groups_[group].has_changed) continue;
     groups_[group].has_changed = false;

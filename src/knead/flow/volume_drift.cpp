@@ -30,7 +30,7 @@ Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t) {
         constexpr bool own = std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> ||
                              std::is_same_v<std::decay_t<decltype(region)>, CustomRegion>;
         if constexpr (own) {
-          throw InvalidInput("the derivatives of a motion or region of one's own are not known; use another field");
+          throw InvalidInput("the derivatives of a custom motion or region are not known; use another field");
         } else {
           return velocity(motion, region, field.thresholds, d, Dual(t));
         }

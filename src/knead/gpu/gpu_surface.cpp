@@ -104,7 +104,7 @@ struct GpuSurface::State {
   void open(std::span<const Triangle> triangles);
 
   void require(const GpuPoints::State& of) const {
-    if (of.size < points) throw InvalidInput("a triangle's corner is none of the GPU's points");
+    if (of.size < points) throw InvalidInput("a triangle refers to a point that does not exist");
   }
 
   // Sends all triangles through the program that is in use.

@@ -186,7 +186,7 @@ void draw_whole_way(const Flow& stroke, const Canvas& canvas) {
   draw_path(stroke, canvas);
 }
 
-// The segment under way at the moment, as it then stands.
+// Returns the segment at that moment, with its fields where they are then.
 Segment segment_at(const Flow& stroke, double moment) {
   const auto index = std::min(static_cast<std::size_t>(moment), stroke.segments.size() - 1);
   return at_time(stroke.segments[index], std::min(moment - static_cast<double>(index), 1.0));

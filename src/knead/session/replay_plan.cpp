@@ -29,8 +29,8 @@ PreparedStroke prepare(const Session& session, const SessionStroke& source, bool
   return at_line(session, source, [&] {
     if (backwards && reads_surface(source.stroke)) {
       throw InvalidInput(
-          "this stroke reads the surface as it was before it, which the deformed shape does not tell; resolve the "
-          "session with the undeformed shape (knead resolve) and take that session back");
+          "this stroke reads the surface before the stroke, which is not known from the deformed shape; resolve the "
+          "session with the undeformed shape (knead resolve) and use that session instead");
     }
     return prepare_stroke(source, std::filesystem::path(session.name).parent_path());
   });

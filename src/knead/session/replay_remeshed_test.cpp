@@ -297,7 +297,7 @@ TEST(ReplayRemeshed, RefusesNumbersOfVerticesThatHaveChanged) {
   handles.motion = HandlesTranslation{{0, 0, 0.1}};
   EXPECT_EQ(refusal(ball(), session_of({handles}, RemeshSettings{})), "nothing");
   EXPECT_EQ(refusal(ball(), session_of({kPulledAndTurned[0], handles}, RemeshSettings{})),
-            "s.knead:3: \"full_vertices\" names vertices whose numbers the remeshing of an earlier stroke has changed; "
+            "s.knead:3: \"full_vertices\" names vertices, but remeshing after an earlier stroke changed their numbers; "
             "name points instead, with \"full\"");
 }
 
@@ -306,7 +306,7 @@ TEST(ReplayRemeshed, ChecksBarrelsOnTheRemeshedSurface) {
   twist.radius = 0.5;
   const std::string message = refusal(ball(), session_of({kPulledAndTurned[0], twist}, RemeshSettings{}));
   EXPECT_TRUE(message.starts_with("s.knead:3: ")) << message;
-  EXPECT_NE(message.find("cross the cylinder"), std::string::npos) << message;
+  EXPECT_NE(message.find("cross the barrel"), std::string::npos) << message;
 }
 
 TEST(ReplayRemeshed, PointCloudsAndInversesKeepTheirPointsWithAWarning) {

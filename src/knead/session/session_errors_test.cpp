@@ -34,7 +34,7 @@ TEST(SessionErrors, OfTheHeaderNameLineOne) {
       {"{\"knead\": 1, \"mash\": \"a.ply\"}\n", "unknown key \"mash\"; the header has the keys \"knead\", \"mesh\""},
       {"{\"knead\": 1, \"mesh\": 3}\n", "\"mesh\" must be text in double quotes, got 3"},
       {"{\"knead\": 1, \"note\": null}\n", "\"note\" must be text in double quotes, got null"},
-      {"{\"knead\": 1", "the line ends before its JSON object does"},
+      {"{\"knead\": 1", "the JSON object of this line is incomplete"},
       {"[1]\n", "the line must be a JSON object"},
       {"\n{\"knead\": 1}\n", "the line is empty"},
       {"ply\n", "column 1 is not JSON"},
@@ -122,7 +122,7 @@ TEST(SessionErrors, OfStrokesThatReadTheSurface) {
 
 TEST(SessionErrors, OfJsonNameColumnAndKey) {
   expect_errors({
-      {R"({"undo": 1)", "the line ends before its JSON object does"},
+      {R"({"undo": 1)", "the JSON object of this line is incomplete"},
       {R"({"undo" 1})", "at \"undo\", column 9 is not JSON"},
       {R"({"undo": 1} x)", "at \"undo\", column 13 is not JSON"},
       {R"({"undo": 1, "undo": 1})", R"(the key "undo" is given twice)"},

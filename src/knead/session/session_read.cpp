@@ -77,7 +77,7 @@ class SessionReader {
 
   void read_incomplete(const Line& line) {
     if (line.ended || place_.line == 1) {
-      throw InvalidInput(place_, "the line ends before its JSON object does; complete it or take it out");
+      throw InvalidInput(place_, "the JSON object of this line is incomplete; complete it or remove the line");
     }
     session_.warnings.push_back(to_string(place_) + ": the last line is incomplete and was left out");
   }

@@ -150,7 +150,8 @@ void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, doubl
   back.precision = Precision::float64;
   back.threads = options.motion.threads;
   if (advect(inverse(for_members(stroke.flow)), points, back).status != AdvectStatus::done) {
-    throw InvalidInput("the result cannot be carried back to certify it: a path line runs away; leave --check out");
+    throw InvalidInput(
+        "the certificate cannot be made because a path line runs to infinity backwards; leave --check out");
   }
 }
 

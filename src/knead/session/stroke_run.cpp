@@ -15,7 +15,7 @@ namespace knead::session_detail {
 namespace {
 
 std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
-  std::string text = fmt::format("{} cross the cylinder of \"radius\" {} and would be torn; ",
+  std::string text = fmt::format("{} cross the barrel of \"radius\" {} and would be torn; ",
                                  check.crossing == 1 ? "1 triangle would" : fmt::format("{} triangles", check.crossing),
                                  barrel.radius);
   const std::optional<double> nearest = nearest_radius(check, barrel.radius);
@@ -66,7 +66,7 @@ void require_no_numbers(const Stroke& stroke) {
   if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
   const bool full = !handles->full_vertices.empty();
   throw InvalidInput(
-      fmt::format("\"{}\" names vertices whose numbers the remeshing of an earlier stroke has changed; "
+      fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
                   "name points instead, with \"{}\"",
                   full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
 }
@@ -142,8 +142,8 @@ void StrokeRun::check_barrel() {
   if (found.crossing > 0) throw InvalidInput(describe_refusal(*stroke_.barrel, found));
   if (found.later == 0) return;
   stroke_.outcome.warnings.push_back(
-      fmt::format("{} triangles cross the cylinder of \"radius\" {} where the bend arrives later, and may "
-                  "be torn; look there, or choose another radius",
+      fmt::format("{} triangles cross the barrel of \"radius\" {} where the bend moves the surface later, "
+                  "and may be torn; check them, or choose another radius",
                   found.later, stroke_.barrel->radius));
 }
 

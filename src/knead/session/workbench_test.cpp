@@ -1,4 +1,4 @@
-// The shape under work against a replay of its session.
+// Compares the shape of a workbench with a replay of its session.
 #include "knead/session/workbench.h"
 
 #include <gtest/gtest.h>

@@ -187,11 +187,10 @@ void warn(const HandlesStroke& stroke, Warnings& warnings) {
   const double at_start = gap(full, zero);
   const double on_the_way = least_gap(stroke, full, zero);
   if (on_the_way < kClosePass * at_start) {
-    warnings.push_back(
-        fmt::format("the full set comes as near as {:.2g} to the zero set on its way, from {:.2g} at the start: what "
-                    "lies between is "
-                    "squeezed out sideways; move less far, or around the zero set in several strokes",
-                    on_the_way, at_start));
+    warnings.push_back(fmt::format(
+        "the full set comes within {:.2g} of the zero set along its path ({:.2g} at the start): the material "
+        "between them is squeezed out sideways; move it less far, or around the zero set in several strokes",
+        on_the_way, at_start));
   }
   const Vec3d c = mean(full);
   double radius2 = 0;

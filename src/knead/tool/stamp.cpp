@@ -131,8 +131,8 @@ class Stamper {
     const double depth = penetration(stroke_.path.front());
     if (depth > lengths_.step / 4) {
       warn(
-          fmt::format("the surface is {:.3g} inside the tool where the path begins: that is carried along, but not "
-                      "pushed out; begin the path outside",
+          fmt::format("the surface is {:.3g} deep inside the tool where the path begins: that part moves along, but is "
+                      "not pushed out; begin the path outside the shape",
                       depth));
     }
   }
@@ -140,10 +140,10 @@ class Stamper {
   void measure_end() {
     result_.penetration = penetration(stroke_.path.back());
     if (result_.penetration > lengths_.step / 2) {
-      warn(
-          fmt::format("at the path's end the surface is {:.3g} inside the tool; make \"step\" smaller or \"outer\" "
-                      "larger, or refine the shape",
-                      result_.penetration));
+      warn(fmt::format(
+          "at the path's end the surface is {:.3g} deep inside the tool; make \"step\" smaller or \"outer\" "
+          "larger, or refine the shape",
+          result_.penetration));
     }
   }
 
