@@ -21,25 +21,28 @@ struct SurfaceHit {
   Vec3d normal;  // a unit vector, out of the shape
 };
 
-// Of a point in the plane of a triangle; of one without area: its first corner.
+// Returns the weights of the corners for a point in the plane of a triangle; those of the first corner if it has no
+// area.
 std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d& b, const Vec3d& c);
 
-// A shape to be hit. It is searched as it was when the picker was made; what is found is told as it lies in a later
-// state with the same faces. May be asked from any thread while it does not change.
+// Finds where a ray hits a shape. Searches the shape as it was when the picker was made or last followed a state, and
+// returns the hit as it lies in a later state with the same faces. Any thread may search while the picker does not
+// change.
 class Picker {
  public:
-  // About 0.2 us a triangle.
+  // Takes about 0.2 us a triangle.
   explicit Picker(const ShapeState& state);
 
-  // Searches the shape as it is in a state that it fits. About 0.03 us a triangle.
+  // From now on searches the shape as it is in this state, which fits. Takes about 0.03 us a triangle.
   void follow(const ShapeState& state);
 
   bool fits(const ShapeState& state) const { return state.mesh == mesh_; }
 
-  // The first surface along a ray, as it lies in `now`, which fits. Nothing where there is none, as in point clouds.
+  // Returns the first surface along a ray, as it lies in `now`, which fits. Nothing if there is none, as in point
+  // clouds.
   std::optional<SurfaceHit> pick(const Ray& ray, const ShapeState& now) const;
 
-  // About the middle of what the ray enters first: half way to where it leaves that again.
+  // Returns the point halfway between where the ray enters the shape and where it leaves it again.
   std::optional<Vec3d> middle(const Ray& ray, const ShapeState& now) const;
 
   const std::vector<Triangle>& triangles() const { return links_.triangles; }

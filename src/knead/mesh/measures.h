@@ -38,8 +38,8 @@ struct Measures {
   bool closed() const { return faces > 0 && boundary_edges == 0; }
   // Returns whether no edge has more than two faces and no vertex lies in several fans.
   bool manifold() const { return nonmanifold_edges == 0 && nonmanifold_vertices == 0; }
-  // The faces at each edge agree which side is outside: the numbers of uses in the two directions differ by at most
-  // one. The volume of a closed mesh then does not depend on the origin, even if the mesh is not manifold.
+  // Returns whether the faces at each edge agree about which side is outside: the numbers of uses in the two directions
+  // differ by at most 1. The volume of a closed mesh then does not depend on the origin, even if it is not manifold.
   bool oriented() const { return misoriented_edges == 0; }
 };
 
@@ -47,12 +47,12 @@ struct Measures {
 // of faces, so every run returns the same bits.
 Measures measure(const Mesh& mesh);
 
-// Returns volume and area only, of `mesh` with other positions (one for each vertex), by the same sums as measure().
+// The volume and the area of a mesh.
 struct VolumeAndArea {
   double volume = 0;
   double area = 0;
 };
-// Returns the volume and area of `mesh` with other positions (same count), by the same sums as measure().
+// Returns the volume and area of `mesh` with other positions, one for each vertex, by the same sums as measure().
 VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions);
 
 // Returns true if the triangle has no area: its height over the longest edge is below 1e-12 times that edge, or two

@@ -117,12 +117,12 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 // - Creases, boundaries and seams of attributes are split, but neither flipped nor smoothed.
 // - Edges of more than two faces do not change.
 // - Polygons that are touched become triangles.
-// - Faces and vertices that the deformation does not touch keep their corners and bits, and their order; they come
-// before
-//   new ones.
-// - Values per vertex and corner are interpolated, values per face are inherited. "normal" (3 components) is
-// transformed
-//   as by transport_normals().
+// - Faces and vertices that the deformation does not touch keep their corners,
+//   bits and order.
+//   They come before new ones.
+// - Values per vertex and corner are interpolated.
+//   Values per face are inherited.
+//   "normal" (3 components) is transformed as by transport_normals().
 //
 // The result has the same bits for every number of threads. Throws InvalidInput if the spans have wrong sizes.
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,

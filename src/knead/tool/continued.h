@@ -1,4 +1,4 @@
-// Strokes that go on where others ended: a stroke while it is being made, and what of it was made in pieces.
+// Strokes that continue others: the new part of a growing stroke, and the pieces of one stroke joined.
 #pragma once
 
 #include <optional>
@@ -7,21 +7,22 @@
 
 namespace knead {
 
-// What `now` has beyond `before` where it is the same stroke gone on with: an implicit stroke's longer path, more
-// samples of a painted one. before and then the rest give the same segments as now, to the bit. Nothing where it is
-// another stroke, or the same.
+// Returns the part of `now` that `before` lacks, if `now` extends `before`: the rest of an implicit stroke's path, or
+// the new samples of a painted stroke. `before` followed by this part gives the same segments as `now`, to the bit.
+// Returns nothing if the strokes are equal, or `now` does not extend `before`.
 std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now);
 
-// The same for the flows: also of point sets with more displacements. The strokes are valid and read no surface.
+// Returns the flow of that part; works also for point sets with more displacements. The strokes are valid and read no
+// surface.
 std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now);
 
-// Whether `next` begins where `last` ended, by the same tool with the same numbers: an implicit stroke or a stamp whose
-// path goes on, a painted stroke of the same brush. Painted strokes do not tell whether the hand was lifted between
-// them.
+// Returns whether `next` begins where `last` ended, with the same tool and the same numbers: an implicit stroke or a
+// stamp whose path continues, or a painted stroke of the same brush. Painted strokes do not show whether the pointer
+// was released between them.
 bool continues(const Stroke& last, const Stroke& next);
 
-// One stroke that does what the two do after each other, to the bit; nothing where there is none (of stamps, whose
-// contacts are chosen for a whole stroke).
+// Returns one stroke that gives the result of the two, one after the other, to the bit. Returns nothing if there is
+// none, as for stamps, whose contacts are chosen for a whole stroke.
 std::optional<Stroke> joined(const Stroke& last, const Stroke& next);
 
 }  // namespace knead

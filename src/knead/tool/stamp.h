@@ -24,9 +24,9 @@ struct StampResult {
 // - Each piece of the path is cut into steps of equal length, at most stroke.step. Pieces of length zero are skipped.
 // - Each step finds the contacts once, between the current surface and the tool at the end of the step, and moves them
 //   in four quarters. A place joins in the quarter in which the tool hits it. Without contacts a step moves nothing.
-// - Every motion goes to surface.apply as a PointsStroke (the contacts, the stroke's exponent, one displacement for
-// each
-//   quarter). These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
+// - Every motion goes to surface.apply as a PointsStroke.
+//   It holds the contacts, the stroke's exponent and one displacement for each quarter.
+//   These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
 // - If the tool already intersects the surface at the start of the path, the part inside moves along but is not pushed
 //   out, and a warning says so.
 //
