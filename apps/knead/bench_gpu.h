@@ -1,4 +1,4 @@
-// The paper's scenes on a GPU, beside the CPU in the same run.
+// `knead bench --backend gpu`: the paper's scenes on a GPU and on the CPU in the same run.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace knead::command {
 
-// Measures the scenes one after the other, and on a real GPU the paper's benchmark on ten million vertices if `all`;
-// prints each row as soon as it is there unless quiet. Throws GpuError where there is no GPU.
+// Measures the scenes one after the other. If `all`, a real GPU also runs the paper's benchmark on ten million
+// vertices. Prints each row as soon as it is measured, unless quiet. Throws GpuError if there is no GPU.
 Json measure_on_gpu(std::vector<BenchScene> scenes, bool all, bool quiet);
 
 }  // namespace knead::command

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kVertices = 20'000;
 constexpr std::size_t kErrorVertices = 1000;
-// The tighter settings after one that took so many times as long as the loosest are left out.
+// After a setting that took this many times as long as the loosest one, tighter settings are left out.
 constexpr double kLongest = 100;
 constexpr std::array kPrecisions{Precision::float32, Precision::float64};
 constexpr std::array kIntegrators{Integrator::rk4, Integrator::bogacki_shampine, Integrator::dormand_prince,
@@ -28,7 +28,7 @@ const char* name_of(Integrator integrator) {
 
 const char* name_of(Precision precision) { return precision == Precision::float32 ? "float" : "double"; }
 
-// The errors that are asked for. Tolerances are of one segment, so in double there are tighter ones to try.
+// The errors to reach. Tolerances hold for one segment, so in double there are also tighter ones.
 std::vector<double> errors_of(Precision precision) {
   if (precision == Precision::float32) return {1e-3, 1e-4, 1e-5, 1e-6};
   return {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-9};
@@ -40,7 +40,7 @@ std::vector<double> tolerances_of(Precision precision) {
   return tolerances;
 }
 
-// How soon a method gets to the error in one scene; `runs` from loose to tight.
+// Returns the time that a method needs for the error in one scene; `runs` go from loose to tight.
 std::optional<double> time_to(double error, const std::vector<IntegratorRun>& runs) {
   std::optional<double> soonest;
   const auto consider = [&](double seconds) { soonest = std::min(soonest.value_or(seconds), seconds); };

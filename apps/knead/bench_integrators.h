@@ -1,4 +1,4 @@
-// `knead bench --integrators`: which Runge-Kutta method is accurate soonest.
+// `knead bench --integrators`: which Runge-Kutta method reaches an accuracy fastest.
 #pragma once
 
 #include <optional>
@@ -16,13 +16,13 @@ struct IntegratorRun {
   std::string tool;
   Integrator integrator = Integrator::rk4;
   Precision precision = Precision::float32;
-  double tolerance = 0;  // of the box diagonal, asked of one path line and segment
-  double max_error = 0;  // of the box diagonal, found over all segments
+  double tolerance = 0;  // the setting, for one path line and segment; of the box diagonal
+  double max_error = 0;  // measured over all segments; of the box diagonal
   double seconds = 0;    // median
 };
 
-// How soon the methods get to an error of at most `error` of the box diagonal, with whatever tolerance: the geometric
-// mean over all scenes, in the order of the integrators; nothing for one that is not as accurate in every scene.
+// The time that each method needs for an error of at most `error` (of the box diagonal), with the best tolerance: the
+// geometric mean over all scenes, in the order of the integrators. Nothing for a method that misses it in a scene.
 struct TimesToAccuracy {
   Precision precision = Precision::float32;
   double error = 0;
@@ -31,16 +31,16 @@ struct TimesToAccuracy {
   std::optional<Integrator> soonest() const;
 };
 
-// About 20,000 vertices of a shape, and a stroke of every tool that is integrated.
+// Returns scenes of about 20,000 vertices of a shape, with a stroke of every tool that needs integration.
 std::vector<BenchScene> integrator_scenes(const std::string& name, const std::vector<Vec3d>& points);
 
-// All methods, in float and double, with tolerances from 1e-3 on; those that would take long are left out.
+// Measures all methods in float and double, with tolerances of 1e-3 and below; leaves out runs that would take long.
 std::vector<IntegratorRun> measure_integrators(const BenchScene& scene);
 
-// The time to an error lies between two settings where theirs do, on a line in logarithms.
+// Returns the times to several errors, interpolated between two settings in logarithms.
 std::vector<TimesToAccuracy> times_to_accuracy(const std::vector<IntegratorRun>& runs);
 
-// At the library's default precision and tolerance: what its default should be.
+// Returns the fastest method at the library's default precision and tolerance, which should be its default.
 std::optional<Integrator> soonest_by_default(const std::vector<TimesToAccuracy>& all);
 
 std::string to_string(const std::optional<Integrator>& integrator);  // as on the command line, or none

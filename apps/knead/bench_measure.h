@@ -1,4 +1,4 @@
-// What all parts of `knead bench` measure with.
+// Functions that all parts of `knead bench` use to measure.
 #pragma once
 
 #include <cstddef>
@@ -9,19 +9,19 @@
 
 namespace knead::command {
 
-// About `count` of the points (all, if there are fewer), evenly chosen.
+// Returns about `count` of the points, evenly chosen; all if there are fewer.
 std::vector<Vec3d> sample_of(const std::vector<Vec3d>& points, std::size_t count);
 
-// Of three runs; of up to 25 where these are shorter than 0.05 s together, and of fewer where they take over 2 s.
+// Returns the median of three runs; of up to 25 if they take less than 0.05 s in all, of fewer if they take over 2 s.
 double median_seconds(const std::function<void()>& run);
 
-// The same, each run after one of `prepare`, whose time does not count.
+// Does the same, and calls `prepare` before each run; its time does not count.
 double median_seconds(const std::function<void()>& prepare, const std::function<void()>& run);
 
-// Where the flow takes the points, to 1e-12 of `size` a path line and segment.
+// Returns the points at the flow's end, with an error of 1e-12 of `size` for each path line and segment.
 std::vector<Vec3d> exact_positions(const Flow& flow, std::vector<Vec3d> points, double size);
 
-// Between points of the same number.
+// Returns the greatest distance between a[i] and b[i].
 double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b);
 
 }  // namespace knead::command

@@ -21,7 +21,7 @@
 namespace knead::command {
 namespace {
 
-// Crossings are counted up to here: some seconds at the worst.
+// Crossings are counted up to this number, which takes some seconds at most.
 constexpr SelfIntersectionOptions kCount{.threads = 0, .limit = 1'000'000};
 
 // The brush as wide as ours: straight ahead of the tip ours moves by half where the weight is one half, a Kelvinlet
@@ -69,7 +69,7 @@ struct Method {
   std::function<void(std::span<Vec3d>)> move;
 };
 
-// Each on one thread.
+// Measures each method on one thread.
 std::vector<Method> methods_of(const PeerScene& scene, double size) {
   const ImplicitStroke& stroke = scene.stroke;
   const bench::KelvinletBrush brush{stroke.path, comparable_epsilon(stroke)};

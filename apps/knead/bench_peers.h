@@ -1,4 +1,4 @@
-// `knead bench`: strokes made by us, and by the brushes that people would use instead.
+// `knead bench`: strokes of Knead, compared with the brushes that people would use instead.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,15 @@ struct PeerScene {
   ImplicitStroke stroke;
 };
 
-// On a shape: a pull by the brush's radius, with as many samples as a pointer gives that is moved slowly, and with one,
-// as brushes that grab are applied; and a push by three radii into the shape in four pieces. None for a shape that is
-// not closed.
+// Returns three scenes on a shape: a pull by the brush's radius with as many samples as a slow pointer gives; the same
+// with one sample, as grab brushes are applied; a push by three radii into the shape in four pieces. Returns none for a
+// shape that is not closed.
 std::vector<PeerScene> peer_scenes(const std::string& name, const Mesh& mesh);
 
-// The same of the paper's armadillo in the folder, or of a procedural shape of its size.
+// Returns the same for the paper's armadillo in the folder, or for a procedural shape of its size.
 std::vector<PeerScene> standard_peer_scenes(const std::string& folder);
 
-// What one method made of a scene. One thread.
+// The result of one method in a scene, on one thread.
 struct PeerRow {
   std::string method;
   std::string scene;

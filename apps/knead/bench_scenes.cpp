@@ -24,7 +24,7 @@ BenchScene scene_of(std::string name, std::string tool, std::vector<Vec3d> point
   return scene;
 }
 
-// A gentle arc of the given length, in parts of `size`.
+// Returns a gentle arc of the given length, a multiple of `size`.
 std::vector<Vec3d> path_of(const Vec3d& from, double length) {
   std::vector<Vec3d> path{from};
   for (int i = 0; i < kSegments; ++i) {
@@ -34,7 +34,7 @@ std::vector<Vec3d> path_of(const Vec3d& from, double length) {
   return path;
 }
 
-// Of the tools other than the pulling ball, one stroke each that reaches most of the shape.
+// Returns one stroke that reaches most of the shape for each tool except the pulling ball.
 std::vector<BenchScene> tool_scenes(const std::string& name, const std::vector<Vec3d>& points) {
   const Box box = bounding_box(points);
   const Vec3d c = box.center();
@@ -76,7 +76,7 @@ std::vector<Vec3d> points_of(const std::filesystem::path& file, std::size_t vert
   return make_shape(ShapeKind::knot, vertices).positions;
 }
 
-// A brush that reaches little of the shape.
+// Returns a scene with a brush that reaches little of the shape.
 BenchScene brush_scene(const std::string& name, const std::vector<Vec3d>& points) {
   BenchScene scene = scene_of(name, "brush", points);
   const Vec3d corner = scene.points[scene.points.size() / 2];
@@ -84,7 +84,7 @@ BenchScene brush_scene(const std::string& name, const std::vector<Vec3d>& points
   return scene;
 }
 
-// A brush's one short step on a fine shape, which about 9000 vertices feel whatever their number.
+// Returns a scene with one short step of a brush on a fine shape; it reaches about 9000 vertices of any number.
 BenchScene small_brush(std::size_t vertices) {
   constexpr std::size_t kTouched = 9000;
   BenchScene scene =

@@ -1,4 +1,4 @@
-// What `knead bench` measures.
+// The scenes that `knead bench` measures.
 #pragma once
 
 #include <cstddef>
@@ -20,22 +20,22 @@ struct BenchScene {
   Flow flow;
 };
 
-// The paper's benchmark (its section 6): a ball that leaves no vertex outside and pulls by up to a quarter of the box
-// diagonal in 20 segments.
+// Returns the paper's benchmark (its section 6): a ball that contains all vertices and pulls by up to a quarter of the
+// box diagonal in 20 segments.
 BenchScene paper_scene(const std::string& name, std::vector<Vec3d> points);
 
-// The same on a made knot of about so many vertices. Throws InvalidInput as make_shape does.
+// Returns the same on a procedural knot of about `vertices` vertices. Throws InvalidInput as make_shape does.
 BenchScene paper_knot(std::size_t vertices);
 
-// On one shape: the paper's benchmark, a local brush, and one stroke of each other tool.
+// Returns scenes on one shape: the paper's benchmark, a local brush, and one stroke of each other tool.
 std::vector<BenchScene> scenes_of_all_tools(const std::string& name, const std::vector<Vec3d>& points);
 
-// The vertices of the third of the shapes below, and what it is called.
+// Returns the vertices of the third of the shapes below; sets `name` to its name.
 std::vector<Vec3d> standard_points(const std::string& folder, std::string& name);
 
-// The paper's four shapes: scans of about their size in the folder, or procedural ones of the same number of vertices
-// where they are absent; then, on some of these, double precision, all threads, a local brush, and one scene for each
-// other tool.
+// Returns scenes on the paper's four shapes: scans of about their size from the folder, or procedural shapes of the
+// same number of vertices if there are none. Some shapes also get scenes with double precision, all threads, a local
+// brush, and each other tool.
 std::vector<BenchScene> standard_scenes(const std::string& folder);
 
 }  // namespace knead::command

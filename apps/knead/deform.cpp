@@ -1,4 +1,4 @@
-// knead deform SHAPE SESSION -o OUT: a mesh or point cloud deformed by a session.
+// knead deform SHAPE SESSION -o OUT: deforms a mesh or point cloud by a session.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -38,7 +38,7 @@ std::string escaped(std::string_view text) {
   return result;
 }
 
-// A nameless file is opened and dropped; where the file system has none, the permissions have to do.
+// Opens a file without a name and drops it. Checks the permissions if the file system has no such files.
 void require_writable_folder(const fs::path& path, const fs::path& folder) {
   const int file = ::open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
   if (file >= 0) {

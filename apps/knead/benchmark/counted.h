@@ -1,4 +1,4 @@
-// How much arithmetic the kernels do.
+// Counts the arithmetic operations of the kernels.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// The method as the paper has it, written down plainly, to measure against: structures of doubles, one path line after
-// the other on one core, v = grad p x grad q, RK4 with step doubling, nothing left out for points that no tool reaches.
+// The paper's method in its plain form, for comparison: structures of doubles, one path line after the other on one
+// core, v = grad p x grad q, RK4 with step doubling, no short cut for points that no tool reaches.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct ReferenceResult {
 
 // Moves the points in place. `tolerance` is the length by which two half steps may differ from a whole one, over 15.
 // No step lets the tool go further than a fifth of the intermediate region's width, so that it is not missed. For
-// swept segments of one field, without a cylinder, from their beginning to their end.
+// whole swept segments of one field, without a barrel.
 ReferenceResult advect_reference(const Flow& flow, std::span<Vec3d> points, double tolerance);
 
 }  // namespace knead::bench

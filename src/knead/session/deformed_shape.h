@@ -30,8 +30,8 @@ struct MotionOptions {
   Backend backend{};  // moves the vertices, and the points that remeshing adds; empty: advect
   int threads = 0;    // 0: all
 
-  // Returns whether strokes that read the surface give what they always give: the accuracy is the default one, on the
-  // CPU.
+  // Returns whether the accuracy is the default one, on the CPU. Strokes that read the surface always read it with this
+  // accuracy.
   bool is_standard() const;
 };
 
@@ -121,12 +121,12 @@ struct ShapeState {
 // What one stroke did.
 struct StrokeOutcome {
   AdvectStatus status = AdvectStatus::done;
-  std::vector<SessionStroke> parts;     // strokes that read no surface and do the same; of such a stroke: itself
+  std::vector<SessionStroke> parts;     // the stroke as strokes that read no surface
   std::optional<double> penetration{};  // of a stamp: how deep the surface is left in its tool
   std::vector<std::string> warnings;    // a sentence each
 };
 
-// What came of a remesh.
+// The result of a remesh.
 struct RemeshOutcome {
   AdvectStatus status = AdvectStatus::done;
   // How the vertices and faces come from those before; its mesh has been moved into the shape. Nothing if the status is
@@ -171,7 +171,7 @@ class DeformedShape {
   std::vector<Vec3d> positions() && { return std::move(positions_); }
   const Mesh& mesh() const { return *mesh_; }  // faces and attributes, with positions from when the faces were made
   Mesh to_mesh() const;                        // the mesh with the positions
-  std::vector<Vec3d> normals() const;          // as many as were given, or for a remeshed shape one for each vertex
+  std::vector<Vec3d> normals() const;          // as many as were given; for a remeshed shape one for each vertex
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
   std::span<const Triangle> triangles() const;  // a polygon is always cut in the same way
@@ -183,7 +183,7 @@ class DeformedShape {
 
   // Returns the accepted steps of each vertex since it was made or the state restored.
   std::vector<std::uint32_t> steps() const;
-  // Returns the work since the start, of all path lines, those of points that remeshing added included.
+  // Returns the work since the start, of all path lines, including those of points that remeshing added.
   const AdvectResult& work() const { return work_; }
 
   // Returns how strokes move vertices.
@@ -211,7 +211,7 @@ class DeformedShape {
   // InvalidInput as knead::resolve.
   const RemeshTargets& targets_of(const RemeshSettings& settings) const;
 
-  // Takes the positions of the chosen vertices from a shape that has the same faces, and its counts of steps.
+  // Takes the positions of the chosen vertices, and their counts of steps, from a shape that has the same faces.
   void take(const std::vector<bool>& vertices, const DeformedShape& from);
 
   // Returns the shape as it is. Shares memory with `before`, which may be an empty state.

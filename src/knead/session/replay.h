@@ -14,14 +14,14 @@
 
 namespace knead {
 
-// forwards: the strokes in their order; backwards: the inverse strokes, latest first, which takes a deformed shape
-// back.
+// forwards: the strokes in their order.
+// backwards: the inverse strokes, the latest first, which restores a deformed shape.
 enum class Direction { forwards, backwards };
 
 // Which part of a session is applied, and in which direction.
 struct SessionPart {
   Direction direction = Direction::forwards;
-  // Only the first strokes; 2.5: two, and half of the third's segments. From 0 to the number of strokes; nothing: all.
+  // Only the first strokes. 2.5: two strokes and half of the third's segments. From 0 to their number; empty: all.
   std::optional<double> until{};
 };
 
@@ -37,7 +37,7 @@ struct FrameOptions {
   std::function<void(const ReplayFrame&)> deliver{};  // called for one frame after the other
 };
 
-// What one stroke did, as far as it was applied.
+// What one stroke did, up to where it was applied.
 struct AppliedStroke {
   std::size_t line = 0;  // of the session
   const Flow& flow;      // which moved the vertices
@@ -65,7 +65,7 @@ struct ReplayResult {
   std::size_t strokes = 0;      // applied; a part of one counts as one
   std::size_t segments = 0;
   std::optional<double> penetration{};  // the deepest of all stamps, each at its end, into the stamp's tool
-  std::vector<SessionStroke> resolved;  // the strokes applied, in the session's order, as strokes that read no surface
+  std::vector<SessionStroke> resolved;  // the applied strokes as strokes that read no surface, in the session's order
   std::vector<std::string> warnings;    // each with the session's file and line
 };
 
@@ -78,8 +78,8 @@ struct ReplayResult {
 //
 // Remeshing: a stroke moves the vertices, then the mesh follows once (remesh/remesh.h), also where the stroke resolves
 // to several. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers of
-// vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, nor is a shape that is
-// taken back.
+// vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no
+// shape is remeshed backwards.
 //
 // Throws InvalidInput for options out of range before anything is done, and with the session's line for a stroke that
 // the shape cannot take, perhaps after frames were delivered.

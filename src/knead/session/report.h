@@ -37,16 +37,16 @@ struct Certificate {
   bool closed_after = false;
   std::int64_t euler_before = 0;
   std::int64_t euler_after = 0;
-  // after / before - 1; nothing for a shape without a volume. Two parts: integration is the mean of det J - 1 over path
-  // lines of moved vertices (flow/volume_drift.h), added up over the strokes; sampling is the rest, by which the
-  // triangles miss the surface that they represent.
+  // after / before - 1; nothing for a shape without a volume. It has two parts. integration: the mean of det J - 1 over
+  // path lines of moved vertices (flow/volume_drift.h), summed over the strokes. sampling: the rest, the error of
+  // triangles that stand for a curved surface.
   std::optional<double> volume_error;
   double volume_error_integration = 0;
   std::optional<double> volume_error_sampling;
-  // The greatest motion of a vertex around which the flow of the stroke can move nothing; a length. Not 0: an error.
+  // The greatest motion of a vertex around which the flow of the stroke can move nothing; a length, 0 if all is well.
   double motion_outside = 0;
-  // In degrees, of triangles with area; nothing if there is none. touched: of the faces at vertices that moved, and of
-  // the faces that those came from.
+  // In degrees, of triangles with area; nothing if there is none. touched_angle_after: of the faces at vertices that
+  // moved; touched_angle_before: of the faces that those came from.
   std::optional<double> smallest_angle_before;
   std::optional<double> smallest_angle_after;
   std::optional<double> touched_angle_before;
@@ -64,11 +64,11 @@ class CertificateBuilder {
   // The mesh and the options are those of the replay, and must outlive the builder. Throws as replay().
   CertificateBuilder(const Mesh& mesh, const ReplayOptions& options);
 
-  // Costs about six times the stroke, in double precision, and a search for the nearest point of the surface for each
-  // vertex and face that moved.
+  // Adds a stroke. Takes about six times as long as the stroke in double precision, plus a search for the nearest point
+  // of the surface for each vertex and face that moved.
   void add(const AppliedStroke& stroke);
 
-  // `as_float`: the result is written with float coordinates.
+  // Returns the certificate. `as_float`: the result is written with float coordinates.
   Certificate finish(const ReplayResult& result, bool as_float) const;
 
  private:
@@ -124,8 +124,8 @@ struct Report {
   double area_before = 0;
   double area_after = 0;
   double max_displacement = 0;  // of the vertices that the input had
-  // Triangles that oppose the normals of their vertices, and did not before. Of a remeshed shape: how many more than in
-  // the input.
+  // Triangles that oppose the normals of their vertices now, but did not before. For a remeshed shape: how many more
+  // such triangles than in the input.
   std::size_t flipped_triangles = 0;
   std::optional<double> penetration;                       // ReplayResult::penetration
   std::optional<std::uint64_t> self_intersections_before;  // pairs; nothing unless the caller counted them
