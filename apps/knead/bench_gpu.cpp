@@ -40,8 +40,8 @@ AdvectOptions advect_options(const BenchScene& scene) {
   return options;
 }
 
-// Additions, multiplications, divisions and roots to an evaluation of v, with what steps and estimates take: those of
-// the CPU's kernels, whose formulas the shaders have.
+// Returns the additions, multiplications, divisions and roots for one evaluation of v, including steps and error
+// estimates. They are counted in the CPU's kernels, which use the same formulas as the shaders.
 double operations_to_an_evaluation(const BenchScene& scene, std::span<const Vec3d> sample) {
   const auto operations = static_cast<double>(bench::operations_of(scene.flow, sample, advect_options(scene)));
   std::vector<Vec3d> moved(sample.begin(), sample.end());

@@ -31,9 +31,9 @@ double comparable_epsilon(const ImplicitStroke& stroke) {
 }
 
 double distance_to_segment(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
-  const Vec3d way = b - a;
-  const double t = std::clamp(dot(p - a, way) / norm2(way), 0.0, 1.0);
-  return norm(p - a - way * t);
+  const Vec3d along = b - a;
+  const double t = std::clamp(dot(p - a, along) / norm2(along), 0.0, 1.0);
+  return norm(p - a - along * t);
 }
 
 double motion_beyond(const PeerScene& scene, const std::vector<Vec3d>& moved) {
@@ -50,16 +50,17 @@ double motion_beyond(const PeerScene& scene, const std::vector<Vec3d>& moved) {
   return greatest;
 }
 
-// Of a brush that reaches 0.142 of the diagonal far, from the shape's foremost vertex along z by `way` of that.
-PeerScene stroke_at_front(const std::string& name, const Mesh& mesh, double way, int pieces) {
-  PeerScene scene{fmt::format("{}, {} in {}", name, way > 0 ? "pull" : "push", pieces), mesh, {}};
+// Returns a stroke of a brush with a reach of 0.142 of the diagonal: it starts at the shape's foremost vertex and moves
+// along z by `distance` times the reach.
+PeerScene stroke_at_front(const std::string& name, const Mesh& mesh, double distance, int pieces) {
+  PeerScene scene{fmt::format("{}, {} in {}", name, distance > 0 ? "pull" : "push", pieces), mesh, {}};
   const auto foremost = std::max_element(mesh.positions.begin(), mesh.positions.end(),
                                          [](const Vec3d& a, const Vec3d& b) { return a.z < b.z; });
   const double outer = 0.142 * bounding_box(mesh.positions).diagonal();
   scene.stroke.inner = 0.16 * outer;
   scene.stroke.outer = outer;
   for (int i = 0; i <= pieces; ++i) {
-    scene.stroke.path.push_back(*foremost + Vec3d{0.1, 0.2, 1} * (way * outer * i / pieces));
+    scene.stroke.path.push_back(*foremost + Vec3d{0.1, 0.2, 1} * (distance * outer * i / pieces));
   }
   return scene;
 }

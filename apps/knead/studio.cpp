@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kProgram = "knead-studio";
 
-// Becomes the program, or returns where there is none of that name.
+// Replaces this process by the program; returns if there is none of that name.
 void become(const std::string& program, std::vector<std::string>& words) {
   std::vector<char*> arguments;
   arguments.reserve(words.size() + 1);

@@ -93,7 +93,7 @@ class Check:
         for kind in formats:
             if kind == "stl" and not len(expected.sizes):
                 continue
-            # Beside the source's companions: an OBJ file names its materials.
+            # In the folder of the source's material files, which an OBJ file names.
             out = os.path.join(self.folder, "out", name.rsplit(".", 1)[0] + "." + kind)
             self.knead("deform", source, path, "-q", "-o", out)
             for program in self.programs:

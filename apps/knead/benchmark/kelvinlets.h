@@ -1,6 +1,6 @@
-// What people use to pull a shape instead: the grab brush of F. de Goes and D. L. James, "Regularized Kelvinlets:
-// Sculpting Brushes based on Fundamental Solutions of Elasticity", ACM Trans. Graph. 36(4), 2017, in its
-// incompressible form. To measure against only: the method is patented, and no tool of ours.
+// A brush that people use to pull a shape, for comparison: the grab brush of F. de Goes and D. L. James, "Regularized
+// Kelvinlets: Sculpting Brushes based on Fundamental Solutions of Elasticity", ACM Trans. Graph. 36(4), 2017, in its
+// incompressible form. It serves the benchmark only: the method is patented, and Knead has no tool that uses it.
 #pragma once
 
 #include <span>
@@ -26,16 +26,16 @@ struct KelvinletBrush {
   double epsilon = 0;
 };
 
-// The flow of the velocity u about the moving tip, u(0) that of the tip: what keeps volume. Classical RK4, for each
-// piece of the path as many steps of equal length as are given. One thread; in float about the path's first point.
+// Moves the points by the flow of the velocity u about the moving tip, with u(0) the velocity of the tip; this keeps
+// volume. Classical RK4 with `steps_per_piece` equal steps. One thread; in float about its first point.
 void advect_kelvinlet(const KelvinletBrush& brush, std::span<Vec3d> points, int steps_per_piece);
 
-// So many that the tip goes by at most 0.7 epsilon in a step: errors of at most 1e-4 of `epsilon` for a path of 10 of
-// it (tests/bench/kelvinlets_test.cpp).
+// Returns the number of steps with which the tip moves by at most 0.7 epsilon in a step. The error is then at most 1e-4
+// of epsilon for a path of 10 epsilon (tests/bench/kelvinlets_test.cpp).
 int sufficient_steps(const KelvinletBrush& brush);
 
-// As programs for sculpting apply it: for each piece of the path one displacement x += u(x - c), c where the piece
-// begins, u(0) its whole length. One thread; in float about the path's first point.
+// Moves the points as sculpting programs do: for each piece of the path one displacement x += u(x - c), c where the
+// piece begins, u(0) its whole length. One thread; in float about the path's first point.
 void displace_kelvinlet(const KelvinletBrush& brush, std::span<Vec3d> points);
 
 }  // namespace knead::bench

@@ -38,7 +38,7 @@ int write_all(int file, std::string_view text) {
 
 }  // namespace
 
-// A thread that syncs the file when it is told to; requests that arrive while it is at it become one.
+// A thread that syncs the file on request; joins the requests that arrive during a sync.
 class AppendFile::Syncer {
  public:
   explicit Syncer(int file) : file_(file), thread_([this] { run(); }) {}

@@ -38,11 +38,10 @@ std::optional<std::string> precision_warning(const MotionOptions& motion) {
 std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
   if (!has_settings(session, options)) return std::nullopt;
   if (is_backwards(options)) {
-    return "backwards the vertices are taken back and nothing is remeshed: the shape keeps the vertices and faces that "
-           "it has";
+    return "a session that is applied backwards does not remesh: the shape keeps its vertices and faces";
   }
   if (mesh.face_count() > 0) return std::nullopt;
-  return "a point cloud has no mesh that could be remeshed; its points are moved as they are";
+  return "a point cloud has no faces to remesh; only its points move";
 }
 
 // The points that a segment moves, of all shapes.

@@ -317,13 +317,13 @@ TEST(ReplayRemeshed, PointCloudsAndInversesKeepTheirPointsWithAWarning) {
   EXPECT_FALSE(points.shape.is_remeshed());
   EXPECT_TRUE(points.shape.positions() == replay(ball(), session_of(kPulledAndTurned)).shape.positions());
   ASSERT_EQ(points.warnings.size(), 1u);
-  EXPECT_TRUE(points.warnings[0].starts_with("a point cloud has no mesh")) << points.warnings[0];
+  EXPECT_TRUE(points.warnings[0].starts_with("a point cloud has no faces")) << points.warnings[0];
   ReplayOptions back = remeshing();
   back.part.direction = Direction::backwards;
   const ReplayResult taken_back = replay(ball(), session, back);
   EXPECT_FALSE(taken_back.shape.is_remeshed());
   ASSERT_EQ(taken_back.warnings.size(), 1u);
-  EXPECT_TRUE(taken_back.warnings[0].starts_with("backwards")) << taken_back.warnings[0];
+  EXPECT_TRUE(taken_back.warnings[0].starts_with("a session that is applied backwards")) << taken_back.warnings[0];
 }
 
 TEST(ReplayRemeshed, RefusesSettingsOutOfRange) {

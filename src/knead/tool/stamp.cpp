@@ -124,9 +124,9 @@ class Stamper {
     const double least = kNarrowOuter * lengths_.half_width;
     if (lengths_.outer < least) {
       warn(fmt::format(
-          "\"outer\" is {:.3g} and the tool {:.3g} wide: below {:.3g} the flow back around it bends the side "
-          "walls into it; make \"outer\" larger",
-          lengths_.outer, 2 * lengths_.half_width, least));
+          "\"outer\" is {:.3g}, but below {:.3g} the flow back around a tool that is {:.3g} wide bends the side walls "
+          "into it; make \"outer\" larger",
+          lengths_.outer, least, 2 * lengths_.half_width));
     }
     const double depth = penetration(stroke_.path.front());
     if (depth > lengths_.step / 4) {

@@ -92,7 +92,8 @@ class Generator {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double value = mesh_.positions[v][axis];
         if (!fits_float(value)) {
-          throw InvalidInput("a coordinate does not fit in a float, all that a GLB file holds; write another format");
+          throw InvalidInput(
+              "a coordinate does not fit in a float, the only type that GLB has for it; write another format");
         }
         floats.push_back(static_cast<float>(value));
       }

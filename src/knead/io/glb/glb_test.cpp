@@ -170,8 +170,8 @@ TEST(ReadGlb, NodesThatAreNoTrees) {
     file.json["nodes"] = GlbJson::parse(nodes);
     return file.bytes();
   };
-  expect_error(with_nodes(R"([{"mesh":0},{"children":[2]},{"children":[1]}])"), "own parents");
-  expect_error(with_nodes(R"([{"mesh":0,"children":[0]}])"), "own parents");
+  expect_error(with_nodes(R"([{"mesh":0},{"children":[2]},{"children":[1]}])"), "own ancestors");
+  expect_error(with_nodes(R"([{"mesh":0,"children":[0]}])"), "own ancestors");
   expect_error(with_nodes(R"([{"children":[2]},{"children":[2]},{"mesh":0}])"), "nodes[2]: has two parents");
   expect_error(with_nodes(R"([{"children":[7]}])"), "nodes: there is no item 7");
   expect_error(with_nodes(R"([{"mesh":1}])"), "meshes: there is no item 1");

@@ -148,8 +148,8 @@ std::size_t NewVertices::append_positions(const Block& block, const std::vector<
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!fits_float(local[axis])) {
         throw InvalidInput(
-            fmt::format("vertex {} is where a float, all that a GLB file holds, cannot hold its "
-                        "coordinates; write another format",
+            fmt::format("the coordinates of vertex {} do not fit in floats, the only type that GLB has for them; "
+                        "write another format",
                         v));
       }
       floats.push_back(static_cast<float>(local[axis]));

@@ -183,7 +183,7 @@ class Remesher {
       if (!primitive.empty()) text += (text.empty() ? "" : ",") + primitive;
     }
     if (text.empty()) {
-      throw InvalidInput(fmt::format("nothing is left of mesh {} of the file; write another format", mesh));
+      throw InvalidInput(fmt::format("mesh {} of the file would become empty; write another format", mesh));
     }
     return "[" + text + "]";
   }
@@ -271,8 +271,8 @@ void refuse_bound_vertices(const Layout& layout, const Document& document) {
         document.root().item("meshes", block.mesh).item("primitives", faces.primitive).count("targets") > 0;
     if (!is_skinned && !is_morphed) continue;
     throw InvalidInput(
-        fmt::format("mesh {} of the GLB file has {}, for which new vertices have no numbers; leave the "
-                    "remeshing out, or write another format",
+        fmt::format("mesh {} of the GLB file has {}, which cannot be extended to new vertices; leave "
+                    "the remeshing out, or write another format",
                     block.mesh, is_skinned ? "a skeleton" : "morph targets"));
   }
 }

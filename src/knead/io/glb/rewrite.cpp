@@ -119,8 +119,8 @@ class Comparison {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!fits_float(local[axis])) {
         throw InvalidInput(
-            fmt::format("vertex {} has moved to where a float, all that a GLB file holds, cannot hold its "
-                        "coordinates; write another format",
+            fmt::format("the new coordinates of vertex {} do not fit in floats, the only type that GLB has for them; "
+                        "write another format",
                         vertex));
       }
       const float value = static_cast<float>(local[axis]);

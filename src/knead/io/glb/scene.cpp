@@ -154,7 +154,7 @@ class Forest {
       waiting.insert(waiting.end(), below.begin(), below.end());
       ++reached;
     }
-    if (reached < has_parent_.size()) root_.at("nodes").fail("some are their own parents' parent; repair the file");
+    if (reached < has_parent_.size()) root_.at("nodes").fail("some nodes are their own ancestors; repair the file");
   }
 
   Value root_;
