@@ -283,8 +283,7 @@ Subcommand bench_command() {
        "Instead, measure error and time of every integrator and tolerance, for a stroke of each tool"},
       {"--backend", &options->backend, "gpu: run the paper's scenes on a GPU instead", "NAME",
        OptionKind::with_default},
-      {"-n,--vertices", &options->vertices, "With --backend gpu: run on a procedural knot of about N vertices instead",
-       "N"},
+      {"-n,--vertices", &options->vertices, "With --backend gpu: run on a procedural knot of about N vertices", "N"},
   };
   add_common_options(described, options->common);
   return {"bench", "Measure how fast shapes are deformed on this machine", described,
