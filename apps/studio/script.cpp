@@ -16,7 +16,7 @@ namespace {
 
 [[noreturn]] void fail(const std::string& what) { throw InvalidInput(what); }
 
-Json member_or(const Json& object, std::string_view key, Json otherwise) {
+Json member_or(const Json& object, std::string_view key, const Json& otherwise) {
   const Json* found = object.find(key);
   return found != nullptr ? *found : otherwise;
 }
@@ -48,7 +48,8 @@ std::array<bool, 3> flags_of(const Json& value) {
 
 Modifiers modifiers_of(const Json& line) {
   Modifiers result;
-  for (const Json& each : member_or(line, "modifiers", Json::array()).items()) {
+  const Json names = member_or(line, "modifiers", Json::array());
+  for (const Json& each : names.items()) {
     const std::size_t which = choice(each, {"shift", "ctrl", "alt"});
     (which == 0 ? result.shift : which == 1 ? result.ctrl : result.alt) = true;
   }

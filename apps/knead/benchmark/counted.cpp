@@ -12,7 +12,11 @@ namespace knead::bench {
 
 namespace {
 
-std::uint64_t operations = 0;
+// Arithmetic done since it was last set to 0.
+std::uint64_t& operations() {
+  static std::uint64_t count = 0;
+  return count;
+}
 
 // A pack of one number that counts what is done with it.
 template <class S>
@@ -57,7 +61,7 @@ struct CountedLane {
 
  private:
   static CountedLane count(S value, std::uint64_t done) {
-    operations += done;
+    operations() += done;
     return CountedLane(value);
   }
 };
@@ -126,7 +130,7 @@ void move(const detail::SegmentMover& mover, Groups& groups, std::size_t first, 
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
   const detail::KernelTable counted{"counted", detail::kernels_of<CountedLane<float>, detail::Lane<double>>(),
                                     detail::kernels_of<CountedLane<double>, detail::Lane<double>>()};
-  operations = 0;
+  operations() = 0;
   Groups groups(points);
   for (const Segment& segment : flow.segments) {
     if (!detail::has_pack_kernel(segment)) return 0;
@@ -135,7 +139,7 @@ std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, con
       move(mover, groups, first, std::min(kGroup, points.size() - first));
     }
   }
-  return operations;
+  return operations();
 }
 
 }  // namespace knead::bench

@@ -10,13 +10,13 @@ namespace {
 
 constexpr std::size_t kVerticesAtOnce = 4096;
 
-bool is_within(const Cylinder& cylinder, const Vec3d& p) {
-  const Vec3d d = p - cylinder.point;
-  return norm2(d - cylinder.direction * dot(d, cylinder.direction)) <= cylinder.radius * cylinder.radius;
+bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
+  const Vec3d d = p - barrel.point;
+  return norm2(d - barrel.direction * dot(d, barrel.direction)) <= barrel.radius * barrel.radius;
 }
 
 double weight_at(const Segment& segment, const Vec3d& p) {
-  if (segment.cylinder && !is_within(*segment.cylinder, p)) return 0;
+  if (segment.barrel && !is_within(*segment.barrel, p)) return 0;
   double most = 0;
   for (const Field& field : segment.fields) {
     most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);

@@ -233,14 +233,14 @@ TEST(Advect, CylinderMovesOnlyWhatIsWithinItAtTheStart) {
                                {0, 0, 0}, {-0.3, 0.3});
   const auto points = test::random_points(random, 2000);
   const auto free = moved(Flow{{bend}}, points, precisely());
-  bend.cylinder = Cylinder{{0, 0, 0}, {1, 0, 0}, 0.4};
+  bend.barrel = SegmentBarrel{{0, 0, 0}, {1, 0, 0}, 0.4};
   const Flow flow{{bend}};
   const auto restricted = moved(flow, points, precisely());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const bool within = std::hypot(points[i].y, points[i].z) <= 0.4;
     EXPECT_EQ(restricted[i], within ? free[i] : points[i]);
   }
-  // Backwards: what came from within the cylinder is taken back to where it was.
+  // Backwards: what came from within the barrel is taken back to where it was.
   const auto back = moved(inverse(flow), restricted, precisely());
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (std::hypot(points[i].y, points[i].z) < 0.399) {

@@ -12,10 +12,10 @@ namespace {
 // Segments are made ready for so many at a time. Those of large sets have much to keep, so each is done by itself.
 constexpr std::size_t kSegmentsAtATime = 64;
 
-bool within(const Cylinder& cylinder, const Vec3d& x) {
-  const Vec3d d = x - cylinder.point;
-  const Vec3d across = d - cylinder.direction * dot(cylinder.direction, d);
-  return norm2(across) <= cylinder.radius * cylinder.radius;
+bool within(const SegmentBarrel& barrel, const Vec3d& x) {
+  const Vec3d d = x - barrel.point;
+  const Vec3d across = d - barrel.direction * dot(barrel.direction, d);
+  return norm2(across) <= barrel.radius * barrel.radius;
 }
 
 // Culling is tried again with a new box where the old one has grown to this part of its size.
@@ -27,10 +27,10 @@ constexpr double kVeryStale = 1;
 
 ReadySegment::ReadySegment(const Segment& of, const AdvectOptions& options)
     : segment(&of), culling(of), move(make_segment_mover(of, options)) {
-  if (!of.cylinder || of.begin == 0) return;
+  if (!of.barrel || of.begin == 0) return;
   auto back = std::make_unique<Segment>(of);
   back->end = 0;
-  back->cylinder.reset();
+  back->barrel.reset();
   move_to_start = make_segment_mover(*back, options);
   to_start = std::move(back);
 }
@@ -121,7 +121,7 @@ void BlockMover::move_group(const ReadySegment& segment, Work& work) {
     if (is_between(segment, first + block)) work.live.between |= std::uint64_t{1} << block;
   }
   if (work.live.block_count == 0) return;
-  if (segment.segment->cylinder) choose_members(segment, work);
+  if (segment.segment->barrel) choose_members(segment, work);
   const GroupCounts counts = segment.move(work.live);
   accepted_ += counts.accepted;
   rejected_ += counts.rejected;
@@ -158,7 +158,7 @@ bool BlockMover::is_between(const ReadySegment& segment, std::size_t block) {
   return segment.culling.covers(ball_of(bounds), false);
 }
 
-// Of a segment with a cylinder: the points that are in it at t = 0.
+// Of a segment with a barrel: the points that are in it at t = 0.
 void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
   std::vector<double> copy;
   Coordinates at_start = work.live.points;
@@ -174,7 +174,7 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];
     for (std::size_t i = 0; i < kBlock; ++i) {
       const std::size_t at = block * kBlock + i;
-      if (within(*segment.segment->cylinder, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
+      if (within(*segment.segment->barrel, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
       work.members[block] &= ~(std::uint64_t{1} << i);
     }
   }

@@ -17,7 +17,7 @@ struct ReadySegment {
   const Segment* segment = nullptr;
   Culling culling;
   SegmentMover move;
-  // Of a cylinder whose members are to be known at t = 0, from where they are at the segment's beginning.
+  // Of a barrel whose members are to be known at t = 0, from where they are at the segment's beginning.
   std::unique_ptr<const Segment> to_start;
   SegmentMover move_to_start;
 

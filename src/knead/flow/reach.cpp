@@ -12,9 +12,9 @@ namespace knead {
 
 namespace {
 
-bool is_beyond(const Cylinder& cylinder, const Vec3d& center, double radius) {
-  const Vec3d d = center - cylinder.point;
-  return norm(d - cylinder.direction * dot(cylinder.direction, d)) > (cylinder.radius + radius) * (1 + 1e-12);
+bool is_beyond(const SegmentBarrel& barrel, const Vec3d& center, double radius) {
+  const Vec3d d = center - barrel.point;
+  return norm(d - barrel.direction * dot(barrel.direction, d)) > (barrel.radius + radius) * (1 + 1e-12);
 }
 
 double feature_of(const Field& field) {
@@ -46,8 +46,8 @@ FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
 
 bool FlowReach::may_move(const Vec3d& center, double radius) const {
   for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
-    const auto& cylinder = parts_->flow.segments[i].cylinder;
-    if (cylinder && is_beyond(*cylinder, center, radius)) continue;
+    const auto& barrel = parts_->flow.segments[i].barrel;
+    if (barrel && is_beyond(*barrel, center, radius)) continue;
     if (!parts_->segments[i].misses({center, radius})) return true;
   }
   return false;

@@ -97,9 +97,9 @@ void check(const Segment& segment) {
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
   require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");
-  if (segment.cylinder) {
-    require(is_finite(segment.cylinder->point) && is_unit(segment.cylinder->direction) && segment.cylinder->radius > 0,
-            "its cylinder needs a direction of unit length and a positive radius");
+  if (segment.barrel) {
+    require(is_finite(segment.barrel->point) && is_unit(segment.barrel->direction) && segment.barrel->radius > 0,
+            "its barrel needs a direction of unit length and a positive radius");
   }
   for (const Field& field : segment.fields) check(field, segment);
 }

@@ -14,12 +14,12 @@ namespace knead {
 enum class TimeLaw { swept, blended };
 
 // A barrel: only points within `radius` of the line {point + s direction} at the segment's t = 0 are moved.
-struct Cylinder {
+struct SegmentBarrel {
   Vec3d point;
   Vec3d direction;  // a unit vector
   double radius = 0;
 
-  friend bool operator==(const Cylinder&, const Cylinder&) = default;
+  friend bool operator==(const SegmentBarrel&, const SegmentBarrel&) = default;
 };
 
 // The sum of one or more fields over one unit of time. Path lines run from t = begin to t = end, both in [0, 1]: from 0
@@ -28,7 +28,7 @@ struct Segment {
   std::vector<Field> fields;
   Vec3d displacement{0, 0, 0};
   TimeLaw time_law = TimeLaw::swept;
-  std::optional<Cylinder> cylinder;
+  std::optional<SegmentBarrel> barrel;
   double begin = 0;
   double end = 1;
 

@@ -75,7 +75,7 @@ template <class S>
 SetCells<S>::SetCells(const Segment& segment, double tolerance)
     : anchor_(segment.fields.front().center),
       displacement_(segment.displacement),
-      duration_(segment.cylinder ? 1 : std::abs(segment.end - segment.begin)) {
+      duration_(segment.barrel ? 1 : std::abs(segment.end - segment.begin)) {
   const double error = kSumsShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
   for (const Field& field : segment.fields) parts_.push_back(make_part(field, error));
   lay_grid();

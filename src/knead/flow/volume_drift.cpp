@@ -75,7 +75,7 @@ class DriftLine {
         reach_(detail::reach_of_step(segment)) {}
 
   void run(Vec3d& x, Mat3d& jacobian) {
-    if (is_outside_cylinder(x)) return;
+    if (is_outside_barrel(x)) return;
     std::optional<double> contact = next_contact(segment_, x, segment_.begin);
     if (!contact) return;
     if (const std::optional<Vec3d> known = closed_form(segment_, x)) {
@@ -101,10 +101,10 @@ class DriftLine {
  private:
   static constexpr int kMostSteps = 10'000;
 
-  bool is_outside_cylinder(const Vec3d& x) const {
-    if (!segment_.cylinder) return false;
-    const Vec3d d = x - segment_.cylinder->point;
-    return norm(cross(segment_.cylinder->direction, d)) > segment_.cylinder->radius;
+  bool is_outside_barrel(const Vec3d& x) const {
+    if (!segment_.barrel) return false;
+    const Vec3d d = x - segment_.barrel->point;
+    return norm(cross(segment_.barrel->direction, d)) > segment_.barrel->radius;
   }
 
   double longest_step(const Vec3d& velocity) const {

@@ -90,7 +90,7 @@ std::string layout_defines() {
                                                {"kNodeEntries", kNodeEntries},
                                                {"kSegmentEntries", kSegmentEntries},
                                                {"kCarries", kCarries},
-                                               {"kHasCylinder", kHasCylinder},
+                                               {"kHasBarrel", kHasBarrel},
                                                {"kClosedForm", kClosedForm},
                                                {"kReach", kReach},
                                                {"kTolerance", kTolerance},
@@ -140,7 +140,7 @@ std::string kind_defines(const ShaderKind& kind) {
   if (kind.curves) text += "#define WITH_CURVES\n";
   if (kind.trees) text += "#define WITH_TREES\n";
   if (kind.blended) text += "#define BLENDED\n";
-  if (kind.cylinder) text += "#define WITH_CYLINDER\n";
+  if (kind.barrel) text += "#define WITH_BARREL\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";
   text += kind.single ? "#define FIELD_COUNT(count) 1\n" : "#define FIELD_COUNT(count) (count)\n";
   if (kind.in_double) text += "#define IN_DOUBLE\n";

@@ -39,7 +39,7 @@ inline constexpr int kNodeEntries = 4;  // the node after its children, where it
 // Of a segment, in table[].
 inline constexpr int kSegmentEntries = 4;  // how many fields, where their entries begin, flags, where n[] begins
 inline constexpr int kCarries = 1;         // flags
-inline constexpr int kHasCylinder = 2;
+inline constexpr int kHasBarrel = 2;
 inline constexpr int kClosedForm = 4;  // from here on
 // Of a segment, in n[]: displacement, its length, and these.
 inline constexpr int kReach = 4;
@@ -47,7 +47,7 @@ inline constexpr int kTolerance = 5;
 inline constexpr int kLeast = 6;
 inline constexpr int kStrain = 7;
 inline constexpr int kSegmentNumbers = 16;
-// Of a segment, in e[]: centre, displacement, begin, end; the cylinder's point, direction, squared radius.
+// Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius.
 inline constexpr int kSegmentPlaces = 16;
 // Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
 inline constexpr int kFieldBounds = 8;
@@ -79,7 +79,7 @@ struct ShaderKind {
   bool trees = false;
   bool single = false;
   bool blended = false;
-  bool cylinder = false;
+  bool barrel = false;
   bool in_double = false;
   bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
   Integrator integrator = Integrator::tsitouras;

@@ -264,7 +264,7 @@ bool misses(int s, dvec3 at, double radius) {
   return true;
 }
 
-#ifdef WITH_CYLINDER
+#ifdef WITH_BARREL
 bool is_within(int s, dvec3 x) {
   int at = s * kSegmentPlaces + 8;
   precise dvec3 d = x - place(at);
@@ -285,9 +285,9 @@ dvec3 move(int s, dvec3 x) {
   open_segment(s);
   R begin = R(e[s * kSegmentPlaces + 6]);
   R end = R(e[s * kSegmentPlaces + 7]);
-#ifdef WITH_CYLINDER
-  // Members are those within the cylinder at t = 0: from elsewhere, the point is taken back there first.
-  bool asks = (table[s * kSegmentEntries + 2] & kHasCylinder) != 0;
+#ifdef WITH_BARREL
+  // Members are those within the barrel at t = 0: from elsewhere, the point is taken back there first.
+  bool asks = (table[s * kSegmentEntries + 2] & kHasBarrel) != 0;
   if (asks && begin == R(0) && !is_within(s, x)) return dvec3(0);
   dvec3 by = dvec3(0);
   for (int pass = asks && begin != R(0) ? 0 : 1; pass < 2; ++pass) {

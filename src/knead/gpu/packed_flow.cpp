@@ -94,7 +94,7 @@ ClosedForm form_of(const Twist<double>& motion, const Field& field, const Segmen
 
 ClosedForm form_of(const Strain<double>& motion, const Field& field, const Segment& segment) {
   const bool known = std::holds_alternative<Ball<double>>(field.region) && is_symmetric(motion.matrix) &&
-                     segment.displacement == Vec3d{} && !segment.cylinder;
+                     segment.displacement == Vec3d{} && !segment.barrel;
   return known ? kStretchedCore : kNoClosedForm;
 }
 
@@ -219,16 +219,16 @@ class Packer {
     put(packed_.places, places + 3, segment.displacement);
     packed_.places[places + 6] = segment.begin;
     packed_.places[places + 7] = segment.end;
-    if (segment.cylinder) {
-      put(packed_.places, places + 8, segment.cylinder->point);
-      put(packed_.places, places + 11, segment.cylinder->direction);
-      packed_.places[places + 14] = segment.cylinder->radius * segment.cylinder->radius;
+    if (segment.barrel) {
+      put(packed_.places, places + 8, segment.barrel->point);
+      put(packed_.places, places + 11, segment.barrel->direction);
+      packed_.places[places + 14] = segment.barrel->radius * segment.barrel->radius;
     }
     const std::size_t entry = i * kSegmentEntries;
     packed_.table[entry] = static_cast<std::int32_t>(segment.fields.size());
     packed_.table[entry + 1] = static_cast<std::int32_t>(table_of(first_field));
     packed_.table[entry + 2] =
-        (detail::carries(segment) ? kCarries : 0) + (segment.cylinder ? kHasCylinder : 0) + kClosedForm * form;
+        (detail::carries(segment) ? kCarries : 0) + (segment.barrel ? kHasBarrel : 0) + kClosedForm * form;
     packed_.table[entry + 3] = static_cast<std::int32_t>(numbers);
   }
 
@@ -352,7 +352,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   }
   kind.single = segment.fields.size() == 1;
   kind.blended = segment.time_law == TimeLaw::blended;
-  kind.cylinder = segment.cylinder.has_value();
+  kind.barrel = segment.barrel.has_value();
   kind.in_double = options.precision == Precision::float64;
   kind.integrator = options.integrator;
   return kind;

@@ -29,7 +29,7 @@ double error_allowed(const Field& field, const Segment& segment, const AdvectOpt
   const double outer = field.thresholds.outer;
   const detail::Surround ball = detail::surround_of(set);
   const double arm = norm(ball.center) + ball.radius + detail::support_reach(set, outer);
-  const double duration = segment.cylinder ? 1 : std::abs(segment.end - segment.begin);
+  const double duration = segment.barrel ? 1 : std::abs(segment.end - segment.begin);
   const double way = norm(std::get<Translation<double>>(field.motion).velocity) * duration;
   const double error =
       detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;

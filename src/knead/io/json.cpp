@@ -125,12 +125,12 @@ const std::string& Json::text() const {
   return *std::get<SharedText>(value_);
 }
 
-const std::vector<Json>& Json::items() const {
+const std::vector<Json>& Json::items() const& {
   if (!is_array()) fail("a list [...]", *this);
   return *std::get<SharedItems>(value_);
 }
 
-const std::vector<JsonMember>& Json::members() const {
+const std::vector<JsonMember>& Json::members() const& {
   if (!is_object()) fail("an object {...}", *this);
   return std::get<SharedObject>(value_)->members;
 }

@@ -66,8 +66,10 @@ class Json {
   double number() const;
   std::size_t whole() const;
   const std::string& text() const;
-  const std::vector<Json>& items() const;
-  const std::vector<JsonMember>& members() const;
+  const std::vector<Json>& items() const&;
+  const std::vector<Json>& items() && = delete;  // would refer into a value that is gone
+  const std::vector<JsonMember>& members() const&;
+  const std::vector<JsonMember>& members() && = delete;
 
   // Returns the member with this key, or a null pointer if there is none or this is not an object. Takes time in
   // proportion to the logarithm of the number of members. The pointer is valid until this object changes.

@@ -96,8 +96,8 @@ struct Sketch {
 
 // A half-space has no size of its own: its zone's width, but nothing that would dwarf the shape. Nor have marked
 // regions.
-double tool_size(const Field& field, const std::optional<Cylinder>& cylinder, const Box& around) {
-  if (cylinder) return cylinder->radius;
+double tool_size(const Field& field, const std::optional<SegmentBarrel>& barrel, const Box& around) {
+  if (barrel) return barrel->radius;
   if (std::holds_alternative<Handles<double>>(field.region)) return 0.1 * around.diagonal();
   const Thresholds<double>& r = field.thresholds;
   if (!std::holds_alternative<HalfSpace<double>>(field.region)) return r.outer;
@@ -109,19 +109,19 @@ Color fainter(Color color, double opacity) {
   return color;
 }
 
-Mesh surface_of(const Field& field, double level, const std::optional<Cylinder>& cylinder, const Canvas& canvas) {
+Mesh surface_of(const Field& field, double level, const std::optional<SegmentBarrel>& barrel, const Canvas& canvas) {
   const ToolDrawing& how = canvas.how;
   if (how.cache != nullptr && level > 0 && std::holds_alternative<PointSet<double>>(field.region)) {
     return how.cache->surface(field, level, how.detail);
   }
-  return region_surface(field, field.center, level, canvas.around, cylinder, how.detail);
+  return region_surface(field, field.center, level, canvas.around, barrel, how.detail);
 }
 
 // The regions of all fields as they stand at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
-      canvas.scene.surfaces.push_back({surface_of(field, level, segment.cylinder, canvas), fainter(color, opacity)});
+      canvas.scene.surfaces.push_back({surface_of(field, level, segment.barrel, canvas), fainter(color, opacity)});
     };
     add(field.thresholds.inner, kInnerRed);
     add(field.thresholds.outer, kOuterGreen);
@@ -132,11 +132,11 @@ void draw_start(const Segment& segment, const Canvas& canvas) {
   draw_regions(segment, 1, canvas);
   for (const Field& field : segment.fields) {
     const bool is_plane = std::holds_alternative<HalfSpace<double>>(field.region);
-    if (segment.cylinder && is_plane) {
+    if (segment.barrel && is_plane) {
       canvas.scene.surfaces.push_back(
-          {barrel_surface(*segment.cylinder, field, canvas.around, canvas.how.detail), kBarrelGrey});
+          {barrel_surface(*segment.barrel, field, canvas.around, canvas.how.detail), kBarrelGrey});
     }
-    const Sketch sketch{canvas.scene, field, tool_size(field, segment.cylinder, canvas.around),
+    const Sketch sketch{canvas.scene, field, tool_size(field, segment.barrel, canvas.around),
                         0.006 * canvas.around.diagonal()};
     std::visit(sketch, field.motion);
   }

@@ -120,16 +120,18 @@ Mesh plane_patch(const Vec3d& point, const Vec3d& normal, const Vec3d& along, co
   return mesh;
 }
 
-// The part of the plane within the cylinder: an ellipse. The cylinder's direction does not lie in the plane.
-Mesh disc(const Vec3d& point, const Vec3d& normal, const Cylinder& cylinder, int sides) {
-  Mesh mesh = revolve({{0, 0}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction}, sides);
+// The part of the plane within the barrel: an ellipse. The barrel's direction does not lie in the plane.
+Mesh disc(const Vec3d& point, const Vec3d& normal, const SegmentBarrel& barrel, int sides) {
+  Mesh mesh = revolve({{0, 0}, {0, barrel.radius}}, {barrel.point, barrel.direction}, sides);
   for (Vec3d& p : mesh.positions) {
-    p += cylinder.direction * (dot(normal, point - p) / dot(normal, cylinder.direction));
+    p += barrel.direction * (dot(normal, point - p) / dot(normal, barrel.direction));
   }
   return mesh;
 }
 
-bool crosses(const Cylinder& cylinder, const Vec3d& normal) { return std::abs(dot(cylinder.direction, normal)) > 0.05; }
+bool crosses(const SegmentBarrel& barrel, const Vec3d& normal) {
+  return std::abs(dot(barrel.direction, normal)) > 0.05;
+}
 
 // How far the surface r = level of the set can reach from its elements: n of them read up to n^(1/m) too near.
 Box point_set_box(const PointSet<double>& set, double level) {
@@ -250,7 +252,7 @@ struct SurfaceOf {
   Vec3d center;
   double level = 0;
   const Box& around;
-  const std::optional<Cylinder>& cylinder;
+  const std::optional<SegmentBarrel>& barrel;
   const SurfaceDetail& detail;
 
   double radius() const { return level > 0 ? level : kDot * field.thresholds.outer; }
@@ -261,7 +263,7 @@ struct SurfaceOf {
   }
   Mesh operator()(const HalfSpace<double>& region) const {
     const Vec3d point = center + region.normal * level;
-    if (cylinder && crosses(*cylinder, region.normal)) return disc(point, region.normal, *cylinder, detail.sides);
+    if (barrel && crosses(*barrel, region.normal)) return disc(point, region.normal, *barrel, detail.sides);
     const Vec3d middle = around.empty() ? point : around.center();
     return plane_patch(middle - region.normal * dot(region.normal, middle - point), region.normal, region.turn_axis,
                        around);
@@ -295,20 +297,19 @@ struct SurfaceOf {
 }  // namespace
 
 Mesh region_surface(const Field& field, const Vec3d& center, double level, const Box& around,
-                    const std::optional<Cylinder>& cylinder, const SurfaceDetail& detail) {
-  return std::visit(SurfaceOf{field, center, level, around, cylinder, detail}, field.region);
+                    const std::optional<SegmentBarrel>& barrel, const SurfaceDetail& detail) {
+  return std::visit(SurfaceOf{field, center, level, around, barrel, detail}, field.region);
 }
 
-Mesh barrel_surface(const Cylinder& cylinder, const Field& field, const Box& around, const SurfaceDetail& detail) {
+Mesh barrel_surface(const SegmentBarrel& barrel, const Field& field, const Box& around, const SurfaceDetail& detail) {
   const auto& region = std::get<HalfSpace<double>>(field.region);
-  const double low = extent_along(around, cylinder.point, cylinder.direction).first;
+  const double low = extent_along(around, barrel.point, barrel.direction).first;
   const Vec3d top = field.center + region.normal * field.thresholds.outer;
-  Mesh mesh =
-      revolve({{low, cylinder.radius}, {0, cylinder.radius}}, {cylinder.point, cylinder.direction}, detail.sides);
-  if (!crosses(cylinder, region.normal)) return mesh;
+  Mesh mesh = revolve({{low, barrel.radius}, {0, barrel.radius}}, {barrel.point, barrel.direction}, detail.sides);
+  if (!crosses(barrel, region.normal)) return mesh;
   for (std::size_t i = mesh.positions.size() / 2; i < mesh.positions.size(); ++i) {
     Vec3d& p = mesh.positions[i];
-    p += cylinder.direction * (dot(region.normal, top - p) / dot(region.normal, cylinder.direction));
+    p += barrel.direction * (dot(region.normal, top - p) / dot(region.normal, barrel.direction));
   }
   return mesh;
 }

@@ -28,6 +28,8 @@ class Journal {
  public:
   Journal(Journal&&) noexcept;
   Journal& operator=(Journal&&) noexcept;
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
   ~Journal();
 
   // Makes a new folder under root (which is made if it is missing), named after the time in UTC, the process and a

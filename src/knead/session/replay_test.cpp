@@ -24,7 +24,7 @@ Session session_of(std::vector<Stroke> strokes) {
 
 Mesh bar() { return make_shape(ShapeKind::box, 1500); }
 
-// Several segments, a cylinder, several fields in one segment.
+// Several segments, a barrel, several fields in one segment.
 Session varied() {
   PointsStroke points;
   points.points = {{-1, 0.5, 0}, {1, 0.5, 0.2}};

@@ -29,14 +29,14 @@ constexpr std::size_t kDriftSegments = 8192;  // path lines times segments
 
 constexpr std::size_t kGrain = 256;
 
-bool has_cylinder(const Flow& flow) {
+bool has_barrel(const Flow& flow) {
   return std::any_of(flow.segments.begin(), flow.segments.end(),
-                     [](const Segment& segment) { return segment.cylinder.has_value(); });
+                     [](const Segment& segment) { return segment.barrel.has_value(); });
 }
 
-// Of a point that is known to move, the flow without its cylinders is the same.
+// Of a point that is known to move, the flow without its barrels is the same.
 Flow for_members(Flow flow) {
-  for (Segment& segment : flow.segments) segment.cylinder.reset();
+  for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
 }
 
@@ -71,7 +71,7 @@ std::vector<double> longest_edges(const DeformedShape& shape) {
   return longest;
 }
 
-// Backwards a cylinder says nothing of where its points are: it is about where they came from.
+// Backwards a barrel says nothing of where its points are: it is about where they came from.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const FlowReach reach(inverse ? for_members(stroke.flow) : stroke.flow);
   const std::vector<double> longest = longest_edges(stroke.before);
@@ -155,11 +155,11 @@ void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, doubl
   }
 }
 
-// The probes that moved. With a cylinder only those known to have moved are taken: which others might have, its inverse
+// The probes that moved. With a barrel only those known to have moved are taken: which others might have, its inverse
 // does not tell.
 CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
                          double length) {
-  const bool members_only = has_cylinder(stroke.flow);
+  const bool members_only = has_barrel(stroke.flow);
   CarriedBack all;
   std::vector<bool> moved;
   for (std::size_t i = 0; i < probes.points.size(); ++i) {

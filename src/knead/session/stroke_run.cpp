@@ -71,8 +71,8 @@ void require_no_numbers(const Stroke& stroke) {
                   full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
 }
 
-Flow without_cylinders(Flow flow) {
-  for (Segment& segment : flow.segments) segment.cylinder.reset();
+Flow without_barrels(Flow flow) {
+  for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
 }
 
@@ -186,16 +186,15 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
   }
   const TakenBack& back = taken_back();
   DeformedShape moved = to == 0 ? back.shape : shape;
-  stroke_.outcome.status = to == 0 ? back.status : moved.move(without_cylinders(std::move(flow)), progress_);
+  stroke_.outcome.status = to == 0 ? back.status : moved.move(without_barrels(std::move(flow)), progress_);
   shape.take(back.members, moved);
 }
 
-// Leaves the cylinder out: barrel_members says which points it held.
+// Leaves the barrel out: barrel_members says which points it held.
 const StrokeRun::TakenBack& StrokeRun::taken_back() {
   if (taken_back_) return *taken_back_;
   taken_back_ = TakenBack{shape_, AdvectStatus::done, {}};
-  taken_back_->status =
-      taken_back_->shape.move(without_cylinders(flow_between(stroke_.flow, segments(), 0)), progress_);
+  taken_back_->status = taken_back_->shape.move(without_barrels(flow_between(stroke_.flow, segments(), 0)), progress_);
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
   taken_back_->members = barrel_members(*stroke_.barrel, shape_.positions(), taken_back_->shape.positions(),
                                         shape_.triangles(), 10 * tolerance + 1e-3 * stroke_.barrel->radius);

@@ -43,7 +43,7 @@ std::optional<Barrel> barrel_of(const Stroke& stroke) {
   const Flow flow = flow_of(stroke);
   const Segment& segment = flow.segments.front();
   const Field& field = segment.fields.front();
-  return Barrel{segment.cylinder->point, segment.cylinder->direction, segment.cylinder->radius, field.thresholds.outer,
+  return Barrel{segment.barrel->point, segment.barrel->direction, segment.barrel->radius, field.thresholds.outer,
                 last_normal(field)};
 }
 

@@ -9,7 +9,7 @@
 
 namespace knead {
 
-// For a shape after the stroke, `deformed`, and its vertices as the stroke's inverse without the cylinder takes them
+// For a shape after the stroke, `deformed`, and its vertices as the stroke's inverse without the barrel takes them
 // back, `taken_back`: whether each was moved, so that taken_back is where it came from, or never was. A vertex that
 // comes from outside the barrel was not; one that lies inside it, where a resting point would have been moved, was.
 // Where both could be (the barrel reaches beyond a bent finger's tip, and its image may cover the thumb) the surface

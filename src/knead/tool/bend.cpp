@@ -69,7 +69,7 @@ Flow flow_of(const BendStroke& stroke) {
   const Rotation<double> motion{axis, angle, stroke.gauge, RotationGauge::axial};
   const HalfSpace<double> region{normal, axis, 0.5 * angle};
   Segment segment = resting_segment({stroke.center, motion, region, bend_thresholds(stroke)});
-  if (stroke.radius) segment.cylinder = Cylinder{stroke.center, normal, *stroke.radius};
+  if (stroke.radius) segment.barrel = SegmentBarrel{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
 

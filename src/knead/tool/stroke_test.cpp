@@ -115,14 +115,14 @@ TEST(TwistStroke, TurnsByTheRateTimesTheHeight) {
   EXPECT_EQ(moved(stroke, {1, 0, 7}), Vec3d(1, 0, 7));
 }
 
-TEST(TwistStroke, HasItsNormalAndCylinder) {
+TEST(TwistStroke, HasItsNormalAndBarrel) {
   TwistStroke stroke{{0, 0, 1}, {0, 0, 3}, 30, -1, 1};
   stroke.normal = Vec3d{0, -2, 0};
   stroke.radius = 0.5;
   const Segment segment = flow_of(stroke).segments.at(0);
   EXPECT_EQ(std::get<HalfSpace<double>>(segment.fields[0].region).normal, Vec3d(0, -1, 0));
-  ASSERT_TRUE(segment.cylinder);
-  EXPECT_EQ(*segment.cylinder, (Cylinder{{0, 0, 1}, {0, -1, 0}, 0.5}));
+  ASSERT_TRUE(segment.barrel);
+  EXPECT_EQ(*segment.barrel, (SegmentBarrel{{0, 0, 1}, {0, -1, 0}, 0.5}));
 }
 
 TEST(TwistStroke, WithAnAutomaticRadiusIsValidButNoFlowYet) {
@@ -142,7 +142,7 @@ TEST(BendStroke, TurnsItsInnerRegionByTheAngleAndItsNormalByHalf) {
   EXPECT_EQ(region.turn_axis, Vec3d(0, 1, 0));
   EXPECT_NEAR(region.turn_angle, kPi / 9, kRounding);
   EXPECT_EQ(segment.fields[0].thresholds, (Thresholds<double>{-0.5, 1.5}));
-  EXPECT_FALSE(segment.cylinder);
+  EXPECT_FALSE(segment.barrel);
   const double angle = kPi / 180 * 40;
   expect_near(moved(stroke, {-4, 1, 0}), {-4 * std::cos(angle), 1, 4 * std::sin(angle)});
 }

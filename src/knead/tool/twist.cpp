@@ -26,7 +26,7 @@ Flow flow_of(const TwistStroke& stroke) {
   const Vec3d normal = stroke.normal ? unit(*stroke.normal) : axis;
   const Twist<double> motion{axis, stroke.rate_deg * kRadiansPerDegree, stroke.gauge};
   Segment segment = resting_segment({stroke.center, motion, HalfSpace<double>{normal}, {stroke.inner, stroke.outer}});
-  if (stroke.radius) segment.cylinder = Cylinder{stroke.center, normal, *stroke.radius};
+  if (stroke.radius) segment.barrel = SegmentBarrel{stroke.center, normal, *stroke.radius};
   return {{std::move(segment)}};
 }
 
