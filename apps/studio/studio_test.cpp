@@ -44,7 +44,8 @@ TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
   const ReplayResult replayed = saved_and_replayed(studio);
   run(studio, R"({"export": ")" + (folder_ / "out.ply").string() + "\"}");
   const ShapeFile source = read_shape(folder_ / "work_shape.ply");
-  EXPECT_EQ(read_shape(folder_ / "out.ply").bytes, serialize_shape("ply", source, replayed.shape.positions(), {true, {}}));
+  EXPECT_EQ(read_shape(folder_ / "out.ply").bytes,
+            serialize_shape("ply", source, replayed.shape.positions(), {true, {}}));
 }
 
 TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
