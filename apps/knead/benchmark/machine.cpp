@@ -90,11 +90,11 @@ double run_widest() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512f")) {
     keep = rounds_512(T(0));
-    return double{kRepeats} * kChains * static_cast<double>(64 / sizeof(T));
+    return double{kRepeats} * kChains * (64 / double{sizeof(T)});
   }
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
     keep = rounds_256(T(0));
-    return double{kRepeats} * kChains * static_cast<double>(32 / sizeof(T));
+    return double{kRepeats} * kChains * (32 / double{sizeof(T)});
   }
 #endif
   keep = plain_rounds<T>();
