@@ -169,7 +169,7 @@ class Replay {
 
 }  // namespace
 
-ReplayResult replay(std::shared_ptr<const Mesh> mesh, const Session& session, const ReplayOptions& options) {
+ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
   if (options.remesh.settings) validate(*options.remesh.settings);
   simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
   ReplayResult result = Replay(mesh, session, options).run();

@@ -83,7 +83,7 @@ struct ReplayResult {
 //
 // Throws InvalidInput for options out of range before anything is done, and with the session's line for a stroke that
 // the shape cannot take, perhaps after frames were delivered.
-ReplayResult replay(std::shared_ptr<const Mesh> mesh, const Session& session, const ReplayOptions& options = {});
+ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options = {});
 
 // The same for a mesh that is not shared: moved or copied into the result.
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options = {});
