@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+#include <random>
 #include <vector>
 
 #include "knead/flow/advect.h"
@@ -77,6 +79,81 @@ TEST(Mirrored, MovesTheMirrorImageOfAShapeToTheMirrorImageOfWhereItMovesTheShape
     }
     EXPECT_GT(most, 0.02) << tool_name(stroke) << " must move something";
   }
+}
+
+// Turns about any axis, mirror images in any plane, and what these make together.
+std::vector<RigidMotion> some_motions() {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto vector = [&] {
+    const double x = number(random);
+    const double y = number(random);
+    return Vec3d{x, y, number(random)};
+  };
+  std::vector<RigidMotion> motions;
+  for (int i = 0; i < 6; ++i) {
+    const RigidMotion turn = rotation_about(vector(), vector(), 3 * number(random));
+    const RigidMotion mirror = reflection_in(vector(), vector());
+    motions.insert(motions.end(), {turn, mirror, mirror * turn});
+  }
+  return motions;
+}
+
+TEST(Transformed, MovesAMovedShapeToTheMovedImageOfWhereTheStrokeMovesIt) {
+  const std::vector<Vec3d> start = make_shape(ShapeKind::sphere, 162).positions;
+  AdvectOptions options;
+  options.tolerance = 1e-10;
+  options.precision = Precision::float64;
+  for (const Stroke& stroke : one_of_each()) {
+    std::vector<Vec3d> moved = start;
+    advect(flow_of(stroke), moved, options);
+    for (const RigidMotion& motion : some_motions()) {
+      std::vector<Vec3d> images;
+      for (const Vec3d& p : start) images.push_back(motion(p));
+      advect(flow_of(transformed(stroke, motion)), images, options);
+      double worst = 0;
+      for (std::size_t i = 0; i < start.size(); ++i) worst = std::max(worst, norm(images[i] - motion(moved[i])));
+      EXPECT_LT(worst, 1e-7) << tool_name(stroke) << (is_reflection(motion) ? ", mirrored" : ", turned");
+    }
+  }
+}
+
+TEST(Transformed, InACoordinatePlaneIsTheSameAsMirrored) {
+  for (const Stroke& stroke : one_of_each()) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Vec3d normal{0, 0, 0};
+      normal[static_cast<std::size_t>(axis)] = 1;
+      EXPECT_EQ(transformed(stroke, reflection_in({0, 0, 0}, normal)), mirrored(stroke, axis)) << tool_name(stroke);
+    }
+  }
+}
+
+TEST(Transformed, AStampsPoseFitsTheToolOrItsMirrorImageInX) {
+  StampStroke stroke;
+  stroke.mesh = "tool.ply";
+  stroke.path = {{0.1, 1, 0.2}, {0.1, 0.8, 0.3}};
+  stroke.pose = {{0.1, -0.4, 0.2}, {0.5, 0.1, 0}, {0, 0.1, 0.6}};
+  const Vec3d p{0.3, 0.7, -0.2};  // of the tool
+  for (const RigidMotion& motion : some_motions()) {
+    const auto seen = std::get<StampStroke>(transformed(stroke, motion));
+    const Vec3d of_image = is_reflection(motion) ? image(p, 0) : p;
+    const Vec3d expected = motion(stroke.path[0] + stroke.pose * p);
+    EXPECT_LT(norm(seen.path[0] + seen.pose * of_image - expected), 1e-14);
+    EXPECT_NEAR(determinant(seen.pose), determinant(stroke.pose), 1e-14);
+  }
+}
+
+TEST(RigidMotions, ReflectRotateAndFollowEachOther) {
+  const RigidMotion mirror = reflection_in({1, 2, 3}, {0, 0, 2});
+  EXPECT_TRUE(is_reflection(mirror));
+  EXPECT_LT(norm(mirror({4, 5, 6}) - Vec3d{4, 5, 0}), 1e-15);
+  const RigidMotion quarter = rotation_about({1, 0, 0}, {0, 0, 3}, std::numbers::pi / 2);
+  EXPECT_FALSE(is_reflection(quarter));
+  EXPECT_LT(norm(quarter({2, 0, 5}) - Vec3d{1, 1, 5}), 1e-15);
+  EXPECT_LT(norm((mirror * quarter)({2, 0, 5}) - mirror(quarter({2, 0, 5}))), 1e-15);
+  RigidMotion whole;
+  for (int i = 0; i < 4; ++i) whole = quarter * whole;
+  EXPECT_LT(norm(whole({0.3, 0.7, 0.1}) - Vec3d{0.3, 0.7, 0.1}), 1e-15);
 }
 
 TEST(Mirrored, AStampsPoseFitsTheMirrorImageOfItsTool) {

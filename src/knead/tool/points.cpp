@@ -109,7 +109,7 @@ std::vector<StrokeKey> keys(PointsStroke& s) {
   return {{"points", Quantity::finite, &s.points, Presence::optional},
           {"curves", Quantity::other, &s.curves, Presence::optional},
           {"outer", Quantity::other, &s.outer, Presence::required, kOuterHelp},
-          {"displacements", Quantity::finite, &s.displacements},
+          {"displacements", Quantity::displacement, &s.displacements},
           {"exponent", Quantity::other, &s.exponent, Presence::optional},
           {"inner", Quantity::other, &s.inner, Presence::optional, kInnerHelp},
           {"center", Quantity::other, choice(s.center, {"parts", "barycentre"}), Presence::optional}};

@@ -219,4 +219,31 @@ std::vector<std::string> warnings(const Stroke& stroke);
 // mirror images need not be vertices.
 Stroke mirrored(const Stroke& stroke, int axis);
 
+// x -> turn x + shift. turn is orthogonal: a rotation, or a rotation of a mirror image. By default the identity.
+struct RigidMotion {
+  Mat3d turn{};
+  Vec3d shift{0, 0, 0};
+
+  Vec3d operator()(const Vec3d& x) const { return turn * x + shift; }
+  friend bool operator==(const RigidMotion&, const RigidMotion&) = default;
+};
+
+// Returns whether the motion makes mirror images.
+bool is_reflection(const RigidMotion& motion);
+
+// Returns the motion that does `first`, then `second`.
+RigidMotion operator*(const RigidMotion& second, const RigidMotion& first);
+
+// Returns the reflection in the plane through a point. The normal has any length but 0.
+RigidMotion reflection_in(const Vec3d& point, const Vec3d& normal);
+
+// Returns the rotation about the axis through a point, counterclockwise seen from the tip of the axis. The axis has any
+// length but 0.
+RigidMotion rotation_about(const Vec3d& point, const Vec3d& axis, double angle_rad);
+
+// Returns the stroke that does to a shape moved by the motion what `stroke` does to the shape, moved by the motion;
+// equal up to rounding. After a reflection a stamp's pose fits the mirror image of its tool in the plane x = 0, which
+// its `mesh` must then name. Throws as mirrored().
+Stroke transformed(const Stroke& stroke, const RigidMotion& motion);
+
 }  // namespace knead

@@ -33,13 +33,14 @@ using KeyValue = std::variant<double*, std::optional<double>*, AutoNumber, int*,
                               std::vector<Vec3d>*, std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*,
                               std::vector<PaintSample>*, Mat3d*, HandlesMotion*, std::string*, Choice>;
 
-// What a value means, and so how it is checked and mirrored. A vector is always a place or a direction.
+// What a value means, and so how it is checked and mirrored. A vector is a place unless this says otherwise.
 enum class Quantity {
-  finite,     // a number or a place: any finite value
-  positive,   // a number greater than 0
-  angle,      // degrees, whole or for a length; changes its sign in a mirror
-  direction,  // a vector of any length but 0
-  other,      // checked by the tool itself
+  finite,        // a number or a place: any finite value
+  positive,      // a number greater than 0
+  angle,         // degrees, whole or for a length; changes its sign in a mirror
+  direction,     // a vector of any length but 0
+  displacement,  // a difference of two places: any finite vector
+  other,         // checked by the tool itself
 };
 
 // Says whether a line must give a key.
