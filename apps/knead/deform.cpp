@@ -106,11 +106,14 @@ bool is_reported(const DeformOptions& options) {
   return !options.common.quiet || options.common.json || !options.report.empty();
 }
 
-// To go backwards, resolves strokes that read the surface on the shape that they were made on.
+// To go backwards, resolves strokes that read the surface on the shape that they were made on. The replay refuses
+// strokes that have no inverse.
 void resolve_on_own_shape(Session& session, ReplayOptions options, bool quiet) {
   const bool reads = std::any_of(session.strokes.begin(), session.strokes.end(),
                                  [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
-  if (!reads || !session.mesh) return;
+  const bool has_inverse = std::all_of(session.strokes.begin(), session.strokes.end(),
+                                       [](const SessionStroke& stroke) { return is_flow(stroke.stroke); });
+  if (!reads || !has_inverse || !session.mesh) return;
   const std::filesystem::path path = std::filesystem::path(session.name).parent_path() / *session.mesh;
   const ShapeFile shape = read_shape(path);
   options.part = {};

@@ -118,9 +118,10 @@ std::vector<Panel> panels_of_shapes(const PanelOptions& options) {
 std::vector<Panel> panels_of_session(const PanelOptions& options, const Session& session) {
   Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
   const std::vector<PlayedStroke> played = play(inputs, options.quiet);
-  // A stroke is remeshed once, not after each of the parts that it resolves to.
-  const bool remeshed = std::any_of(session.strokes.begin(), session.strokes.end(),
-                                    [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+  // A stroke is remeshed once, not after each of the parts that it resolves to; a relax resolves to nothing.
+  const bool remeshed = std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
+    return stroke.remesh.has_value() || !is_flow(stroke.stroke);
+  });
   if (!remeshed) {
     inputs.session.strokes.clear();
     for (const PlayedStroke& stroke : played) {

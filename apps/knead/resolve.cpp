@@ -7,6 +7,7 @@
 #include "command.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/json.h"
+#include "knead/math/error.h"
 #include "output.h"
 #include "work.h"
 
@@ -20,11 +21,20 @@ struct ResolveOptions {
   CommonOptions common;
 };
 
+void require_flows(const Session& session) {
+  for (const SessionStroke& stroke : session.strokes) {
+    if (is_flow(stroke.stroke)) continue;
+    throw InvalidInput(Place{session.name, stroke.line},
+                       "a relax is no flow, so it cannot be resolved; remove this line, or use the session as it is");
+  }
+}
+
 void run_resolve(const ResolveOptions& options) {
   constexpr std::string_view extensions[] = {"knead"};
   require_extension(options.output, extensions);
   require_writable(options.output);
   const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
+  require_flows(inputs.session);
   const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, ReplayOptions{}, options.common.quiet);
   Session resolved;
   resolved.note = inputs.session.note;

@@ -23,6 +23,7 @@
 #include "knead/math/error.h"
 #include "knead/math/mat3.h"
 #include "knead/math/parallel.h"
+#include "knead/math/progress.h"
 #include "knead/math/vec3.h"
 
 // The velocity field of one tool at one point: inner motion, region and blend.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "knead/math/box.h"
+#include "knead/tool/tool.h"
 
 namespace knead::acceptance {
 
@@ -157,16 +158,27 @@ Stroke bend(const Draw& draw) {
   return stroke;
 }
 
+Stroke relax(const Draw& draw) {
+  const std::size_t v = draw.vertex();
+  RelaxStroke stroke{{draw.near(v), draw.near(v)}, draw.uniform(0.05, 0.3) * draw.size};
+  stroke.amount = draw.uniform(0.1, 1);
+  stroke.surface = draw.uniform(0, 1);
+  stroke.iterations = 1 + static_cast<int>(draw.uniform(0, 4));
+  return stroke;
+}
+
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
     {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
-    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend}};
+    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend},       {"relax", relax}};
 
 }  // namespace
 
 const std::vector<std::string>& tool_names() {
   static const std::vector<std::string> kNames = [] {
     std::vector<std::string> names;
-    for (const auto& tool : kTools) names.push_back(tool.first);
+    for (const auto& tool : kTools) {
+      if (find_tool(tool.first)->is_flow) names.push_back(tool.first);
+    }
     return names;
   }();
   return kNames;

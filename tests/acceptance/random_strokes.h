@@ -10,7 +10,7 @@
 
 namespace knead::acceptance {
 
-// The tools, by the names of session files.
+// The tools whose strokes are flows, by the names of session files.
 const std::vector<std::string>& tool_names();
 
 // A random stroke of the tool for the shape. Lengths are parts of its box's diagonal; places lie on its surface or near

@@ -1,7 +1,6 @@
 // Moving points along the path lines of a flow.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -10,18 +9,13 @@
 #include "knead/flow/point_blocks.h"
 #include "knead/flow/segment.h"
 #include "knead/flow/tableau.h"
+#include "knead/math/progress.h"
 
 namespace knead {
 
 // The scalar in which fields are evaluated. Positions are double in both cases: fields are evaluated relative to the
 // tool's centre, and the displacement is added.
 enum class Precision { float32, float64 };
-
-// Progress of a running call, for other threads: set `cancel` to stop it; `done` counts points times segments.
-struct Progress {
-  std::atomic<bool> cancel{false};
-  std::atomic<std::uint64_t> done{0};
-};
 
 // The tolerance relative to the shape's size that everything with such a setting takes by default.
 inline constexpr double kDefaultRelativeTolerance = 1e-5;

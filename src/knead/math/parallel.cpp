@@ -11,6 +11,9 @@
 #else
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+
+#include <map>
+#include <mutex>
 #endif
 
 namespace knead {
@@ -52,12 +55,29 @@ void parallel_for(std::size_t count, std::size_t grain, int threads,
 
 #else
 
+namespace {
+
+// Each arena that oneTBB 2021.8 has ever made slows down all others, so there is one for each number of threads.
+tbb::task_arena& arena_of(int threads) {
+  static std::mutex mutex;
+  static std::map<int, tbb::task_arena> arenas;
+  const std::lock_guard lock(mutex);
+  return arenas.try_emplace(threads, threads).first->second;
+}
+
+}  // namespace
+
 void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t, std::size_t)>& body) {
   const std::size_t chunks = (count + grain - 1) / grain;
   const auto run_chunk = [&](std::size_t chunk) { body(chunk * grain, std::min(count, (chunk + 1) * grain)); };
-  tbb::task_arena arena(threads > 0 ? std::min(threads, hardware_threads()) : tbb::task_arena::automatic);
-  arena.execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
+  if (chunks <= 1 || threads == 1) {
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) run_chunk(chunk);
+  } else if (threads <= 0 || threads >= hardware_threads()) {
+    tbb::parallel_for(std::size_t{0}, chunks, run_chunk);
+  } else {
+    arena_of(threads).execute([&] { tbb::parallel_for(std::size_t{0}, chunks, run_chunk); });
+  }
 }
 
 #endif

@@ -139,6 +139,8 @@ std::shared_ptr<const Mesh> borrow(const Mesh& mesh);
 
 namespace session_detail {
 
+struct RelaxMesh;  // what relaxing needs to know of the faces
+
 // Normals of points, carried by the Jacobian of the flow. Four points around each point that has a normal, in the plane
 // across it, show how the flow turns that plane: a map with the Jacobian J takes the normal t1 x t2 to J t1 x J t2.
 struct CarriedNormals {
@@ -202,6 +204,14 @@ class DeformedShape {
   // Moves the vertices through a flow; the faces stay. On a status other than done the shape is part-way.
   AdvectStatus move(const Flow& flow, Progress* progress = nullptr);
 
+  // Relaxes the surface at the points of the stroke from one number to another; a fraction at the end is so much of the
+  // amount at that point. The faces stay. Returns done or cancelled; then the shape is part-way. Throws InvalidInput
+  // for a point cloud.
+  AdvectStatus relax(const RelaxStroke& stroke, double from, double to, Progress* progress = nullptr);
+
+  // Returns how often relax() has changed the shape since the start, for telling whether it has.
+  std::uint64_t dabs() const { return dabs_; }
+
   // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. On a status other than
   // done the faces stay.
   RemeshOutcome remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
@@ -229,11 +239,13 @@ class DeformedShape {
   void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
+  const session_detail::RelaxMesh& relax_mesh() const;
 
   std::shared_ptr<const Mesh> start_ = std::make_shared<const Mesh>();
   std::shared_ptr<const Mesh> mesh_ = start_;
   std::shared_ptr<const Provenance> provenance_;
-  mutable std::shared_ptr<const std::vector<Triangle>> triangles_;  // of mesh_, from when they are first needed
+  mutable std::shared_ptr<const std::vector<Triangle>> triangles_;       // of mesh_, from when they are first needed
+  mutable std::shared_ptr<const session_detail::RelaxMesh> relax_mesh_;  // likewise
   MotionOptions motion_;
   std::shared_ptr<const RemeshPolicy> policy_ = std::make_shared<const RemeshPolicy>();
   mutable std::optional<std::pair<RemeshSettings, RemeshTargets>> targets_;  // the latest that were asked for
@@ -245,6 +257,7 @@ class DeformedShape {
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::CarriedNormals> normals_;
   AdvectResult work_;
+  std::uint64_t dabs_ = 0;
 };
 
 }  // namespace knead

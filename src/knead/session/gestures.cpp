@@ -53,12 +53,13 @@ GestureChange gesture_change(std::span<const SessionStroke> before, std::span<co
   GestureChange result;
   result.first_new = static_cast<std::size_t>(a - before.begin());
   if (a == before.end()) return result;
-  if (std::next(a) == before.end() && b != now.end() && !reads_surface(a->stroke) && !reads_surface(b->stroke)) {
+  const auto has_rest = [](const Stroke& stroke) { return !reads_surface(stroke) || !is_flow(stroke); };
+  if (std::next(a) == before.end() && b != now.end() && has_rest(a->stroke) && has_rest(b->stroke)) {
     result.rest = rest_of_flow(a->stroke, b->stroke);
     result.rest_as_line = rest_of(a->stroke, b->stroke);
     ++result.first_new;
   }
-  if (result.rest) return result;
+  if (result.rest || result.rest_as_line) return result;
   return {true, 0, std::nullopt, std::nullopt};
 }
 

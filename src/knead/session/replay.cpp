@@ -128,12 +128,13 @@ class Replay {
   void report(const StrokeRun& run, const DeformedShape& before) const {
     if (!options_.on_stroke) return;
     const Flow flow = run.flow();
-    options_.on_stroke({run.stroke().source->line, flow, before, shape_, run.remeshed() ? &*run.remeshed() : nullptr});
+    options_.on_stroke({run.stroke().source->line, flow, before, shape_, run.remeshed() ? &*run.remeshed() : nullptr,
+                        run.stroke().relax});
   }
 
   void take(StrokeRun& run) {
     const SessionStroke& source = *run.stroke().source;
-    result_.segments += static_cast<std::size_t>(std::ceil(run.segments()));
+    result_.segments += run.segments();
     StrokeOutcome outcome = run.take_outcome();
     for (const std::string& warning : outcome.warnings) {
       result_.warnings.push_back(to_string(Place{session_.name, source.line}) + ": " + warning);

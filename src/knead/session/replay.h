@@ -44,6 +44,7 @@ struct AppliedStroke {
   const DeformedShape& before;
   const DeformedShape& after;
   const Remeshed* remeshed = nullptr;  // RemeshOutcome::remeshed; null: vertices and faces are those before
+  const RelaxStroke* relax = nullptr;  // if the stroke relaxes; the flow is then empty
 };
 
 // How a session is applied.
@@ -80,6 +81,8 @@ struct ReplayResult {
 // to several. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers of
 // vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no
 // shape is remeshed backwards.
+//
+// Relax strokes are not in `resolved`, for they are no flows. They are refused backwards and for point clouds.
 //
 // Throws InvalidInput for options out of range before anything is done, and with the session's line for a stroke that
 // the shape cannot take, perhaps after frames were delivered.

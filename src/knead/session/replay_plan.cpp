@@ -27,6 +27,10 @@ bool is_backwards(const ReplayOptions& options) { return options.part.direction 
 
 PreparedStroke prepare(const Session& session, const SessionStroke& source, bool backwards) {
   return at_line(session, source, [&] {
+    if (backwards && !is_flow(source.stroke)) {
+      throw InvalidInput(
+          "a relax is no flow, so it cannot be taken back; remove this line, or keep the shape before it");
+    }
     if (backwards && reads_surface(source.stroke)) {
       throw InvalidInput(
           "this stroke reads the surface before the stroke, which is not known from the deformed shape; resolve the "
@@ -62,7 +66,8 @@ std::size_t PlannedStroke::work() const {
 bool has_settings(const Session& session, const ReplayOptions& options) {
   const double until = options.part.until.value_or(static_cast<double>(session.strokes.size()));
   for (std::size_t i = 0; i < session.strokes.size() && static_cast<double>(i) < until; ++i) {
-    if (session.strokes[i].remesh || options.remesh.settings) return true;
+    const bool may_remesh = is_flow(session.strokes[i].stroke);
+    if (may_remesh && (session.strokes[i].remesh || options.remesh.settings)) return true;
   }
   return false;
 }

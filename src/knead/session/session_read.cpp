@@ -99,8 +99,10 @@ class SessionReader {
   void read_event(const JsonValue& line) {
     const JsonObject event(line, place_, "an event");
     if (event.has("tool")) {
-      session_.strokes.push_back({session_detail::read_stroke(line, place_), place_.line, remesh_});
-      undone_.clear();
+      add(session_detail::read_stroke(line, place_));
+    } else if (const std::string_view own = session_detail::own_event(event); !own.empty()) {
+      event.allow({own});
+      add(session_detail::read_own_event(event, own, place_));
     } else if (event.has("undo")) {
       event.allow({"undo"});
       move_last(event.at("undo"), session_.strokes, undone_, "in effect");
@@ -111,10 +113,15 @@ class SessionReader {
       event.allow({"remesh"});
       remesh_ = session_detail::read_remesh(event.at("remesh"), place_);
     } else {
-      event.allow({"tool", "undo", "redo", "remesh"});
-      throw InvalidInput(place_,
-                         R"(the line is an empty object; an event has the key "tool", "undo", "redo" or "remesh")");
+      event.allow({"tool", "relax", "undo", "redo", "remesh"});
+      throw InvalidInput(
+          place_, R"(the line is an empty object; an event has the key "tool", "relax", "undo", "redo" or "remesh")");
     }
+  }
+
+  void add(Stroke stroke) {
+    session_.strokes.push_back({std::move(stroke), place_.line, remesh_});
+    undone_.clear();
   }
 
   // Moves the last n strokes, one after the other.

@@ -20,7 +20,7 @@ class RandomStrokes {
   explicit RandomStrokes(unsigned seed) : random_(seed) {}
 
   Stroke next() {
-    switch (std::uniform_int_distribution<int>(0, 9)(random_)) {
+    switch (std::uniform_int_distribution<int>(0, 10)(random_)) {
       case 0:
         return implicit();
       case 1:
@@ -39,6 +39,8 @@ class RandomStrokes {
         return handles();
       case 8:
         return stamp();
+      case 9:
+        return RelaxStroke{{vector(), vector()}, positive(), coin() ? 0.5 : 1, coin() ? 1.0 : 0.25, coin() ? 2 : 7};
       default:
         return bend();
     }

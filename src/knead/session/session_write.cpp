@@ -142,7 +142,7 @@ std::string stroke_line(const Stroke& stroke) {
   const std::vector<StrokeKey> keys = tool.keys(own);
   const std::vector<StrokeKey> defaults = defaults_for(keys, tool, start);
   LineWriter line;
-  line.add("tool", std::string(tool.name));
+  if (tool.is_flow) line.add("tool", std::string(tool.name));
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto* choice = std::get_if<Choice>(&keys[i].value);
     const bool is_default = choice != nullptr
@@ -150,7 +150,10 @@ std::string stroke_line(const Stroke& stroke) {
                                 : keys[i].presence != Presence::required && text_of(keys[i]) == text_of(defaults[i]);
     if (applies(keys[i]) && !is_default) line.add_text(keys[i].name, text_of(keys[i]));
   }
-  return line.finish();
+  if (tool.is_flow) return line.finish();
+  LineWriter event;
+  event.add_text(tool.name, line.finish());
+  return event.finish();
 }
 
 std::string remesh_line(const std::optional<RemeshSettings>& settings) {

@@ -243,9 +243,27 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
   return result;
 }
 
+// A vertex that no dab holds at the beginning never moves.
+double moved_beside(const AppliedStroke& stroke) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
+    const Vec3d& source = stroke.before.positions()[i];
+    if (source == stroke.after.positions()[i]) continue;
+    const bool is_held = std::any_of(stroke.relax->points.begin(), stroke.relax->points.end(),
+                                     [&](const Vec3d& p) { return norm(source - p) <= stroke.relax->radius; });
+    if (!is_held) greatest = std::max(greatest, norm(stroke.after.positions()[i] - source));
+  }
+  return greatest;
+}
+
 }  // namespace
 
 StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length) {
+  if (stroke.relax != nullptr) {
+    StrokeCertificate relaxed{0, moved_beside(stroke), {}};
+    relaxed.distance.line = stroke.line;
+    return relaxed;
+  }
   const std::vector<bool> moved = moved_vertices(stroke);
   return {mean_drift(stroke, moved, options, length),
           motion_outside(stroke, options.part.direction == Direction::backwards),

@@ -19,9 +19,11 @@ void at_place(const Place& place, const std::string& prefix, const Function& che
 }
 
 const Tool& tool_at(const JsonValue& name) {
-  if (const Tool* tool = find_tool(name.text())) return *tool;
+  if (const Tool* tool = find_tool(name.text()); tool != nullptr && tool->is_flow) return *tool;
   std::string names;
-  for (const Tool* tool : tools()) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", tool->name);
+  for (const Tool* tool : tools()) {
+    if (tool->is_flow) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", tool->name);
+  }
   name.fail("one of " + names);
 }
 
@@ -93,7 +95,8 @@ void read_key(const StrokeKey& key, const JsonObject& line, const Place& place) 
 }
 
 void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Stroke& stroke) {
-  std::vector<std::string_view> names{"tool"};
+  std::vector<std::string_view> names;
+  if (tool.is_flow) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
@@ -112,6 +115,22 @@ Stroke read_stroke(const JsonValue& line, const Place& place) {
   const Tool& tool = tool_at(JsonObject(line, place, "a stroke").at("tool"));
   Stroke stroke = tool.start;
   read_keys(tool, JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place, stroke);
+  at_place(place, "", [&] { validate(stroke); });
+  return stroke;
+}
+
+std::string_view own_event(const JsonObject& event) {
+  for (const Tool* tool : tools()) {
+    if (!tool->is_flow && event.has(tool->name)) return tool->name;
+  }
+  return {};
+}
+
+Stroke read_own_event(const JsonObject& event, std::string_view name, const Place& place) {
+  const JsonValue value = event.at(name);
+  if (!value.json().is_object()) value.fail("an object {...}");
+  Stroke stroke = find_tool(name)->start;
+  read_keys(*find_tool(name), JsonObject(value, place, fmt::format("\"{}\"", name)), place, stroke);
   at_place(place, "", [&] { validate(stroke); });
   return stroke;
 }

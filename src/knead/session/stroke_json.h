@@ -14,6 +14,13 @@ namespace knead::session_detail {
 // stroke of a tool that this version has.
 Stroke read_stroke(const JsonValue& line, const Place& place);
 
+// Returns the name of the tool whose strokes have a line of their own that this object is, such as {"relax": {...}};
+// empty if there is none.
+std::string_view own_event(const JsonObject& event);
+
+// Returns the stroke of the object at the key `name`, which own_event returned. Throws InvalidInput as above.
+Stroke read_own_event(const JsonObject& event, std::string_view name, const Place& place);
+
 // Returns the value at the key "remesh": null or an object. Throws InvalidInput as above.
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);
 

@@ -82,6 +82,12 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   PreparedStroke prepared;
   prepared.source = &source;
   prepared.outcome.warnings = warnings(source.stroke);
+  prepared.relax = std::get_if<RelaxStroke>(&source.stroke);
+  if (prepared.relax != nullptr) {
+    validate(source.stroke);
+    prepared.expected_segments = prepared.relax->points.size();
+    return prepared;
+  }
   prepared.reads_surface = reads_surface(source.stroke);
   if (prepared.reads_surface) {
     validate(source.stroke);
@@ -108,11 +114,20 @@ Flow flow_between(const Flow& flow, double from, double to) {
 
 StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress)
     : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
-  if (!options_.backwards) settings_ = shape_.settings_of(*stroke_.source);
+  if (!options_.backwards && stroke_.relax == nullptr) settings_ = shape_.settings_of(*stroke_.source);
+}
+
+double StrokeRun::length() const {
+  return static_cast<double>(stroke_.relax != nullptr ? stroke_.relax->points.size() : stroke_.flow.segments.size());
+}
+
+std::size_t StrokeRun::segments() const {
+  return stroke_.relax != nullptr ? 0 : static_cast<std::size_t>(std::ceil(end()));
 }
 
 Flow StrokeRun::flow() const {
-  return options_.backwards ? flow_between(stroke_.flow, segments(), 0) : prefix(stroke_.flow, segments());
+  if (stroke_.relax != nullptr) return {};
+  return options_.backwards ? flow_between(stroke_.flow, end(), 0) : prefix(stroke_.flow, end());
 }
 
 void StrokeRun::enter() {
@@ -123,7 +138,7 @@ void StrokeRun::enter() {
 // The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.
 void StrokeRun::read() {
   if (settings_) start_ = shape_.positions();
-  if (options_.backwards) at_ = segments();
+  if (options_.backwards) at_ = end();
   if (!stroke_.reads_surface) return;
   if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
   const bool in_place = options_.part == 1 && !options_.has_frames;
@@ -133,7 +148,7 @@ void StrokeRun::read() {
     return;
   }
   read_surface(stroke_, shape_, progress_);
-  if (!stroke_.barrel) at_ = segments();
+  if (!stroke_.barrel) at_ = end();
 }
 
 void StrokeRun::check_barrel() {
@@ -149,7 +164,7 @@ void StrokeRun::check_barrel() {
 
 // The shape rests between whole segments only: the result is the same whether or not it does.
 DeformedShape StrokeRun::frame(double moment) {
-  const double to = std::min(moment * static_cast<double>(stroke_.flow.segments.size()), segments());
+  const double to = std::min(moment * length(), end());
   advance(options_.backwards ? std::min(std::ceil(to), at_) : std::floor(to));
   if (status() != AdvectStatus::done) return {};
   DeformedShape frame = shape_;
@@ -160,8 +175,8 @@ DeformedShape StrokeRun::frame(double moment) {
 }
 
 void StrokeRun::leave() {
-  advance(options_.backwards ? 0 : segments());
-  follow(segments(), shape_, remeshed_);
+  advance(options_.backwards ? 0 : end());
+  follow(end(), shape_, remeshed_);
   if (options_.backwards && status() == AdvectStatus::done) check_barrel();
 }
 
@@ -179,6 +194,10 @@ void StrokeRun::advance(double to) {
 
 void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
   if (from == to) return;
+  if (stroke_.relax != nullptr) {
+    stroke_.outcome.status = shape.relax(*stroke_.relax, from, to, progress_);
+    return;
+  }
   Flow flow = flow_between(stroke_.flow, from, to);
   if (!options_.backwards || !stroke_.barrel) {
     stroke_.outcome.status = shape.move(flow, progress_);
@@ -194,7 +213,7 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
 const StrokeRun::TakenBack& StrokeRun::taken_back() {
   if (taken_back_) return *taken_back_;
   taken_back_ = TakenBack{shape_, AdvectStatus::done, {}};
-  taken_back_->status = taken_back_->shape.move(without_barrels(flow_between(stroke_.flow, segments(), 0)), progress_);
+  taken_back_->status = taken_back_->shape.move(without_barrels(flow_between(stroke_.flow, end(), 0)), progress_);
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
   taken_back_->members = barrel_members(*stroke_.barrel, shape_.positions(), taken_back_->shape.positions(),
                                         shape_.triangles(), 10 * tolerance + 1e-3 * stroke_.barrel->radius);

@@ -16,7 +16,8 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  bool reads_surface = false;  // the flow and the barrel are unknown until it is read
+  const RelaxStroke* relax = nullptr;  // the source's, if it is one: without a flow
+  bool reads_surface = false;          // the flow and the barrel are unknown until it is read
   Flow flow;
   std::optional<Barrel> barrel;
   std::shared_ptr<const Mesh> tool;   // of a stamp
@@ -56,8 +57,8 @@ class StrokeRun {
   AdvectStatus status() const { return stroke_.outcome.status; }
   const PreparedStroke& stroke() const { return stroke_; }  // after enter: as it was read
   StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
-  double segments() const { return options_.part * static_cast<double>(stroke_.flow.segments.size()); }
-  Flow flow() const;  // that the stroke moves the shape by, as far as it is applied
+  std::size_t segments() const;  // of the flow that have moved the shape, a part of one counted as one
+  Flow flow() const;             // that the stroke moves the shape by, as far as it is applied
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:
@@ -68,6 +69,8 @@ class StrokeRun {
     std::vector<bool> members;
   };
 
+  double length() const;
+  double end() const { return options_.part * length(); }
   void check_barrel();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
@@ -79,7 +82,7 @@ class StrokeRun {
   DeformedShape& shape_;
   Progress* progress_;
   std::optional<RemeshSettings> settings_;
-  double at_ = 0;             // where the shape is within the stroke, in segments
+  double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at
   std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
   std::optional<TakenBack> taken_back_;
   std::optional<Remeshed> remeshed_;

@@ -67,12 +67,13 @@ WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& wo
   const ShapeState shared = again ? state() : from;  // the latest, which the next is most like
   go_to(from, again);
   const AdvectResult before = shape_.work();
+  const std::uint64_t dabs = shape_.dabs();
   WorkResult result;
   try {
     result.status = work();
     at_.reset();
   } catch (const InvalidInput& error) {
-    if (shape_.work().evaluations != before.evaluations) at_.reset();
+    if (shape_.work().evaluations != before.evaluations || shape_.dabs() != dabs) at_.reset();
     result.refusal = error.what();
   }
   steps_ += shape_.work().accepted_steps - before.accepted_steps;
@@ -104,8 +105,9 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
     const AdvectStatus status = change.rest ? shape_.move(*change.rest, progress) : AdvectStatus::done;
     if (status != AdvectStatus::done) return status;
-    const std::vector<SessionStroke> added =
+    std::vector<SessionStroke> added =
         without_remesh({strokes.begin() + static_cast<std::ptrdiff_t>(change.first_new), strokes.end()});
+    if (change.rest_as_line && !change.rest) added.insert(added.begin(), {*change.rest_as_line});
     return apply(added, progress);
   });
   if (!result.is_done()) return result;
@@ -242,7 +244,7 @@ std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
 LineChange Workbench::live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
-  if (change.rest && change.rest_as_line) lines.appended.push_back({*change.rest_as_line});
+  if (change.rest_as_line) lines.appended.push_back({*change.rest_as_line});
   if (change.rest && !change.rest_as_line) {
     lines.taken_back = 1;
     lines.appended.push_back({strokes[change.first_new - 1].stroke});

@@ -23,13 +23,16 @@ namespace knead {
 // How to turn a shape that some strokes of a gesture have deformed into one that others have. Remesh settings have no
 // effect on it.
 struct GestureChange {
-  bool from_start = false;             // apply all of the new strokes, to the shape at the start of the gesture
-  std::size_t first_new = 0;           // else apply the strokes from this one on,
-  std::optional<Flow> rest;            // after this rest of the stroke before it
-  std::optional<Stroke> rest_as_line;  // the rest as a stroke; nothing: the whole stroke takes its place
+  bool from_start = false;    // apply all of the new strokes, to the shape at the start of the gesture
+  std::size_t first_new = 0;  // else apply the strokes from this one on,
+  std::optional<Flow> rest;   // after this rest of the stroke before it
+  // The rest as a stroke. Nothing: the whole stroke takes its place. Of a stroke that is no flow this is applied.
+  std::optional<Stroke> rest_as_line;
 
   // Returns whether nothing is left to apply.
-  bool is_nothing(std::size_t new_strokes) const { return !from_start && !rest && first_new == new_strokes; }
+  bool is_nothing(std::size_t new_strokes) const {
+    return !from_start && !rest && !rest_as_line && first_new == new_strokes;
+  }
 };
 
 // Returns how to get from the strokes applied before to the strokes of now.

@@ -42,6 +42,15 @@ S with(S stroke, List S::*list, const List& more, std::size_t skipped) {
   return stroke;
 }
 
+// Returns true if a relaxed path goes on near one of its last points; with mirror images these are several.
+bool goes_on_near(const RelaxStroke& last, const RelaxStroke& next) {
+  constexpr std::size_t kMostImages = 8;
+  if (next.points.empty() || without(last, &RelaxStroke::points) != without(next, &RelaxStroke::points)) return false;
+  const std::size_t first = last.points.size() - std::min(last.points.size(), kMostImages);
+  return std::any_of(last.points.begin() + static_cast<std::ptrdiff_t>(first), last.points.end(),
+                     [&](const Vec3d& p) { return norm(p - next.points.front()) <= last.radius; });
+}
+
 // Calls body with both as strokes of that tool; nothing where one is of another.
 template <class S, class Body>
 auto of_both(const Stroke& a, const Stroke& b, const Body& body) {
@@ -59,6 +68,11 @@ std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
     return from(b, &ImplicitStroke::path, a.path.size() - 1);
   });
   if (path) return path;
+  Rest dabs = of_both<RelaxStroke>(before, now, [](const auto& a, const auto& b) -> Rest {
+    if (a.points.empty() || !has_grown(a, b, &RelaxStroke::points)) return std::nullopt;
+    return from(b, &RelaxStroke::points, a.points.size());
+  });
+  if (dabs) return dabs;
   return of_both<PaintStroke>(before, now, [](const auto& a, const auto& b) -> Rest {
     if (a.samples.empty() || !has_grown(a, b, &PaintStroke::samples)) return std::nullopt;
     return from(b, &PaintStroke::samples, a.samples.size());
@@ -66,6 +80,7 @@ std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
 }
 
 std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now) {
+  if (!is_flow(now)) return std::nullopt;
   if (const std::optional<Stroke> rest = rest_of(before, now)) return flow_of(*rest);
   return of_both<PointsStroke>(before, now, [](const auto& a, const auto& b) -> std::optional<Flow> {
     if (!has_grown(a, b, &PointsStroke::displacements)) return std::nullopt;
@@ -83,6 +98,7 @@ bool continues(const Stroke& last, const Stroke& next) {
   };
   if (of_both<ImplicitStroke>(last, next, goes_on_along_path)) return true;
   if (of_both<StampStroke>(last, next, goes_on_along_path)) return true;
+  if (of_both<RelaxStroke>(last, next, goes_on_near)) return true;
   return of_both<PaintStroke>(last, next, [](const auto& a, const auto& b) {
     return a.path.empty() && b.path.empty() && a.outer == b.outer && a.depth == b.depth;
   });
@@ -94,6 +110,9 @@ std::optional<Stroke> joined(const Stroke& last, const Stroke& next) {
   Joined path = of_both<ImplicitStroke>(
       last, next, [](const auto& a, const auto& b) -> Joined { return with(a, &ImplicitStroke::path, b.path, 1); });
   if (path) return path;
+  Joined dabs = of_both<RelaxStroke>(
+      last, next, [](const auto& a, const auto& b) -> Joined { return with(a, &RelaxStroke::points, b.points, 0); });
+  if (dabs) return dabs;
   return of_both<PaintStroke>(
       last, next, [](const auto& a, const auto& b) -> Joined { return with(a, &PaintStroke::samples, b.samples, 0); });
 }

@@ -7,17 +7,18 @@
 
 namespace knead {
 
-// Returns the part of `now` that `before` lacks, if `now` extends `before`: the rest of an implicit stroke's path, or
-// the new samples of a painted stroke. `before` followed by this part gives the same segments as `now`, to the bit.
-// Returns nothing if the strokes are equal, or `now` does not extend `before`.
+// Returns the part of `now` that `before` lacks, if `now` extends `before`: the rest of an implicit stroke's path,
+// the new samples of a painted stroke, or the new points of a relax stroke. `before` followed by this part gives the
+// same segments as `now`, to the bit. Returns nothing if the strokes are equal, or `now` does not extend `before`.
 std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now);
 
-// Returns the flow of that part; works also for point sets with more displacements. The strokes are valid and read no
-// surface.
+// Returns the flow of that part; works also for point sets with more displacements. The strokes are valid. Nothing for
+// relax strokes, which are no flow.
 std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now);
 
 // Returns whether `next` begins where `last` ended, with the same tool and the same numbers: an implicit stroke or a
-// stamp whose path continues, or a painted stroke of the same brush. Painted strokes do not show whether the pointer
+// stamp whose path continues, a painted stroke of the same brush, or a relax
+// stroke that goes on nearby. Painted strokes do not show whether the pointer
 // was released between them.
 bool continues(const Stroke& last, const Stroke& next);
 

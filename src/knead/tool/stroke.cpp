@@ -92,6 +92,8 @@ void validate(const Stroke& stroke) {
 
 bool reads_surface(const Stroke& stroke) { return tool_of(stroke).reads_surface(stroke); }
 
+bool is_flow(const Stroke& stroke) { return tool_of(stroke).is_flow; }
+
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
   if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");

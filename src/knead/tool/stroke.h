@@ -190,9 +190,22 @@ struct BendStroke {
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
+// Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
+// each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
+struct RelaxStroke {
+  std::vector<Vec3d> points;  // 1 or more
+  double radius = 0;          // of a dab, > 0
+  double amount = 0.5;        // of the distance to the smooth position, for each iteration; in (0, 1]
+  double surface = 1;         // of that amount, across the surface; 0: the triangles alone; in [0, 1]
+  int iterations = 2;         // of each dab, 1 to 100
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
+};
+
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke>;
+                            StretchStroke, TwistStroke, BendStroke, RelaxStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);
@@ -202,8 +215,11 @@ std::string tool_name(const Stroke& stroke);
 void validate(const Stroke& stroke);
 
 // Returns true if the stroke must be resolved on a surface before it becomes a flow: paint with a path, stamp, handles
-// with vertices, an automatic radius.
+// with vertices, an automatic radius. Also true for a stroke that never becomes one.
 bool reads_surface(const Stroke& stroke);
+
+// Returns false for a stroke that never becomes a flow: relax. It can be neither resolved nor inverted.
+bool is_flow(const Stroke& stroke);
 
 // Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
 // strokes that read the surface. Time: linear, for a point set times the logarithm of its size.

@@ -67,6 +67,7 @@ bool applies(const StrokeKey& key);
 struct Tool {
   std::string_view name;  // in session files
   Stroke start;           // a stroke with every key at its default
+  bool is_flow = true;    // false: its strokes are no flows, and their lines are {"NAME": {...}} without "tool"
 
   // Returns the keys, in the order of the session file. The pointers are valid as long as the stroke.
   std::function<std::vector<StrokeKey>(Stroke&)> keys;

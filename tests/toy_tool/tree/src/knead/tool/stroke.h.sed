@@ -10,4 +10,4 @@ struct ToyStroke {\
   friend bool operator==(const ToyStroke&, const ToyStroke&) = default;\
 };\
 
-s/BendStroke>;/BendStroke, ToyStroke>;/
+s/RelaxStroke>;/RelaxStroke, ToyStroke>;/
