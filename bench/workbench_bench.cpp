@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <numbers>
+#include <vector>
 
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
@@ -31,22 +33,44 @@ Figures figures(std::vector<double> values) {
   return {values[values.size() / 2], values.back()};
 }
 
-// A second of a drag by 0.2 diagonals with a ball of these thresholds, in diagonals.
-void drag(const char* name, const ShapeFile& shape, double inner, double outer) {
+// A second of a drag by 0.2 diagonals.
+struct Drag {
+  const char* name;
+  double inner = 0;  // thresholds, in diagonals
+  double outer = 0;
+  Vec3d start{};                      // from the middle of the box, in diagonals
+  std::vector<RigidMotion> images{};  // about the middle of the box: of every piece, after it
+};
+
+std::vector<SessionStroke> strokes_of(const Drag& drag, const ImplicitStroke& stroke) {
+  if (drag.images.empty()) return {{stroke}};
+  std::vector<SessionStroke> strokes;
+  for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {
+    ImplicitStroke piece = stroke;
+    piece.path = {stroke.path[i], stroke.path[i + 1]};
+    strokes.push_back({piece});
+    for (const RigidMotion& image : drag.images) strokes.push_back({transformed(piece, image)});
+  }
+  return strokes;
+}
+
+void run(const Drag& drag, const ShapeFile& shape) {
   const Box box = bounding_box(shape.mesh.positions);
   const double diagonal = box.diagonal();
+  const Vec3d start = box.center() + drag.start * diagonal;
   Workbench bench(shape.mesh);
   bench.prepare();
   const auto folder = std::filesystem::temp_directory_path() / "knead_workbench_bench";
   Journal journal = Journal::create(folder, shape, "bench");
-  ImplicitStroke stroke{{box.center()}, inner * diagonal, outer * diagonal};
+  ImplicitStroke stroke{{start}, drag.inner * diagonal, drag.outer * diagonal};
   std::vector<double> batches;
   std::vector<double> lines;
   for (int i = 0; i < kBatches; ++i) {
     const double t = static_cast<double>(i + 1) / kBatches;
-    stroke.path.push_back(box.center() + Vec3d{0.2 * t, 0.06 * t * t, 0.03 * t} * diagonal);
+    stroke.path.push_back(start + Vec3d{0.2 * t, 0.06 * t * t, 0.03 * t} * diagonal);
+    const std::vector<SessionStroke> strokes = strokes_of(drag, stroke);
     const auto began = std::chrono::steady_clock::now();
-    const WorkResult result = bench.set_live({{stroke}});
+    const WorkResult result = bench.set_live(strokes);
     batches.push_back(milliseconds_since(began));
     const auto writing = std::chrono::steady_clock::now();
     journal.replace(result.lines.taken_back, result.lines.appended);
@@ -65,7 +89,30 @@ void drag(const char* name, const ShapeFile& shape, double inner, double outer) 
   fmt::print(
       "{:22} batch median {:6.2f} ms, most {:6.2f}; journal median {:.4f} ms, most {:.4f}; finish {:.2f}, undo "
       "{:.2f}\n",
-      name, batch.median, batch.most, line.median, line.most, finished, undone);
+      drag.name, batch.median, batch.most, line.median, line.most, finished, undone);
+}
+
+// The images in three mirrors.
+std::vector<RigidMotion> mirrors(const Vec3d& center) {
+  std::vector<RigidMotion> images;
+  for (unsigned mask = 1; mask < 8; ++mask) {
+    RigidMotion image;
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      Vec3d normal{0, 0, 0};
+      normal[axis] = 1;
+      if ((mask >> axis & 1U) != 0) image = image * reflection_in(center, normal);
+    }
+    images.push_back(image);
+  }
+  return images;
+}
+
+std::vector<RigidMotion> turns(const Vec3d& center, int count) {
+  std::vector<RigidMotion> images;
+  for (int k = 1; k < count; ++k) {
+    images.push_back(rotation_about(center, {0, 1, 0}, 2 * std::numbers::pi * k / count));
+  }
+  return images;
 }
 
 }  // namespace
@@ -75,7 +122,12 @@ int main(int argc, char** argv) {
       argc > 1 ? read_shape(argv[1])
                : parse_shape(serialize_mesh("ply", make_shape(ShapeKind::sphere, 438'000)), "ply", "ball");
   fmt::print("{} vertices\n", shape.mesh.vertex_count());
-  drag("whole shape between", shape, 0.02, 1.2);
-  drag("a third of the shape", shape, 0.05, 0.35);
-  drag("a brush", shape, 0.02, 0.08);
+  const Vec3d center = bounding_box(shape.mesh.positions).center();
+  const Vec3d beside{0.15, 0.1, 0.1};
+  run({"whole shape between", 0.02, 1.2}, shape);
+  run({"a third of the shape", 0.05, 0.35}, shape);
+  run({"a brush", 0.02, 0.08}, shape);
+  run({"Studio's first ball", 0.042, 0.12, beside}, shape);
+  run({"the same, mirror x3", 0.042, 0.12, beside, mirrors(center)}, shape);
+  run({"the same, radial 8", 0.042, 0.12, beside, turns(center, 8)}, shape);
 }

@@ -170,6 +170,7 @@ class Application {
   }
 
   void draw_panels() {
+    draw_numbers(studio_, gui_);
     draw_menus(studio_, dialogs_);
     draw_status(studio_, gui_);
     if (studio_.view().panels) {

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
@@ -23,6 +25,11 @@ namespace {
 
 constexpr const char* kConfigFile = "studio.json";
 constexpr const char* kRecentFile = "recent.json";
+constexpr std::array<std::string_view, 2> kNavigations{"blender", "maya"};
+constexpr std::array<std::string_view, 2> kUps{"y", "z"};
+constexpr std::array<std::string_view, 2> kBackends{"cpu", "gpu"};
+constexpr std::array<std::string_view, 4> kUnits{"", "mm", "cm", "m"};
+constexpr std::array<std::string_view, 3> kPressures{"none", "radius", "depth"};
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
 
@@ -61,6 +68,22 @@ void write_json(const fs::path& folder, const char* name, const Json& json) {
   write_file_atomically(folder / name, to_indented_text(json));
 }
 
+// "#rrggbb"
+std::string text_of(const render::Color& color) {
+  const auto byte = [](float part) { return std::clamp(std::lround(255 * part), 0L, 255L); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
+}
+
+std::optional<render::Color> color_of(std::string_view text) {
+  const bool is_hex = text.size() == 7 && text[0] == '#' &&
+                      std::all_of(text.begin() + 1, text.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
+  if (!is_hex) return std::nullopt;
+  const auto part = [&](std::size_t at) {
+    return static_cast<float>(std::stoi(std::string(text.substr(at, 2)), nullptr, 16)) / 255;
+  };
+  return render::Color{part(1), part(3), part(5), 1};
+}
+
 // Reads the members of the configuration one after the other.
 class Reader {
  public:
@@ -71,15 +94,26 @@ class Reader {
       if (key == "keys") {
         read_keys(value);
       } else if (key == "navigation") {
-        read_choice(key, value, {"blender", "maya"}, loaded_.preferences.navigation);
+        read_choice(key, value, kNavigations, loaded_.preferences.navigation);
       } else if (key == "up") {
-        read_choice(key, value, {"y", "z"}, loaded_.preferences.up);
+        read_choice(key, value, kUps, loaded_.preferences.up);
       } else if (key == "backend") {
-        read_choice(key, value, {"cpu", "gpu"}, loaded_.preferences.backend);
+        read_choice(key, value, kBackends, loaded_.preferences.backend);
+      } else if (key == "unit") {
+        read_choice(key, value, kUnits, loaded_.preferences.unit);
+      } else if (key == "pen_pressure") {
+        read_choice(key, value, kPressures, loaded_.preferences.pressure);
+      } else if (key == "outer_ring") {
+        read_color(key, value, loaded_.preferences.outer_ring);
+      } else if (key == "inner_ring") {
+        read_color(key, value, loaded_.preferences.inner_ring);
       } else if (key == "interface_scale") {
         read_scale(value);
       } else {
-        complain(fmt::format("\"{}\" is not known; known are keys, navigation, up, backend and interface_scale", key));
+        complain(fmt::format(
+            "\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, inner_ring "
+            "and interface_scale",
+            key));
       }
     }
   }
@@ -87,14 +121,21 @@ class Reader {
  private:
   void complain(const std::string& what) { loaded_.messages.push_back(fmt::format("{}: {}", kConfigFile, what)); }
 
-  // An enum whose values are 0 and 1.
-  template <class T>
-  void read_choice(const std::string& key, const Json& value, std::array<std::string_view, 2> names, T& target) {
-    const auto* const found = std::find(names.begin(), names.end(), value.is_text() ? value.text() : "");
+  // An enum whose values are 0, 1, ... in the order of the names.
+  template <class T, std::size_t N>
+  void read_choice(const std::string& key, const Json& value, const std::array<std::string_view, N>& names, T& target) {
+    const auto found = std::find(names.begin(), names.end(), value.is_text() ? value.text() : "?");
     if (found == names.end()) {
-      return complain(fmt::format("\"{}\" must be \"{}\" or \"{}\", got {}", key, names[0], names[1], to_text(value)));
+      return complain(fmt::format("\"{}\" must be \"{}\", got {}", key, fmt::join(names, "\" or \""), to_text(value)));
     }
     target = static_cast<T>(found - names.begin());
+  }
+
+  void read_color(const std::string& key, const Json& value, render::Color& target) {
+    const std::optional<render::Color> color = color_of(value.is_text() ? value.text() : "");
+    if (!color)
+      return complain(fmt::format("\"{}\" must be a colour such as \"#0073b3\", got {}", key, to_text(value)));
+    target = *color;
   }
 
   void read_scale(const Json& value) {
@@ -155,10 +196,21 @@ LoadedPreferences load_preferences(const fs::path& folder) {
 }
 
 void save_preferences(const fs::path& folder, const Preferences& preferences) {
-  const std::array<std::pair<std::string_view, std::optional<Json>>, 4> own{
+  const Preferences usual;
+  const auto color = [](const render::Color& now, const render::Color& by_default) {
+    return now == by_default ? std::nullopt : std::optional<Json>(text_of(now));
+  };
+  const std::array<std::pair<std::string_view, std::optional<Json>>, 8> own{
       {{"navigation", preferences.navigation == NavigationPreset::maya ? std::optional<Json>("maya") : std::nullopt},
        {"up", preferences.up == UpAxis::z ? std::optional<Json>("z") : std::nullopt},
        {"backend", preferences.backend == BackendChoice::gpu ? std::optional<Json>("gpu") : std::nullopt},
+       {"unit", preferences.unit == usual.unit ? std::nullopt : std::optional<Json>(text_of(preferences.unit))},
+       {"pen_pressure",
+        preferences.pressure == usual.pressure
+            ? std::nullopt
+            : std::optional<Json>(std::string(kPressures[static_cast<std::size_t>(preferences.pressure)]))},
+       {"outer_ring", color(preferences.outer_ring, usual.outer_ring)},
+       {"inner_ring", color(preferences.inner_ring, usual.inner_ring)},
        {"interface_scale",
         preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt}}};
   Json config = Json::object();
@@ -174,6 +226,8 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   }
   write_json(folder, kConfigFile, config);
 }
+
+const char* text_of(LengthUnit unit) { return kUnits[static_cast<std::size_t>(unit)].data(); }
 
 std::vector<fs::path> load_recent(const fs::path& folder) {
   std::vector<fs::path> recent;

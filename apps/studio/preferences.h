@@ -8,6 +8,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
+#include "knead/render/scene.h"
 
 namespace knead::studio {
 
@@ -19,11 +20,20 @@ std::filesystem::path state_folder();
 // What moves the shape during a drag. The result always comes from the CPU.
 enum class BackendChoice { cpu, gpu };
 
+// The unit of the numbers in shape files, as the person says; it is shown with lengths.
+enum class LengthUnit { none, millimetre, centimetre, metre };
+const char* text_of(LengthUnit unit);  // "", "mm", "cm", "m"
+
 struct Preferences {
   KeyMap keys = default_keys();
   NavigationPreset navigation = NavigationPreset::blender;
   UpAxis up = UpAxis::y;
   BackendChoice backend = BackendChoice::cpu;
+  LengthUnit unit = LengthUnit::none;
+  PenPressure pressure = PenPressure::depth;
+  // Of the rings at the cursor. The defaults are colours that people who see few colours tell apart.
+  render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
+  render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
   double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
 };
 
@@ -33,8 +43,9 @@ struct LoadedPreferences {
 };
 
 // Reads studio.json of this folder, e.g. {"keys": {"undo": "Ctrl+Z", "redo": ["Ctrl+Y", "F5"]}, "navigation": "maya",
-// "up": "z", "backend": "gpu", "interface_scale": 1.25}. What is missing is as by default. Nothing in it is fatal: what
-// cannot be used is left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
+// "up": "z", "backend": "gpu", "interface_scale": 1.25, "unit": "mm", "outer_ring": "#0073b3", "inner_ring":
+// "#e69e00"}. What is missing is as by default. Nothing in it is fatal: what cannot be used is left out with a message,
+// and a file that is no JSON object is renamed to studio.json.broken.
 LoadedPreferences load_preferences(const std::filesystem::path& folder);
 
 // Writes what differs from the defaults, all but the keys, into studio.json; keys and whatever else a person wrote

@@ -58,6 +58,24 @@ TEST_F(PreferencesTest, NothingInTheFileIsFatal) {
   EXPECT_EQ(load(R"({"keys": []})").messages.size(), 1U);
 }
 
+TEST_F(PreferencesTest, UnitPenAndRingsAreReadAndWritten) {
+  LoadedPreferences loaded =
+      load(R"({"unit": "mm", "pen_pressure": "radius", "outer_ring": "#102030", "inner_ring": "#FFffFF"})");
+  EXPECT_TRUE(loaded.messages.empty());
+  EXPECT_EQ(loaded.preferences.unit, LengthUnit::millimetre);
+  EXPECT_EQ(loaded.preferences.pressure, PenPressure::radius);
+  EXPECT_FLOAT_EQ(loaded.preferences.outer_ring.green, 0x20 / 255.0F);
+  EXPECT_EQ(loaded.preferences.inner_ring, (render::Color{1, 1, 1, 1}));
+  loaded.preferences.unit = LengthUnit::metre;
+  save_preferences(folder_, loaded.preferences);
+  const Preferences again = load_preferences(folder_).preferences;
+  EXPECT_EQ(again.unit, LengthUnit::metre);
+  EXPECT_EQ(again.pressure, PenPressure::radius);
+  EXPECT_EQ(again.outer_ring, loaded.preferences.outer_ring);
+  EXPECT_EQ(
+      load(R"({"unit": "inch", "pen_pressure": 1, "outer_ring": "blue", "inner_ring": "#12345"})").messages.size(), 4U);
+}
+
 TEST_F(PreferencesTest, ABrokenFileIsKeptAside) {
   for (const std::string text : {"{\"keys\": ", "[1, 2]", "\xff\xfe"}) {
     const LoadedPreferences loaded = load(text);

@@ -89,7 +89,19 @@ class Script {
     return *pixel;
   }
 
-  void move_to(const Pixel& p, const Modifiers& modifiers) { send(PointerMoved{p.x, p.y, 1, modifiers}); }
+  void move_to(const Pixel& p, const Modifiers& modifiers, double pressure = 1) {
+    send(PointerMoved{p.x, p.y, pressure, modifiers});
+  }
+
+  // Of a pen, at each place of a drag.
+  static std::vector<double> pressures_of(const Json& line, std::size_t places) {
+    std::vector<double> pressures(places, 1.0);
+    if (!line.has("pressure")) return pressures;
+    const std::vector<Json>& given = line.at("pressure").items();
+    if (given.size() != places) fail("\"pressure\" has a number for each place of the drag");
+    for (std::size_t i = 0; i < places; ++i) pressures[i] = given[i].number();
+    return pressures;
+  }
 
   void drag(const Json& line) {
     const Modifiers modifiers = modifiers_of(line);
@@ -98,13 +110,14 @@ class Script {
     std::vector<Pixel> places;
     for (const Json& place : line.at("drag").items()) places.push_back(place_of(place));
     if (places.size() < 2) fail("a drag goes through two places or more");
-    move_to(places.front(), modifiers);
+    const std::vector<double> pressures = pressures_of(line, places.size());
+    move_to(places.front(), modifiers, pressures.front());
     send(ButtonChanged{button, true, places.front().x, places.front().y, modifiers});
     for (std::size_t i = 0; i + 1 < places.size(); ++i) {
       for (int k = 1; k <= steps; ++k) {
         const double t = static_cast<double>(k) / steps;
         move_to({places[i].x + (places[i + 1].x - places[i].x) * t, places[i].y + (places[i + 1].y - places[i].y) * t},
-                modifiers);
+                modifiers, pressures[i] + (pressures[i + 1] - pressures[i]) * t);
         if (line.has("pause")) pause(line.at("pause").number());
       }
     }
@@ -124,7 +137,7 @@ class Script {
     if (line.has("drag")) {
       drag(line);
     } else if (line.has("move")) {
-      move_to(place_of(line.at("move")), modifiers_of(line));
+      move_to(place_of(line.at("move")), modifiers_of(line), member_or(line, "pressure", 1.0).number());
     } else if (line.has("press")) {
       press(line.at("press"), line, true);
     } else if (line.has("release")) {
@@ -196,7 +209,19 @@ class Script {
     } else if (key == "handle" || key == "mark") {
       to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
     } else if (key == "on_surface") {
-      to.on_surface = value.flag();
+      to.start = value.flag() ? PullStart::surface : PullStart::plane;
+    } else if (key == "start") {
+      to.start = static_cast<PullStart>(choice(value, {"inside", "surface", "plane"}));
+    } else if (key == "lasso") {
+      to.lasso = value.flag();
+    } else if (key == "mirror_plane") {
+      set_mirror_plane(value);
+    } else if (key == "symmetry_center") {
+      to.symmetry.center = vector_of(value);
+    } else if (key == "radial") {
+      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMostTurns);
+    } else if (key == "radial_axis") {
+      to.symmetry.axis = vector_of(value);
     } else if (key == "paint_in") {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
@@ -210,6 +235,15 @@ class Script {
     } else {
       fail(fmt::format("there is no setting '{}'", key));
     }
+  }
+
+  void set_mirror_plane(const Json& value) {
+    std::optional<Symmetry::Plane>& plane = studio_.settings().symmetry.plane;
+    plane.reset();
+    if (value.is_null()) return;
+    const Vec3d normal = vector_of(value.at("normal"));
+    if (!(norm(normal) > 0)) fail("the normal of a plane has a length");
+    plane = {vector_of(value.at("point")), normalized(normal)};
   }
 
   void set_view(const std::string& key, const Json& value) {
@@ -229,9 +263,10 @@ class Script {
 
   void show(const std::string& key, const Json& value) {
     ViewSettings& view = studio_.view();
-    const std::array<std::pair<std::string_view, bool*>, 7> flags{{{"wireframe", &view.wireframe},
+    const std::array<std::pair<std::string_view, bool*>, 8> flags{{{"wireframe", &view.wireframe},
                                                                    {"influence", &view.influence},
                                                                    {"tool", &view.tool},
+                                                                   {"region", &view.region},
                                                                    {"cut", &view.cut},
                                                                    {"panels", &view.panels},
                                                                    {"history", &view.history},

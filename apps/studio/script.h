@@ -7,12 +7,15 @@
 //   {"key": "Ctrl+Z"}                          pressed and let go
 //   {"move": PLACE} {"press": PLACE} {"release": PLACE}      with "button" ("left") and "modifiers" (["ctrl"])
 //   {"drag": [PLACE, PLACE, ...], "steps": 10}  pressed at the first, moved through all with so many events between
-//                                               two, let go at the last; "button" and "modifiers" as above
+//                                               two, let go at the last; "button" and "modifiers" as above, "pressure"
+//                                               of a pen: a number from 0 to 1 for each place (for "move": one number)
 //   {"click": PLACE} {"wheel": 1, "modifiers": [...]} {"drop": [FILE, ...]}
 //   {"tool": "ball"}                            its name in lower case
 //   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "drag": "view" | "surface" | "normal" | "axis",
 //            "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true, "max_edge": 0.1,
-//            "handle": "full" | "zero" | "erase" | "move", "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
+//            "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane", "radial": 8,
+//            "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ..., "normal": ...} |
+//            null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
 //   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3}}
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}
 //   {"stamp": "letter-y" | FILE} {"edit": 0, "strokes": [{"tool": ...}]} {"look_at": 1} {"look_at": null}

@@ -16,7 +16,6 @@ namespace {
 constexpr double kFirstRadius = 0.12;  // of the diagonal
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
-constexpr double kRatioPerPixel = 0.003;
 
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
@@ -106,7 +105,8 @@ Screen Studio::screen() const { return {camera_of(navigation_.view), navigation_
 Surroundings Studio::surroundings() const {
   const ShapeState& state = gesture_ ? gesture_->start : shown_.state;
   const bool fits = shown_.picker && shown_.picker->fits(state);
-  return {screen(), state, fits ? shown_.picker.get() : nullptr, settings_, worker_->begun() >= sent_};
+  const Picker* const picker = fits ? shown_.picker.get() : nullptr;
+  return {screen(), state, picker, settings_, worker_->begun() >= sent_, {}, snap_length(shown_.diagonal)};
 }
 
 // Whether the picker knows the shape as it is seen.
@@ -135,8 +135,10 @@ void Studio::frame_all() {
 void Studio::handle(const Event& event) {
   refresh();
   if (const auto* moved = std::get_if<PointerMoved>(&event)) {
-    pointer_ = {moved->x, moved->y, moved->pressure, moved->modifiers};
+    pointer_.pressure = moved->pressure;
+    place_pointer(moved->x, moved->y, moved->modifiers);
   }
+  set_pivot(event);
   const bool in_hand = gesture_ || adjusting_;
   if (!in_hand && navigate(navigation_, event)) return;
   struct Handler {
@@ -158,13 +160,16 @@ void Studio::drop_files(const std::vector<std::filesystem::path>& files) {
 
 // --- the pointer -----------------------------------------------------------------------------------------------------
 
+// Keeps the pressure and what was typed.
+void Studio::place_pointer(double x, double y, const Modifiers& modifiers) {
+  pointer_.x = x;
+  pointer_.y = y;
+  pointer_.modifiers = modifiers;
+}
+
 void Studio::press(const ButtonChanged& button) {
-  pointer_ = {button.x, button.y, pointer_.pressure, button.modifiers};
-  if (adjusting_) {
-    if (button.button == MouseButton::right) adjust(adjusting_->start_x);
-    adjusting_.reset();
-    return;
-  }
+  place_pointer(button.x, button.y, button.modifiers);
+  if (adjusting_) return stop_adjusting(button.button != MouseButton::right);
   if (gesture_ && button.button == MouseButton::right) return end(false);
   if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
@@ -172,10 +177,13 @@ void Studio::press(const ButtonChanged& button) {
     tell({false, "This is the present shape again."});
     return;
   }
+  if (picking_ != PlanePick::none && pick_plane()) return;
   begin();
 }
 
 void Studio::begin() {
+  settings_.pressure = preferences_.pressure;
+  clear_typed();
   const bool has_surface = shown_.state.mesh->face_count() > 0;
   Surroundings around = surroundings();
   if (has_surface && asks_hit_test()) around.hit_test = hit_test_;
@@ -194,8 +202,8 @@ void Studio::begin() {
   send_live();
 }
 
-void Studio::move(const PointerMoved& moved) {
-  if (adjusting_) adjust(moved.x);
+void Studio::move(const PointerMoved& /*pointer_ has it*/) {
+  if (adjusting_) adjust();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
@@ -203,7 +211,11 @@ void Studio::move(const PointerMoved& moved) {
 
 void Studio::release(const ButtonChanged& button) {
   if (!gesture_ || button.button != MouseButton::left) return;
-  pointer_ = {button.x, button.y, pointer_.pressure, button.modifiers};
+  place_pointer(button.x, button.y, button.modifiers);
+  accept();
+}
+
+void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
   Surroundings around = surroundings();
   end_gesture(pointer_, around, placed_, *gesture_);
@@ -231,8 +243,10 @@ void Studio::end(bool is_kept) {
   const bool did_something = !sent_strokes_.empty();
   const bool was_placing =
       std::holds_alternative<GizmoGesture>(gesture_->kind) || std::holds_alternative<TurnGesture>(gesture_->kind);
-  const bool was_clicked = std::holds_alternative<TurnGesture>(gesture_->kind) && !did_something;
+  const auto* const turn = std::get_if<TurnGesture>(&gesture_->kind);
+  const bool was_clicked = turn != nullptr && !(turn->placement && turn->has_gone);
   gesture_.reset();
+  clear_typed();
   sent_strokes_.clear();
   if (did_something) ++ended_;
   if (did_something && is_kept) {
@@ -262,16 +276,6 @@ void Studio::turn_wheel(const WheelTurned& wheel) {
     settings_.inner_ratio = std::clamp(settings_.inner_ratio + kRatioStep * wheel.steps, 0.01, 0.95);
   } else if (wheel.modifiers.ctrl) {
     settings_.radius *= std::pow(kWheelFactor, wheel.steps);
-  }
-}
-
-void Studio::adjust(double x) {
-  const double pixels = x - adjusting_->start_x;
-  if (adjusting_->what == Action::radius) {
-    const double per_pixel = pixel_size(screen(), navigation_.view.target);
-    settings_.radius = std::max(adjusting_->start_value + pixels * per_pixel, 1e-4 * shown_.diagonal);
-  } else {
-    settings_.inner_ratio = std::clamp(adjusting_->start_value + pixels * kRatioPerPixel, 0.01, 0.95);
   }
 }
 
@@ -364,6 +368,7 @@ void Studio::clear_placed() {
   const std::optional<StampShape> stamp = placed_.stamp;
   placed_ = {};
   placed_.stamp = stamp;
+  picking_ = PlanePick::none;
 }
 
 std::vector<Stroke> Studio::preview() const {

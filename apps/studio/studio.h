@@ -36,7 +36,8 @@ struct ViewSettings {
   render::Material material = render::Material::clay;
   bool wireframe = false;
   bool influence = false;  // the region of influence as colour on the shape
-  bool tool = true;        // the picture of the region
+  bool tool = true;        // the cursor on the surface, and the picture of what is placed
+  bool region = false;     // the region of influence at the cursor as translucent surfaces
   bool cut = false;        // the cutting plane
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
@@ -45,6 +46,9 @@ struct ViewSettings {
   bool statistics = false;
   bool help = false;
 };
+
+// Returns the step of lengths while Ctrl is held: 1, 2 or 5 times a power of ten, about a hundredth of the diagonal.
+double snap_length(double diagonal);
 
 // The strokes that the worker has not completed yet, and the shape before them.
 struct PendingStrokes {
@@ -90,6 +94,13 @@ class Studio {
   void look_at(std::optional<std::size_t> entries);
   void count_crossings();
 
+  // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
+  enum class PlanePick { none, face, three_points };
+  void pick_mirror(PlanePick how);
+  PlanePick picking_mirror() const { return picking_; }
+  // Moves the mirrors x, y and z and the axis to the middle of the shape's box.
+  void center_symmetry();
+
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
   void clear_placed();
@@ -101,6 +112,7 @@ class Studio {
   const ViewSettings& view() const { return view_; }
   Navigation& navigation() { return navigation_; }
   Preferences& preferences() { return preferences_; }
+  const Preferences& preferences() const { return preferences_; }
   const Placed& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
   // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
@@ -110,6 +122,10 @@ class Studio {
   bool pointer_is_over_view() const { return pointer_is_over_view_; }
   void set_pointer_over_view(bool is_over) { pointer_is_over_view_ = is_over; }
   bool is_adjusting() const { return adjusting_.has_value(); }
+  // Returns the number of the current gesture, or of the setting that follows the pointer; and what has been typed
+  // instead of it so far, as text.
+  std::optional<Amount> amount() const;
+  const std::string& typed() const { return typed_; }
   bool is_busy() const { return worker_->is_busy(); }
   void cancel_work() { worker_->cancel(); }
   void wait() { worker_->wait(); }
@@ -133,6 +149,11 @@ class Studio {
   };
 
   Surroundings surroundings() const;
+  void place_pointer(double x, double y, const Modifiers& modifiers);
+  bool type(const KeyChanged& key);
+  void follow_typed();
+  void accept();
+  void clear_typed();
   bool picker_is_right() const;
   bool asks_hit_test() const;
   void press(const ButtonChanged& button);
@@ -141,7 +162,9 @@ class Studio {
   void turn_wheel(const WheelTurned& wheel);
   void press_key(const KeyChanged& key);
   void choose(const StudioTool& tool);
-  void adjust(double x);
+  void adjust();
+  void begin_adjusting(Action what, double value);
+  void stop_adjusting(bool is_kept);
   void begin();
   void send_live();
   void end(bool is_kept);
@@ -150,6 +173,9 @@ class Studio {
   void find_barrel(bool may_turn);
   void set_stamp(const std::function<StampShape()>& make);
   void frame_all();
+  void frame_stroke();
+  bool pick_plane();
+  void set_pivot(const Event& event);
   bool perform_view(Action action);
   bool perform_tool(Action action);
   void post(Worker::Job job);
@@ -163,6 +189,8 @@ class Studio {
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
   std::optional<Gesture> gesture_;
+  std::string typed_;
+  PlanePick picking_ = PlanePick::none;
   std::uint64_t sent_ = 0;  // number of the last live job
   std::vector<Stroke> sent_strokes_;
   std::optional<PendingStrokes> pending_;

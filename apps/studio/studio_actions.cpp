@@ -27,7 +27,7 @@ std::optional<StandardView> side_of(Action action) {
 }  // namespace
 
 void Studio::press_key(const KeyChanged& key) {
-  if (!key.down) return;
+  if (!key.down || type(key)) return;
   const std::optional<Action> action = action_of(preferences_.keys, {key.key, key.modifiers});
   if (action) perform(*action);
 }
@@ -57,8 +57,7 @@ void Studio::perform(Action action) {
       return;
     case Action::cancel:
       if (adjusting_) {
-        adjust(adjusting_->start_x);
-        adjusting_.reset();
+        stop_adjusting(false);
       } else if (gesture_) {
         end(false);
       } else if (worker_->is_busy()) {
@@ -70,7 +69,8 @@ void Studio::perform(Action action) {
       }
       return;
     case Action::finish:
-      adjusting_.reset();
+      if (gesture_) accept();
+      if (adjusting_) stop_adjusting(true);
       return;
     default:
       request_ = action;
@@ -84,10 +84,10 @@ bool Studio::perform_tool(Action action) {
   }
   switch (action) {
     case Action::radius:
-      adjusting_ = Adjusting{action, pointer_.x, settings_.radius};
+      begin_adjusting(action, settings_.radius);
       return true;
     case Action::inner_ratio:
-      adjusting_ = Adjusting{action, pointer_.x, settings_.inner_ratio};
+      begin_adjusting(action, settings_.inner_ratio);
       return true;
     case Action::larger:
       settings_.radius *= kKeyFactor;
@@ -135,6 +135,9 @@ bool Studio::perform_view(Action action) {
     case Action::frame_all:
       frame_all();
       return true;
+    case Action::frame_stroke:
+      frame_stroke();
+      return true;
     case Action::projection:
       navigation_.view = toggled_projection(navigation_.view);
       return true;
@@ -142,6 +145,8 @@ bool Studio::perform_view(Action action) {
       return toggle(view_.wireframe);
     case Action::influence:
       return toggle(view_.influence);
+    case Action::region:
+      return toggle(view_.region);
     case Action::cutting_plane:
       return toggle(view_.cut);
     case Action::help:

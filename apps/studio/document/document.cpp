@@ -22,6 +22,7 @@ namespace knead::studio {
 namespace {
 
 constexpr std::size_t kMeasuredAtOnce = 60'000;  // vertices of a shape whose volume is measured at every step of a drag
+constexpr double kMeasuredEvery = 0.3;           // seconds between measurements of a larger one
 
 double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -146,7 +147,8 @@ void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress) 
     shown_.refusal = result.refusal;
     shown_.contacts = result.part;
     journal(result.lines);
-    if (history_->state().positions.size() <= kMeasuredAtOnce) measure_volume();
+    volume_is_stale_ = history_->state().positions.size() > kMeasuredAtOnce;
+    if (!volume_is_stale_) measure_volume();
     show_state();
   });
   if (!is_told) show();
@@ -232,8 +234,18 @@ void Document::measure_volume() {
   shown_.volume = measure_volume_and_area(*history_->state().mesh, history_->state().positions.copy()).volume;
 }
 
+// While nothing else is to be done, and not at every step of a drag.
+void Document::measure_large_volume() {
+  if (!volume_is_stale_ || seconds_since(measured_) < kMeasuredEvery) return;
+  volume_is_stale_ = false;
+  measured_ = std::chrono::steady_clock::now();
+  measure_volume();
+  show();
+}
+
 void Document::when_idle() {
-  if (!history_ || !picker_is_stale_) return;
+  if (!history_) return;
+  if (!picker_is_stale_) return measure_large_volume();
   guarded([&] {
     picker_is_stale_ = false;
     history_->prepare();

@@ -2,6 +2,7 @@
 // it; what the window shows of it is a value (DocumentState) that any thread may keep.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -41,7 +42,7 @@ struct DocumentState {
   bool is_changed = false;              // since it was saved
   double diagonal = 1;                  // of the box of the shape as it was opened
   std::optional<double> volume_before;  // of a closed shape as it was opened
-  std::optional<double> volume;         // as it is, when last measured: at the end of a gesture
+  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
   double live_seconds = 0;              // that the last step of a drag took
   std::uint64_t live_steps = 0;         // accepted steps of the last entry
   double journal_seconds = 0;           // that the last batch took to be written
@@ -112,6 +113,7 @@ class Document {
   void show();
   void show_state();
   void measure_volume();
+  void measure_large_volume();
   bool guarded(const std::function<void()>& work) const;
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
@@ -124,6 +126,8 @@ class Document {
   bool is_measurable_ = false;  // closed and oriented
   PickerPool pickers_;
   bool picker_is_stale_ = false;
+  bool volume_is_stale_ = false;
+  std::chrono::steady_clock::time_point measured_{};  // when the volume was measured last
 };
 
 // Returns the mesh mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), its faces facing outwards

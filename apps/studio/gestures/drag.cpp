@@ -12,6 +12,11 @@ namespace {
 constexpr double kShortestPiece = 0.01;         // of the radius
 constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of points
 constexpr double kNear = 12;                    // pixels from a placed point or curve
+// Sines of the angle between a line and the view: the line faces the viewer below the first, and is seen from the side
+// above the second.
+constexpr double kFacesViewer = 0.25;
+constexpr double kSeenFromSide = 0.5;
+constexpr double kLevel = 1e-6;  // a line that is seen level counts as one that goes up
 
 Vec3d forward_of(const Surroundings& around) { return render::camera_frame(around.screen.camera).forward; }
 
@@ -29,56 +34,110 @@ std::optional<SurfaceHit> hit_at(const Pointer& pointer, const Surroundings& aro
   return around.picker->pick(ray, around.state);
 }
 
-Vec3d Drag::at(const Pointer& pointer, const Surroundings& around) const {
+double snapped(double value, double step, const Pointer& pointer) {
+  return pointer.modifiers.ctrl && step > 0 ? step * std::round(value / step) : value;
+}
+
+// A line is measured from its start along its direction.
+Vec3d Drag::on_its_line(const Pointer& pointer, const Surroundings& around) const {
+  double along = 0;
+  if (depth < 1) {
+    const auto place = on_line(ray_through(around.screen, pointer.x, pointer.y), start, direction);
+    if (place) along += (1 - depth) * dot(*place - start, direction);
+  }
+  if (depth > 0) along += depth * up * (from.y - pointer.y) * pixel_size(around.screen, start);
+  return start + direction * along + offset;
+}
+
+Vec3d Drag::pointed_at(const Pointer& pointer, const Surroundings& around) const {
+  if (is_on_line()) return on_its_line(pointer, around);
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   if (mode == DragMode::surface) {
     if (const auto hit = hit_at(pointer, around)) return hit->point + offset;
     return on_plane(ray, start, forward_of(around)).value_or(start);
   }
-  const bool along = mode == DragMode::normal || mode == DragMode::axis;
-  const auto place = along ? on_line(ray, start, direction) : on_plane(ray, start, direction);
+  const auto place = on_plane(ray, start, direction);
   return place ? *place + offset : start;
+}
+
+double Drag::length_of(const Vec3d& to) const { return is_on_line() ? dot(to - start, direction) : norm(to - start); }
+
+// A typed distance goes where the pointer is seen from the start.
+Vec3d Drag::at(const Pointer& pointer, const Surroundings& around) const {
+  const Vec3d place = pointed_at(pointer, around);
+  if (!pointer.typed && !pointer.modifiers.ctrl) return place;
+  Vec3d unit = direction;
+  if (!is_on_line()) {
+    const Vec3d way = place - start;
+    unit = norm(way) > 0 ? normalized(way) : render::camera_frame(around.screen.camera).right;
+  }
+  return start + unit * pointer.typed.value_or(snapped(length_of(place), around.snap, pointer));
 }
 
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const Surroundings& around) {
   Drag drag{around.settings.drag, start, forward_of(around)};
-  if (drag.mode == DragMode::normal) drag.direction = normal;
-  if (drag.mode == DragMode::axis) drag.direction = around.settings.axis;
-  drag.offset = start - drag.at(pointer, around);
+  drag.from = {pointer.x, pointer.y};
+  if (drag.mode == DragMode::normal) drag.direction = normalized(normal);
+  if (drag.mode == DragMode::axis) drag.direction = normalized(around.settings.axis);
+  if (drag.is_on_line()) {
+    const Screen& screen = around.screen;
+    const auto pixel = pixel_of(screen, start).value_or(drag.from);
+    const Vec3d view = ray_through(screen, pixel.x, pixel.y).direction;
+    const Vec3d seen = drag.direction - view * dot(drag.direction, view);
+    const double s = std::clamp((norm(seen) - kFacesViewer) / (kSeenFromSide - kFacesViewer), 0.0, 1.0);
+    drag.depth = 1 - s * s * (3 - 2 * s);
+    drag.up = dot(seen, render::camera_frame(screen.camera).up) >= -kLevel ? 1 : -1;
+  }
+  Pointer free = pointer;
+  free.typed.reset();
+  free.modifiers.ctrl = false;
+  drag.offset = start - drag.at(free, around);
   return drag;
 }
 
 namespace {
 
-// Where a drag begins, and the surface's normal there (against the view where there is no surface).
-std::pair<Vec3d, Vec3d> start_of(const Pointer& pointer, const Surroundings& around) {
+// A start so deep under the surface that the inner region just touches it from below, or half way through the shape.
+Vec3d under_surface(const SurfaceHit& hit, const Surroundings& around) {
+  double deep = around.settings.inner_ratio * around.settings.radius;
+  if (around.picker != nullptr) {
+    const auto thickness = around.picker->thickness(hit, around.state);
+    if (thickness) deep = std::min(deep, 0.5 * *thickness);
+  }
+  return hit.point - hit.normal * deep;
+}
+
+// Where a drag begins, where that is seen on the surface, and the surface's normal there (against the view where there
+// is no surface).
+struct PullPlace {
+  Vec3d start;
+  Vec3d touched;
+  Vec3d normal;
+};
+
+PullPlace start_of(const Pointer& pointer, const Surroundings& around) {
   const Vec3d forward = forward_of(around);
-  if (around.settings.on_surface) {
-    if (const auto hit = hit_at(pointer, around)) return {hit->point, hit->normal};
+  const PullStart start = around.settings.start;
+  if (start != PullStart::plane) {
+    if (const auto hit = hit_at(pointer, around)) {
+      const Vec3d from = start == PullStart::inside ? under_surface(*hit, around) : hit->point;
+      return {from, hit->point, hit->normal};
+    }
   }
   const Ray ray = ray_through(around.screen, pointer.x, pointer.y);
   const Vec3d target = around.screen.camera.target;
-  return {on_plane(ray, target, forward).value_or(target), -forward};
+  const Vec3d place = on_plane(ray, target, forward).value_or(target);
+  return {place, place, -forward};
 }
 
-// A start so near to a mirror's plane that the tool lies across it goes on in the plane.
-Vec3d snapped(Vec3d p, const ToolSettings& settings) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (settings.mirror[axis] && std::abs(p[axis]) < 0.5 * settings.inner_ratio * settings.radius) p[axis] = 0;
+// The path goes on to p, or its last place does where nobody has looked at that yet. With a number, typed or snapped,
+// it is straight.
+void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, const Pointer& pointer, bool is_taken) {
+  if (pointer.typed || pointer.modifiers.ctrl) {
+    path.resize(1);
+    if (!(p == path.front())) path.push_back(p);
+    return;
   }
-  return p;
-}
-
-// In the planes in which the first point of the path lies.
-Vec3d kept_in_planes(Vec3d p, const Vec3d& first, const ToolSettings& settings) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (settings.mirror[axis] && first[axis] == 0) p[axis] = 0;
-  }
-  return p;
-}
-
-// The path goes on to p, or its last place does where nobody has looked at that yet.
-void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, bool is_taken) {
   if (!is_taken && path.size() > 1) path.pop_back();
   if (norm(p - path.back()) >= shortest) path.push_back(p);
 }
@@ -87,9 +146,9 @@ void extend(std::vector<Vec3d>& path, const Vec3d& p, double shortest, bool is_t
 
 ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& around) {
   const ToolSettings& settings = around.settings;
-  auto [start, normal] = start_of(pointer, around);
-  start = snapped(start, settings);
-  ImplicitGesture gesture{begin_drag(pointer, start, normal, around), {}};
+  const PullPlace place = start_of(pointer, around);
+  const Vec3d start = snapped_to_symmetry(place.start, settings);
+  ImplicitGesture gesture{begin_drag(pointer, start, place.normal, around), {}, place.touched, place.normal};
   gesture.stroke.inner = settings.inner_ratio * settings.radius;
   gesture.stroke.outer = settings.radius;
   gesture.stroke.path = {start};
@@ -102,8 +161,8 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& aroun
 }
 
 void move_implicit(const Pointer& pointer, const Surroundings& around, ImplicitGesture& gesture) {
-  const Vec3d p = kept_in_planes(gesture.drag.at(pointer, around), gesture.stroke.path.front(), around.settings);
-  extend(gesture.stroke.path, p, kShortestPiece * around.settings.radius, around.is_taken);
+  const Vec3d p = kept_in_symmetry(gesture.drag.at(pointer, around), gesture.stroke.path.front(), around.settings);
+  extend(gesture.stroke.path, p, kShortestPiece * around.settings.radius, pointer, around.is_taken);
 }
 
 bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around) {
@@ -138,6 +197,10 @@ PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, c
 void move_points(const Pointer& pointer, const Surroundings& around, PointsGesture& gesture) {
   const Vec3d p = gesture.drag.at(pointer, around);
   std::vector<Vec3d>& displacements = gesture.stroke.displacements;
+  if (pointer.typed || pointer.modifiers.ctrl) {
+    displacements.clear();
+    gesture.reached = gesture.drag.start;
+  }
   if (!around.is_taken && !displacements.empty()) {
     gesture.reached -= displacements.back();
     displacements.pop_back();
@@ -167,7 +230,7 @@ StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, con
 }
 
 void move_stamp(const Pointer& pointer, const Surroundings& around, StampGesture& gesture) {
-  extend(gesture.stroke.path, gesture.drag.at(pointer, around), gesture.step, around.is_taken);
+  extend(gesture.stroke.path, gesture.drag.at(pointer, around), gesture.step, pointer, around.is_taken);
 }
 
 namespace {

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "gestures/gesture_kinds.h"
+#include "gestures/symmetry.h"
 
 namespace knead::studio {
 
@@ -47,6 +48,9 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
     std::optional<HandlesGesture> gesture = begin_handles(pointer, around, placed);
     if (!gesture) return in_trouble("First paint what moves with the left button, and what stays with Ctrl.");
     return Gesture{std::move(*gesture)};
+  }
+  if (around.settings.lasso) {
+    return Gesture{LassoGesture{begin_handle_paint(pointer, around).handle, {{pointer.x, pointer.y}}}};
   }
   const HandlePaintGesture gesture = begin_handle_paint(pointer, around);
   move_handle_paint(pointer, around, gesture, placed);
@@ -94,10 +98,9 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
     void operator()(StampGesture& g) const { move_stamp(pointer, around, g); }
     void operator()(TurnGesture& g) const { move_turn(pointer, around, g); }
     void operator()(HandlePaintGesture& g) const { move_handle_paint(pointer, around, g, placed); }
+    void operator()(LassoGesture& g) const { move_lasso(pointer, g); }
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
-    void operator()(GizmoGesture& g) const {
-      placed.placement = dragged(around.screen, g.start, g.part, {g.from.x, g.from.y}, {pointer.x, pointer.y});
-    }
+    void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
   };
   std::visit(Move{pointer, around, placed}, gesture.kind);
 }
@@ -107,6 +110,7 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   if (!gesture.trouble.empty()) return;
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(*paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
+  if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) end_lasso(around, *lasso, placed);
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
   if (auto* stamp = std::get_if<StampGesture>(&gesture.kind)) {
@@ -124,7 +128,11 @@ struct Pieces {
     if (g.stroke.path.size() < 2) return {};
     return is_mirrored ? along_path(g.stroke) : std::vector<Stroke>{g.stroke};
   }
-  std::vector<Stroke> operator()(const PaintGesture& g) const { return {g.stroke}; }
+  std::vector<Stroke> operator()(const PaintGesture& g) const {
+    std::vector<Stroke> strokes(g.earlier.begin(), g.earlier.end());
+    strokes.emplace_back(g.stroke);
+    return strokes;
+  }
   std::vector<Stroke> operator()(const PointsGesture& g) const {
     if (g.stroke.displacements.empty()) return {};
     if (!is_mirrored) return {g.stroke};
@@ -148,6 +156,7 @@ struct Pieces {
   std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
+  std::vector<Stroke> operator()(const LassoGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const GizmoGesture& /*g*/) const { return {}; }
 
   template <class S>
@@ -162,67 +171,69 @@ struct Pieces {
   }
 };
 
-Stroke image_of(Stroke stroke, unsigned planes, const ImageFile& image_file) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if ((planes >> axis & 1U) != 0) stroke = mirrored(stroke, axis);
-  }
-  if (auto* stamp = std::get_if<StampStroke>(&stroke)) stamp->mesh = image_file(stamp->mesh, planes);
-  return stroke;
-}
-
-// Bit masks of the planes: every combination of those that are on.
-std::vector<unsigned> images(const std::array<bool, 3>& mirror) {
-  unsigned all = 0;
-  for (unsigned axis = 0; axis < 3; ++axis) all |= mirror[axis] ? 1U << axis : 0U;
-  std::vector<unsigned> result;
-  for (unsigned planes = 1; planes < 8; ++planes) {
-    if ((planes & ~all) == 0) result.push_back(planes);
-  }
-  return result;
-}
-
-// Samples of one brush are mirrored one by one, so that both sides grow together.
-PaintStroke with_images(const PaintStroke& stroke, const std::vector<unsigned>& planes) {
-  PaintStroke result = stroke;
-  result.samples.clear();
-  for (const PaintSample& sample : stroke.samples) {
-    result.samples.push_back(sample);
-    for (const unsigned mask : planes) {
-      PaintStroke one = stroke;
-      one.samples = {sample};
-      result.samples.push_back(std::get<PaintStroke>(image_of(one, mask, {})).samples.front());
-    }
-  }
-  return result;
-}
+constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
 
 }  // namespace
 
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
   if (!gesture.trouble.empty()) return {};
-  const std::vector<unsigned> planes = images(settings.mirror);
-  std::vector<Stroke> pieces = std::visit(Pieces{!planes.empty()}, gesture.kind);
+  const std::vector<SymmetryImage> images = images_of(settings);
+  std::vector<Stroke> pieces = std::visit(Pieces{!images.empty()}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
     if (auto stroke = turning_stroke(settings, *turn->placement, turn->amount)) pieces = {std::move(*stroke)};
   }
-  if (planes.empty()) return pieces;
+  if (images.empty()) return pieces;
   std::vector<Stroke> result;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     const Stroke& piece = pieces[i];
     if (const auto* paint = std::get_if<PaintStroke>(&piece)) {
-      result.emplace_back(with_images(*paint, planes));
+      result.emplace_back(with_images(*paint, images));
       continue;
     }
-    std::vector<Stroke> same{piece};  // images that are the piece itself, or each other, count once
-    for (const unsigned mask : planes) {
-      Stroke image = image_of(piece, mask, image_file);
-      if (std::find(same.begin(), same.end(), image) == same.end()) same.push_back(std::move(image));
-    }
+    std::vector<Stroke> same = with_images(piece, images, kSameImage * settings.radius, image_file);
     // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
     if (i % 2 == 1) std::reverse(same.begin(), same.end());
     std::move(same.begin(), same.end(), std::back_inserter(result));
   }
   return result;
+}
+
+std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings) {
+  struct Measure {
+    const ToolSettings& settings;
+
+    using Result = std::optional<Amount>;
+    static Result length(const Drag& drag, const Vec3d& to) { return Amount{AmountKind::length, drag.length_of(to)}; }
+    Result operator()(const ImplicitGesture& g) const { return length(g.drag, g.stroke.path.back()); }
+    Result operator()(const PointsGesture& g) const { return length(g.drag, g.reached); }
+    Result operator()(const StampGesture& g) const { return length(g.drag, g.stroke.path.back()); }
+    Result operator()(const HandlesGesture& g) const {
+      return length(g.drag, g.drag.start + std::get<HandlesTranslation>(g.stroke.motion).by);
+    }
+    Result operator()(const TurnGesture& g) const {
+      if (!g.placement) return std::nullopt;
+      if (!settings.tool->turning.is_percent) return Amount{AmountKind::angle, g.amount};
+      return Amount{AmountKind::percent, 100 * std::expm1(g.amount / 100)};
+    }
+    Result operator()(const GizmoGesture& g) const {
+      if (g.part == GizmoPart::center) return std::nullopt;
+      return Amount{turns(g.part) ? AmountKind::angle : AmountKind::length, g.amount};
+    }
+    Result operator()(const PaintGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const DrawGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const HandlePaintGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const LassoGesture& /*g*/) const { return std::nullopt; }
+  };
+  if (!gesture.trouble.empty()) return std::nullopt;
+  return std::visit(Measure{settings}, gesture.kind);
+}
+
+const Drag* drag_of(const Gesture& gesture) {
+  if (const auto* g = std::get_if<ImplicitGesture>(&gesture.kind)) return &g->drag;
+  if (const auto* g = std::get_if<PointsGesture>(&gesture.kind)) return &g->drag;
+  if (const auto* g = std::get_if<StampGesture>(&gesture.kind)) return &g->drag;
+  if (const auto* g = std::get_if<HandlesGesture>(&gesture.kind)) return &g->drag;
+  return nullptr;
 }
 
 }  // namespace knead::studio

@@ -10,6 +10,7 @@
 #include "gestures/gizmo.h"
 #include "gestures/picker.h"
 #include "gestures/screen.h"
+#include "gestures/symmetry.h"
 #include "gestures/tools.h"
 #include "platform/event.h"
 
@@ -23,6 +24,7 @@ struct Pointer {
   double y = 0;
   double pressure = 1;
   Modifiers modifiers{};
+  std::optional<double> typed{};  // as a person reads it (Amount): instead of what the pointer says
 };
 
 // What a gesture depends on at one moment.
@@ -33,16 +35,34 @@ struct Surroundings {
   const ToolSettings& settings;
   bool is_taken = true;  // the last version of the gesture is being computed; false: it waits, and may change
   HitTest hit_test{};    // if not empty, used instead of the picker
+  double snap = 0;       // lengths are multiples of it while Ctrl is held
 };
 
+// Returns the nearest multiple of `step` while Ctrl is held, else the value.
+double snapped(double value, double step, const Pointer& pointer);
+inline constexpr double kSnapDegrees = 15;
+
 // Where a drag takes a point: `start` goes with the pointer.
+//
+// Along a line that faces the viewer, the place under the pointer is ill-conditioned: there the pointer's vertical
+// movement is depth instead. `depth` blends the two rules by the angle between line and view.
 struct Drag {
   DragMode mode = DragMode::view;
   Vec3d start;
-  Vec3d direction;  // of DragMode::normal and axis: along it; else across it, in the plane
-  Vec3d offset{};   // from where the pointer was on that plane or line to the start
+  Vec3d direction;   // of DragMode::normal and axis: along it, a unit vector; else across it, in the plane
+  Vec3d offset{};    // from where the pointer was on that plane or line to the start
+  Pixel from{};      // where the pointer was
+  double depth = 0;  // of a line: 0 where it is seen from the side, 1 where it faces the viewer
+  double up = 1;     // of a line, with depth: 1 if upwards in the picture is along `direction`, else -1
 
+  bool is_on_line() const { return mode == DragMode::normal || mode == DragMode::axis; }
   Vec3d at(const Pointer& pointer, const Surroundings& around) const;
+  // Returns the distance from the start; along a line with its sign.
+  double length_of(const Vec3d& to) const;
+
+ private:
+  Vec3d pointed_at(const Pointer& pointer, const Surroundings& around) const;
+  Vec3d on_its_line(const Pointer& pointer, const Surroundings& around) const;
 };
 Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal, const Surroundings& around);
 
@@ -50,15 +70,18 @@ Drag begin_drag(const Pointer& pointer, const Vec3d& start, const Vec3d& normal,
 struct ImplicitGesture {
   Drag drag;
   ImplicitStroke stroke;
+  Vec3d touched;  // on the surface, where the pointer began
+  Vec3d normal;   // there
 };
 
 // Dabs along the pointer's path, each on the surface as the earlier dabs have moved it: the result does not depend on
 // the speed of the person or the machine.
 struct PaintGesture {
-  PaintStroke stroke;
-  Flow done;             // of the stroke so far
-  double spacing = 0;    // of dabs at full pressure, along the surface
-  double travelled = 0;  // since the last dab
+  PaintStroke stroke;                // with the radius and depth that the pen has now
+  std::vector<PaintStroke> earlier;  // with others
+  Flow done;                         // of all strokes so far
+  double spacing = 0;                // of dabs at full pressure, along the surface
+  double travelled = 0;              // since the last dab
   Pointer last;
   Vec3d last_point;
 };
@@ -87,12 +110,19 @@ struct StampGesture {
 struct TurnGesture {
   Pointer start;
   std::optional<Placement> placement;
-  double amount = 0;  // degrees; of stretch: percent, of the logarithm
+  double amount = 0;      // degrees; of stretch: percent, of the logarithm
+  bool has_gone = false;  // farther than a click may
 };
 
 // Handles painted onto vertices.
 struct HandlePaintGesture {
   std::uint8_t handle = 0;
+};
+
+// Handles marked within a line that is drawn round them.
+struct LassoGesture {
+  std::uint8_t handle = 0;
+  std::vector<Pixel> line;
 };
 
 // The full set moved, the zero set held.
@@ -106,11 +136,12 @@ struct GizmoGesture {
   GizmoPart part = GizmoPart::center;
   Placement start;
   Pointer from;
+  double amount = 0;  // degrees or a length, of all parts but the centre
 };
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               HandlesGesture, GizmoGesture>
+               LassoGesture, HandlesGesture, GizmoGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -122,10 +153,24 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
 // Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
 
-// Returns the strokes of the gesture so far, each followed by its mirror images; empty if it does nothing. `image_file`
-// returns the file with the mirror image of a stamp's tool in the planes of a bit mask (1: x, 2: y, 4: z).
-using ImageFile = std::function<std::string(const std::string& file, unsigned planes)>;
+// Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing.
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
+
+// The number that a person sees at the pointer and may type: a length in the mesh's units, degrees, or percent.
+enum class AmountKind { length, angle, percent };
+struct Amount {
+  AmountKind kind = AmountKind::length;
+  double value = 0;
+};
+
+// Returns how far the gesture has gone; nothing for gestures without such a number, as paint.
+std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings);
+
+// Returns the drag of a gesture that has one, or a null pointer.
+const Drag* drag_of(const Gesture& gesture);
+
+// Returns how a drag beside the gizmo turns the tool.
+TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Placed& placed);
 
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
 // twist or bend with a barrel where none was found.

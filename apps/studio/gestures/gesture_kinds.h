@@ -26,6 +26,9 @@ std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings
 void move_draw(const Pointer& pointer, const Surroundings& around, DrawGesture& gesture);
 void end_draw(const DrawGesture& gesture, Placed& placed);
 
+// The placement that the gizmo is dragged to.
+Placement move_gizmo(const Pointer& pointer, const Surroundings& around, GizmoGesture& gesture);
+
 StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_stamp(const Pointer& pointer, const Surroundings& around, StampGesture& gesture);
 
@@ -35,6 +38,9 @@ void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed);
 HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings& around);
 void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
                        Placed& placed);
+
+void move_lasso(const Pointer& pointer, LassoGesture& gesture);
+void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed);
 
 // Nothing where either set is empty.
 std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);

@@ -88,30 +88,45 @@ std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& pl
   return best;
 }
 
-Placement dragged(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to) {
+bool turns(GizmoPart part) { return part >= GizmoPart::turn_x; }
+
+namespace {
+
+Vec3d axis_of(const Placement& placement, GizmoPart part) {
+  const GizmoPart first = turns(part) ? GizmoPart::turn_x : GizmoPart::move_x;
+  return axes(placement)[static_cast<std::size_t>(part) - static_cast<std::size_t>(first)];
+}
+
+}  // namespace
+
+double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to) {
+  const Vec3d axis = axis_of(start, part);
+  if (turns(part)) return angle_round(screen, start.center, axis, from, to) * 180 / std::numbers::pi;
+  const auto a = on_line(ray_through(screen, from.x, from.y), start.center, axis);
+  const auto b = on_line(ray_through(screen, to.x, to.y), start.center, axis);
+  return a && b ? dot(*b - *a, axis) : 0;
+}
+
+Placement moved_by(const Placement& start, GizmoPart part, double amount) {
   Placement result = start;
   result.barrel.reset();
-  const Ray before = ray_through(screen, from.x, from.y);
-  const Ray now = ray_through(screen, to.x, to.y);
-  if (part == GizmoPart::center) {
-    const Vec3d forward = render::camera_frame(screen.camera).forward;
-    const auto a = on_plane(before, start.center, forward);
-    const auto b = on_plane(now, start.center, forward);
-    if (a && b) result.center += *b - *a;
+  const Vec3d axis = axis_of(start, part);
+  if (!turns(part)) {
+    result.center += axis * amount;
     return result;
   }
-  const bool moves = part <= GizmoPart::move_z;
-  const auto k =
-      static_cast<std::size_t>(part) - static_cast<std::size_t>(moves ? GizmoPart::move_x : GizmoPart::turn_x);
-  const Vec3d axis = axes(start)[k];
-  if (moves) {
-    const auto a = on_line(before, start.center, axis);
-    const auto b = on_line(now, start.center, axis);
-    if (a && b) result.center += *b - *a;
-    return result;
-  }
-  const double angle = angle_round(screen, start.center, axis, from, to);
+  const double angle = amount * std::numbers::pi / 180;
   for (Vec3d* v : {&result.x, &result.y, &result.z}) *v = normalized(turned(*v, axis, angle));
+  return result;
+}
+
+Placement center_dragged(const Screen& screen, const Placement& start, const Pixel& from, const Pixel& to) {
+  Placement result = start;
+  result.barrel.reset();
+  const Vec3d forward = render::camera_frame(screen.camera).forward;
+  const auto a = on_plane(ray_through(screen, from.x, from.y), start.center, forward);
+  const auto b = on_plane(ray_through(screen, to.x, to.y), start.center, forward);
+  if (a && b) result.center += *b - *a;
   return result;
 }
 

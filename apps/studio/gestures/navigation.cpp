@@ -70,7 +70,7 @@ bool move(Navigation& navigation, const PointerMoved& event) {
     case NavigationDrag::none:
       return false;
     case NavigationDrag::orbit:
-      view = orbited(view, dx, dy, height);
+      view = orbited_about(view, navigation.pivot.value_or(view.target), dx, dy, height);
       break;
     case NavigationDrag::pan:
       view = panned(view, dx, dy, height);
@@ -152,6 +152,16 @@ View orbited(const View& view, double dx, double dy, double picture_height) {
   View result = view;
   result.yaw = std::remainder(view.yaw - dx * kPi / picture_height, 2 * kPi);
   result.pitch = std::clamp(view.pitch + dy * kPi / picture_height, -kPi / 2, kPi / 2);
+  return result;
+}
+
+View orbited_about(const View& view, const Vec3d& pivot, double dx, double dy, double picture_height) {
+  View result = orbited(view, dx, dy, picture_height);
+  const Axes before = axes_of(view);
+  const Axes after = axes_of(result);
+  const Vec3d d = view.target - pivot;
+  result.target =
+      pivot + after.right * dot(d, before.right) + after.up * dot(d, before.up) + after.back * dot(d, before.back);
   return result;
 }
 

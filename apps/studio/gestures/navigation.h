@@ -1,6 +1,8 @@
 // Moving about the shape with the pointer, as plain functions over events.
 #pragma once
 
+#include <optional>
+
 #include "knead/math/box.h"
 #include "knead/math/vec3.h"
 #include "knead/render/camera.h"
@@ -39,6 +41,9 @@ View framed(const View& view, const Box& box, double aspect);
 // Turned by a drag of so many pixels: half a turn for the height of the picture.
 View orbited(const View& view, double dx, double dy, double picture_height);
 
+// The same, about a point, which stays where it is in the picture.
+View orbited_about(const View& view, const Vec3d& pivot, double dx, double dy, double picture_height);
+
 // What is in the plane through the target follows the pointer.
 View panned(const View& view, double dx, double dy, double picture_height);
 
@@ -65,6 +70,7 @@ struct Navigation {
   double y = 0;
   NavigationDrag drag = NavigationDrag::none;
   MouseButton button = MouseButton::left;  // that drags
+  std::optional<Vec3d> pivot{};            // that the view is turned about; without it the target
 };
 
 // Lets an event have its effect on the view. Returns whether it was about the view, and about nothing else: buttons and

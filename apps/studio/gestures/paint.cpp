@@ -14,9 +14,11 @@ namespace {
 
 constexpr int kDabs = 6;  // that add up to the full depth
 constexpr double kLeastPressure = 0.05;
+constexpr double kRadiusSteps = 16;       // of the radius, under a pen
 constexpr int kMostRays = 400;            // between two places of the pointer
 constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
 constexpr double kProbeTolerance = 1e-7;  // of the radius
+constexpr double kLassoPiece = 3;         // pixels between two points of a lasso
 constexpr double kPointSpacing = 0.25;    // of a drawn line, in radii
 
 double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
@@ -44,6 +46,23 @@ PaintSample carried(const SurfaceHit& hit, const PaintGesture& gesture) {
   return {points[0], norm(normal) > 0 ? normalized(normal) : hit.normal};
 }
 
+// The radius of a brush in steps, so that many dabs share one stroke.
+double radius_under(const Pointer& pointer, const ToolSettings& settings) {
+  if (settings.pressure != PenPressure::radius) return settings.radius;
+  return settings.radius * std::max(std::ceil(kRadiusSteps * pressure_of(pointer)), 1.0) / kRadiusSteps;
+}
+
+// Goes on with another radius: the depth of a dab is relative to it.
+void set_radius(double radius, PaintGesture& gesture) {
+  PaintStroke& stroke = gesture.stroke;
+  if (stroke.outer == radius) return;
+  if (!stroke.samples.empty()) gesture.earlier.push_back(stroke);
+  stroke.samples.clear();
+  stroke.depth *= radius / stroke.outer;
+  gesture.spacing *= radius / stroke.outer;
+  stroke.outer = radius;
+}
+
 void add_dab(const SurfaceHit& hit, PaintGesture& gesture) {
   PaintStroke dab = gesture.stroke;
   dab.samples = {carried(hit, gesture)};
@@ -63,6 +82,7 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   gesture.stroke.outer = settings.radius;
   gesture.stroke.depth = settings.depth * settings.radius / kDabs * (in ? 1 : -1);
   gesture.spacing = kDabLength * settings.radius / kDabs;
+  set_radius(radius_under(pointer, settings), gesture);
   add_dab(*hit, gesture);
   gesture.last = pointer;
   gesture.last_point = hit->point;
@@ -79,17 +99,19 @@ void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture
     gesture.last = here;
     const auto hit = hit_at(here, around);
     if (!hit) continue;
-    gesture.travelled += norm(hit->point - gesture.last_point) * pressure_of(here);
+    const bool by_depth = around.settings.pressure == PenPressure::depth;
+    gesture.travelled += norm(hit->point - gesture.last_point) * (by_depth ? pressure_of(here) : 1);
     gesture.last_point = hit->point;
     if (gesture.travelled < gesture.spacing) continue;
     gesture.travelled = std::min(gesture.travelled - gesture.spacing, gesture.spacing);
+    set_radius(radius_under(here, around.settings), gesture);
     add_dab(*hit, gesture);
   }
 }
 
 // A click is a dab of full depth.
 void end_paint(PaintGesture& gesture) {
-  if (gesture.stroke.samples.size() > 1) return;
+  if (gesture.stroke.samples.size() + gesture.earlier.size() > 1) return;
   gesture.stroke.samples.resize(kDabs, gesture.stroke.samples.front());
 }
 
@@ -131,13 +153,46 @@ void move_handle_paint(const Pointer& pointer, const Surroundings& around, const
   const Snapshot& positions = around.state.positions;
   placed.handles.resize(positions.size());
   const double reach2 = around.settings.radius * around.settings.radius / 4;
+  std::vector<Vec3d> centers{hit->point};
+  for (const SymmetryImage& image : images_of(around.settings)) centers.push_back(image.motion(hit->point));
   for (std::size_t i = 0; i < positions.size(); ++i) {
-    Vec3d image = positions[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const bool other_side = around.settings.mirror[axis] && image[axis] * hit->point[axis] < 0;
-      if (other_side) image[axis] = -image[axis];
-    }
-    if (norm2(image - hit->point) <= reach2) placed.handles[i] = gesture.handle;
+    const Vec3d p = positions[i];
+    const bool is_near = std::ranges::any_of(centers, [&](const Vec3d& c) { return norm2(p - c) <= reach2; });
+    if (is_near) placed.handles[i] = gesture.handle;
+  }
+}
+
+void move_lasso(const Pointer& pointer, LassoGesture& gesture) {
+  const Pixel here{pointer.x, pointer.y};
+  const Pixel& last = gesture.line.back();
+  if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) gesture.line.push_back(here);
+}
+
+// By the number of edges that a ray to the right crosses.
+bool is_within(const std::vector<Pixel>& line, const Pixel& p) {
+  bool is_inside = false;
+  for (std::size_t i = 0, before = line.size() - 1; i < line.size(); before = i++) {
+    const Pixel& a = line[before];
+    const Pixel& b = line[i];
+    if ((a.y > p.y) == (b.y > p.y)) continue;
+    if (p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) is_inside = !is_inside;
+  }
+  return is_inside;
+}
+
+void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
+  if (gesture.line.size() < 3) return;
+  const Snapshot& positions = around.state.positions;
+  placed.handles.resize(positions.size());
+  std::vector<RigidMotion> motions{RigidMotion{}};
+  for (const SymmetryImage& image : images_of(around.settings)) motions.push_back(image.motion);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const Vec3d p = positions[i];
+    const bool is_marked = std::ranges::any_of(motions, [&](const RigidMotion& motion) {
+      const auto pixel = pixel_of(around.screen, motion(p));
+      return pixel && is_within(gesture.line, *pixel);
+    });
+    if (is_marked) placed.handles[i] = gesture.handle;
   }
 }
 

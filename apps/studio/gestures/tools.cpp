@@ -55,9 +55,9 @@ Stroke bent(const ToolSettings& settings, const Placement& at, double amount, co
   return stroke;
 }
 
-constexpr const char* kPullHint = "Drag the shape, or start beside it.";
+constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
 constexpr const char* kTurnHint = "Click on the shape to place the tool.";
-constexpr const char* kTurnAgain = "Drag right or left beside the gizmo; its arrows move it and its rings turn it.";
+constexpr const char* kTurnAgain = "beside the gizmo. Ctrl snaps; its arrows move it, its rings turn it.";
 
 const std::vector<StudioTool> kTools{
     {.name = "Ball",
@@ -84,8 +84,8 @@ const std::vector<StudioTool> kTools{
      .key = "3",
      .use = ToolUse::paint,
      .sliders = {{"Depth", &ToolSettings::depth, 0.005, 1, "of the radius: how far one dab moves the surface"}},
-     .hint = "Paint on the shape to pull it out; Ctrl presses it in.",
-     .second_hint = "Paint on the shape to press it in; Ctrl pulls it out.",
+     .hint = "Paint on the shape to pull it out; Ctrl presses it in (and does not snap).",
+     .second_hint = "Paint on the shape to press it in; Ctrl pulls it out (and does not snap).",
      .icon = {{wave, {-1, 0.8F, -0.3F, 0.8F, -0.5F, 0.1F, 0, 0.1F}},
               {wave, {0, 0.1F, 0.5F, 0.1F, 0.3F, 0.8F, 1, 0.8F}},
               {line, {0.1F, -0.25F, 0.7F, -0.95F}},
@@ -193,6 +193,18 @@ const char* name_of(DragMode mode) {
   return "";
 }
 
+const char* name_of(PullStart start) {
+  switch (start) {
+    case PullStart::inside:
+      return "Round end";
+    case PullStart::surface:
+      return "Flat end";
+    case PullStart::plane:
+      return "From the view's middle plane";
+  }
+  return "";
+}
+
 const char* name_of(HandleMode mode) {
   switch (mode) {
     case HandleMode::full:
@@ -207,13 +219,33 @@ const char* name_of(HandleMode mode) {
   return "";
 }
 
-std::string hint_of(const ToolSettings& settings, const Placed& placed) {
+namespace {
+
+std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
+  if (tool.turning.is_percent) {
+    return std::string("Drag right or up to stretch, left or down to shorten, ") + tool.second_hint;
+  }
+  switch (turning) {
+    case TurnDrag::round:
+      return std::string("Drag round the middle of the gizmo, ") + tool.second_hint;
+    case TurnDrag::sideways:
+      return std::string("Drag right or left ") + tool.second_hint;
+    case TurnDrag::upright:
+      return std::string("Drag up or down ") + tool.second_hint;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
   const bool is_placed = (tool.use == ToolUse::paint && settings.paint_in) ||
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
                          (tool.use == ToolUse::handles && settings.handle == HandleMode::move);
+  if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;
 }
 

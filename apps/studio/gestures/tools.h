@@ -20,10 +20,37 @@ namespace knead::studio {
 // Where a drag takes the tool.
 enum class DragMode { view, surface, normal, axis };
 
+// Where a ball or capsule begins.
+//   inside   under the surface, as deep as its inner region reaches: the end of what it pulls out is round
+//   surface  on the surface: the end is flat
+//   plane    in the plane through the view's target
+// Beside the shape every drag begins in that plane.
+enum class PullStart { inside, surface, plane };
+
+// What the pressure of a pen changes while one paints.
+enum class PenPressure { none, radius, depth };
+
 enum class HandleMode { full, zero, erase, move };
 
 struct Placed;
 struct ToolSettings;
+
+// Repeats everything that a tool does, in addition to ToolSettings::mirror.
+struct Symmetry {
+  Vec3d center{0, 0, 0};  // of the mirror's planes x, y and z, and on the axis
+  struct Plane {
+    Vec3d point;
+    Vec3d normal{1, 0, 0};  // a unit vector
+
+    friend bool operator==(const Plane&, const Plane&) = default;
+  };
+  std::optional<Plane> plane{};  // one more mirror
+  int turns = 1;                 // about the axis, 1 to kMostTurns; 1: none
+  Vec3d axis{0, 1, 0};           // of any length but 0
+
+  friend bool operator==(const Symmetry&, const Symmetry&) = default;
+};
+inline constexpr int kMostTurns = 32;
 
 // How a closed tool is held.
 struct StampShape {
@@ -123,10 +150,18 @@ const StudioTool* studio_tool(std::string_view word);
 const StudioTool& studio_tool(ToolUse use);
 
 const char* name_of(DragMode mode);
+const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
 
+// How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
+enum class TurnDrag {
+  round,     // round the gizmo's middle: the axis faces the viewer, or away
+  sideways,  // to the right or left
+  upright,   // up or down
+};
+
 // Returns one line: what to do with the tool now.
-std::string hint_of(const ToolSettings& settings, const Placed& placed);
+std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning);
 
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
@@ -134,17 +169,20 @@ struct ToolSettings {
   double radius = 1;          // the outer threshold, > 0
   double inner_ratio = 0.35;  // inner over outer threshold, in [0.01, 0.95]
   DragMode drag = DragMode::view;
-  Vec3d axis{0, 0, 1};        // of DragMode::axis
-  bool on_surface = true;     // drags begin on the surface where the pointer is on it; else in the target's plane
+  Vec3d axis{0, 0, 1};  // of DragMode::axis
+  PullStart start = PullStart::inside;
   double capsule_length = 1;  // half of it, relative to the radius
   double depth = 0.15;        // of paint, relative to the radius, > 0
   bool paint_in = false;      // else out; Ctrl inverts
   int exponent = 8;           // of points and handles; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   HandleMode handle = HandleMode::full;
+  bool lasso = false;  // handles are marked within a line that is drawn round them, through the shape
+  PenPressure pressure = PenPressure::depth;
   bool uses_barrel = true;       // twist and bend move one part, found by Studio; else all below the plane
-  std::array<bool, 3> mirror{};  // in x = 0, y = 0, z = 0
-  bool remesh = false;           // when a drag ends
+  std::array<bool, 3> mirror{};  // in x, y and z, through symmetry.center
+  Symmetry symmetry;
+  bool remesh = false;  // when a drag ends
   RemeshSettings remesh_settings;
 };
 
@@ -155,6 +193,7 @@ struct Placed {
   std::optional<Placement> placement;
   std::vector<std::uint8_t> handles;  // for each vertex: kFullHandle, kZeroHandle or 0; empty: none
   std::optional<StampShape> stamp;
+  std::vector<Vec3d> plane_points;  // picked so far, of a mirror's plane through three
 };
 inline constexpr std::uint8_t kFullHandle = 1;
 inline constexpr std::uint8_t kZeroHandle = 2;

@@ -14,6 +14,7 @@ constexpr double kDegreesPerPixel = 0.5;
 constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm
 constexpr double kStandOff = 0.02;        // of the stamp's size, between it and the surface
+constexpr double kLeastPercent = -99;     // that can be typed for a stretch
 
 // Degrees: of how far the pointer has gone across the axis as it is seen, rightwards positive for an axis that points
 // up; about an axis that points at the person, or away, round the centre.
@@ -30,6 +31,12 @@ double angle_of(const TurnGesture& gesture, const Pointer& to, const Vec3d& axis
     return angle * 180 / std::numbers::pi;
   }
   return (dx * up + dy * right) / length * kDegreesPerPixel;
+}
+
+// The amount of a number that a person typed.
+double amount_of_typed(double typed, const Turning& turning) {
+  if (!turning.is_percent) return typed;
+  return 100 * std::log1p(std::max(typed, kLeastPercent) / 100);
 }
 
 // Three unit vectors, z given.
@@ -107,18 +114,43 @@ std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placeme
 
 void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture) {
   const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
-  if (!gesture.placement || (gesture.amount == 0 && is_click)) return;
+  gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
+  if (!gesture.placement || !gesture.has_gone) return;
   const Turning& turning = around.settings.tool->turning;
+  if (pointer.typed) {
+    gesture.amount = amount_of_typed(*pointer.typed, turning);
+    return;
+  }
   if (turning.is_percent) {
     gesture.amount = (pointer.x - gesture.start.x + gesture.start.y - pointer.y) * kStretchPerPixel;
   } else {
     gesture.amount = angle_of(gesture, pointer, (*gesture.placement).*turning.axis, around);
   }
-  if (pointer.modifiers.ctrl) gesture.amount = 15 * std::round(gesture.amount / 15);
+  gesture.amount = snapped(gesture.amount, kSnapDegrees, pointer);
+}
+
+TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Placed& placed) {
+  if (!placed.placement) return TurnDrag::sideways;
+  const Vec3d axis = (*placed.placement).*settings.tool->turning.axis;
+  const render::CameraFrame frame = render::camera_frame(screen.camera);
+  const double right = std::abs(dot(axis, frame.right));
+  const double up = std::abs(dot(axis, frame.up));
+  if (std::hypot(right, up) < kFacing) return TurnDrag::round;
+  return up >= right ? TurnDrag::sideways : TurnDrag::upright;
+}
+
+Placement move_gizmo(const Pointer& pointer, const Surroundings& around, GizmoGesture& gesture) {
+  const Pixel from{gesture.from.x, gesture.from.y};
+  const Pixel to{pointer.x, pointer.y};
+  if (gesture.part == GizmoPart::center) return center_dragged(around.screen, gesture.start, from, to);
+  const double step = turns(gesture.part) ? kSnapDegrees : around.snap;
+  gesture.amount =
+      pointer.typed.value_or(snapped(dragged_by(around.screen, gesture.start, gesture.part, from, to), step, pointer));
+  return moved_by(gesture.start, gesture.part, gesture.amount);
 }
 
 void end_turn(const Surroundings& around, TurnGesture& gesture, Placed& placed) {
-  if (gesture.amount != 0) return;
+  if (gesture.placement && gesture.has_gone) return;
   const std::optional<Placement> here = placement_at(gesture.start, around, placed);
   if (here) placed.placement = here;
 }

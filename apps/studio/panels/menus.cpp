@@ -88,6 +88,7 @@ void draw_preferences(Studio& studio) {
     }
     ImGui::EndMenu();
   }
+  if (draw_pointer_preferences(preferences)) save_choices(studio);
   if (ImGui::BeginMenu("Text size")) {
     for (const double scale : {0.85, 1.0, 1.25, 1.5, 2.0}) {
       const std::string name = std::to_string(static_cast<int>(100 * scale)) + "%";
@@ -106,11 +107,13 @@ void draw_view_menu(Studio& studio) {
                             Action::view_left, Action::view_top, Action::view_bottom}) {
     item(studio, side);
   }
+  item(studio, Action::frame_stroke);
   item(studio, Action::projection, studio.navigation().view.projection == render::Projection::perspective);
   ImGui::Separator();
   item(studio, Action::wireframe, view.wireframe);
   item(studio, Action::shading);
   item(studio, Action::influence, view.influence);
+  item(studio, Action::region, view.region);
   item(studio, Action::cutting_plane, view.cut);
   ImGui::Separator();
   item(studio, Action::panels, view.panels);

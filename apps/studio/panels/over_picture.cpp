@@ -177,7 +177,8 @@ void draw_status(Studio& studio, const Gui& gui) {
       ImGui::TextColored(kWarning, "%s", problem.c_str());
       help_on_hover(problem.c_str());
     } else {
-      const std::string hint = hint_of(studio.settings(), studio.placed());
+      const std::string hint =
+          hint_of(studio.settings(), studio.placed(), turn_drag(studio.screen(), studio.settings(), studio.placed()));
       const std::string text = fmt::format("{}: {}", studio.settings().tool->name, hint);
       ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
     }

@@ -33,8 +33,12 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);
 
 // The parts of it.
 void draw_tool_settings(Studio& studio);
+void draw_symmetry(Studio& studio);
 void draw_view_settings(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
+
+// The part of the preferences' menu that is about the pointer. Returns whether something was changed.
+bool draw_pointer_preferences(Preferences& preferences);
 
 // --- over the picture ------------------------------------------------------------------------------------------------
 
@@ -49,6 +53,9 @@ struct FrameTimes {
   std::optional<double> volume;  // as the GPU has it, while the CPU has not caught up
   std::size_t read_back = 0;     // times, from the GPU since the last gesture began
 };
+
+// The numbers of the current gesture beside the pointer.
+void draw_numbers(const Studio& studio, const Gui& gui);
 
 void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);
 

@@ -30,7 +30,12 @@ void draw_drag(ToolSettings& settings) {
       }
     }
   }
-  if (settings.tool->use == ToolUse::pull) ImGui::Checkbox("Start on the surface", &settings.on_surface);
+  if (settings.tool->use != ToolUse::pull) return;
+  constexpr std::array starts{PullStart::inside, PullStart::surface, PullStart::plane};
+  choose_one("Start", settings.start, starts, [](PullStart start) { return name_of(start); });
+  help_on_hover(
+      "Round end: begins under the surface. Flat end: begins on it, and lifts a disc. The third begins in the plane "
+      "through the middle of the view.");
 }
 
 void draw_stamp(Studio& studio) {
@@ -63,6 +68,8 @@ void draw_handles(Studio& studio) {
     if (mode != HandleMode::full) ImGui::SameLine();
     if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
   }
+  ImGui::Checkbox("Lasso", &studio.settings().lasso);
+  help_on_hover("Draw a line round what you mark. It marks through the shape.");
   if (ImGui::Button("Remove the handles")) studio.clear_placed();
 }
 
@@ -80,14 +87,6 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
-}
-
-void draw_mirror(ToolSettings& settings) {
-  ImGui::TextUnformatted("Mirror");
-  for (std::size_t i = 0; i < 3; ++i) {
-    ImGui::SameLine();
-    ImGui::Checkbox(std::array{"x", "y", "z"}[i], &settings.mirror[i]);
-  }
 }
 
 // A length that may be left to be chosen by itself.
@@ -146,7 +145,7 @@ void draw_tool_settings(Studio& studio) {
   draw_own_settings(studio);
   if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
   ImGui::Separator();
-  draw_mirror(settings);
+  draw_symmetry(studio);
   draw_remeshing(studio);
 }
 
@@ -161,6 +160,8 @@ void draw_view_settings(Studio& studio) {
   ImGui::Checkbox("Tool", &view.tool);
   ImGui::SameLine();
   ImGui::Checkbox("Influence", &view.influence);
+  ImGui::Checkbox("Region at the cursor", &view.region);
+  help_on_hover("shows the inner and outer region of the tool as translucent surfaces (B)");
   ImGui::Checkbox("Cutting plane", &view.cut);
   if (!view.cut) return;
   const double half = 0.5 * studio.shown().diagonal;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include "platform/pen.h"
 #include "platform/window_keys.h"
 
 namespace knead::studio {
@@ -23,6 +24,7 @@ struct WindowState {
   std::vector<int> released_later;
   double x = 0;  // of the pointer, in pixels of the picture
   double y = 0;
+  Pen pen;
   std::array<int, 4> place_before_full_screen{};
 };
 
@@ -92,7 +94,7 @@ void on_pointer(GLFWwindow* window, double x, double y) {
   const double scale = pixels_per_unit(window);
   state.x = x * scale;
   state.y = y * scale;
-  const PointerMoved moved{state.x, state.y, 1, held_modifiers(window)};
+  const PointerMoved moved{state.x, state.y, state.pen.pressure(), held_modifiers(window)};
   if (!state.events.empty() && std::holds_alternative<PointerMoved>(state.events.back())) {
     state.events.back() = moved;
   } else {

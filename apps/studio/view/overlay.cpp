@@ -4,10 +4,12 @@
 #include <cmath>
 
 #include "gestures/gesture_kinds.h"
+#include "gestures/symmetry.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/render/tool_picture.h"
 #include "view/influence.h"
+#include "view/labels.h"
 
 namespace knead::studio {
 
@@ -16,6 +18,10 @@ namespace {
 constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
 constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
 constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
+constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
+constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
+constexpr double kInArrowRadius = 0.03;
+constexpr double kSameImage = 1e-9;        // of the radius: images that differ by less are one
 constexpr float kZeroHandleShade = 0.35f;  // shown in the outer region's green
 
 Box box_of(const DocumentState& shown) {
@@ -34,23 +40,10 @@ Surroundings around_of(const Studio& studio) {
   return {studio.screen(), shown.state, fits ? shown.picker.get() : nullptr, studio.settings()};
 }
 
-std::vector<Stroke> with_mirror_images(std::vector<Stroke> strokes, const std::array<bool, 3>& mirror) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!mirror[axis]) continue;
-    const std::size_t count = strokes.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      Stroke image = mirrored(strokes[i], static_cast<int>(axis));
-      if (std::find(strokes.begin(), strokes.end(), image) == strokes.end()) strokes.push_back(std::move(image));
-    }
-  }
-  return strokes;
-}
-
-// A ball or capsule about to go, by half its radius, where the drag mode says.
 std::optional<Stroke> hovering_implicit(const Studio& studio, const Surroundings& around) {
   const ToolSettings& settings = studio.settings();
   const auto hit = hit_at(studio.pointer(), around);
-  if (!hit && settings.on_surface) return std::nullopt;
+  if (!hit && settings.start != PullStart::plane) return std::nullopt;
   ImplicitGesture gesture = begin_implicit(studio.pointer(), around);
   Vec3d direction = hit ? hit->normal : render::camera_frame(around.screen.camera).up;
   if (settings.drag == DragMode::axis) direction = settings.axis;
@@ -106,7 +99,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       break;
   }
   if (!stroke) return {};
-  return with_mirror_images({std::move(*stroke)}, settings.mirror);
+  return with_images(*stroke, images_of(settings), kSameImage * settings.radius, image_file);
 }
 
 namespace {
@@ -125,8 +118,7 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
   }
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
-  const std::array<bool, 3>& mirror = studio.settings().mirror;
-  const std::size_t sides = std::size_t{1} << static_cast<unsigned>(std::count(mirror.begin(), mirror.end(), true));
+  const std::size_t sides = images_of(studio.settings()).size() + 1;
   if (strokes.size() > sides) strokes.erase(strokes.begin(), strokes.end() - static_cast<std::ptrdiff_t>(sides));
   return strokes;
 }
@@ -159,15 +151,21 @@ struct Sheet {
   render::ToolDrawing how;
 };
 
+// Which mirror image of a stamp's tool a file holds.
+unsigned planes_of_file(const std::string& file, const std::string& original) {
+  for (unsigned planes = 1; planes < 8; ++planes) {
+    if (image_file(original, planes) == file) return planes;
+  }
+  return 0;
+}
+
 void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet) {
   render::DrawnTool tool;
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
     const std::optional<StampShape>& shape = studio.placed().stamp;
     if (!shape) return;
-    Mesh mesh = *shape->mesh;
-    const bool is_image = stamp->mesh != shape->file;
+    Mesh mesh = mirrored_mesh(*shape->mesh, planes_of_file(stamp->mesh, shape->file));
     for (Vec3d& p : mesh.positions) p = stamp->pose * p;
-    if (is_image) return;
     tool.stamp = render::StampTool{std::move(mesh), {stamp->path.back(), stamp->path.back()}};
   } else {
     tool.stroke = flow_of(stroke);
@@ -189,23 +187,70 @@ void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
   const Placed& placed = studio.placed();
   StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
   stroke.path = {placed.placement->center, placed.placement->center};
-  draw_stroke(studio, stroke, sheet);
+  const ToolSettings& settings = studio.settings();
+  for (const Stroke& image : with_images(stroke, images_of(settings), kSameImage * settings.radius, image_file)) {
+    draw_stroke(studio, image, sheet);
+  }
 }
 
-void add_mirror_planes(const Studio& studio, const Box& box, std::vector<render::TranslucentSurface>& surfaces) {
-  const std::array<bool, 3>& mirror = studio.settings().mirror;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!mirror[axis]) continue;
-    Mesh plane;
-    for (std::size_t i = 0; i < 4; ++i) {
-      Vec3d p{};
-      p[(axis + 1) % 3] = i == 1 || i == 2 ? box.max[(axis + 1) % 3] : box.min[(axis + 1) % 3];
-      p[(axis + 2) % 3] = i >= 2 ? box.max[(axis + 2) % 3] : box.min[(axis + 2) % 3];
-      plane.positions.push_back(p);
-    }
-    plane.add_face(std::array<std::uint32_t, 4>{0, 1, 2, 3});
-    surfaces.push_back({std::move(plane), kMirrorPlane});
+// A square in the plane, as wide as the shape.
+Mesh square_in(const Symmetry::Plane& plane, const Box& box) {
+  const Vec3d u = any_orthogonal(plane.normal);
+  const Vec3d v = cross(plane.normal, u);
+  const Vec3d center = box.center() - plane.normal * dot(box.center() - plane.point, plane.normal);
+  const double half = 0.5 * box.diagonal();
+  Mesh mesh;
+  for (const auto& [a, b] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {1.0, 1.0}, {-1.0, 1.0}}) {
+    mesh.positions.push_back(center + u * (a * half) + v * (b * half));
   }
+  mesh.add_face(std::array<std::uint32_t, 4>{0, 1, 2, 3});
+  return mesh;
+}
+
+// The part of a mirror's plane that the shape is about.
+Mesh sheet_in(const Symmetry::Plane& plane, const Box& box) {
+  std::size_t axis = 0;
+  while (axis < 3 && plane.normal[axis] != 1) ++axis;
+  if (axis == 3) return square_in(plane, box);
+  Mesh mesh;
+  for (std::size_t i = 0; i < 4; ++i) {
+    Vec3d p = plane.point;
+    p[(axis + 1) % 3] = i == 1 || i == 2 ? box.max[(axis + 1) % 3] : box.min[(axis + 1) % 3];
+    p[(axis + 2) % 3] = i >= 2 ? box.max[(axis + 2) % 3] : box.min[(axis + 2) % 3];
+    mesh.positions.push_back(p);
+  }
+  mesh.add_face(std::array<std::uint32_t, 4>{0, 1, 2, 3});
+  return mesh;
+}
+
+void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene) {
+  const ToolSettings& settings = studio.settings();
+  for (const Symmetry::Plane& plane : mirror_planes(settings)) {
+    scene.surfaces.push_back({sheet_in(plane, box), kMirrorPlane});
+  }
+  if (settings.symmetry.turns < 2) return;
+  const Vec3d half = normalized(settings.symmetry.axis) * (0.6 * box.diagonal());
+  scene.lines.push_back({.points = {settings.symmetry.center - half, settings.symmetry.center + half},
+                         .radius = 0.0015 * box.diagonal(),
+                         .color = kRadialAxis});
+}
+
+// The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
+bool shows_region(const Studio& studio) {
+  const ToolUse use = studio.settings().tool->use;
+  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint;
+  return !has_cursor || studio.view().region || studio.shown().looked_at.has_value();
+}
+
+void add_in_arrow(const Studio& studio, std::vector<render::Arrow>& arrows) {
+  const std::optional<InArrow> arrow = in_arrow(studio);
+  if (!arrow) return;
+  const double radius = kInArrowRadius * norm(arrow->to - arrow->from);
+  arrows.push_back({.from = arrow->from, .to = arrow->to, .radius = radius, .color = studio.preferences().outer_ring});
+}
+
+void fade(render::Scene& parts) {
+  for (render::TranslucentSurface& surface : parts.surfaces) surface.color.alpha *= kFaded;
 }
 
 }  // namespace
@@ -224,10 +269,10 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     const Vec3d normal = normalized(view.cut_normal);
     scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
   }
-  add_mirror_planes(studio, box, scene.surfaces);
+  add_symmetry(studio, box, scene);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
-  std::vector<Stroke> strokes = strokes_to_draw(studio);
+  std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};
   const bool stamps = studio.gesture() && std::holds_alternative<StampGesture>(studio.gesture()->kind);
   if (stamps && shown.contacts) strokes.push_back(*shown.contacts);
   for (Stroke& stroke : strokes) stroke = last_piece(stroke);
@@ -238,12 +283,15 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     } catch (const InvalidInput&) {
       parts_ = {};  // what cannot be drawn cannot be done either, and the document says so
     }
+    if (studio.gesture() && !stamps) fade(parts_);
     drawn_ = std::move(strokes);
   }
   const auto add = [](const auto& from, auto& to) { to.insert(to.end(), from.begin(), from.end()); };
   add(parts_.surfaces, scene.surfaces);
   add(parts_.arrows, scene.arrows);
   add(parts_.lines, scene.lines);
+  cursor_.add_lines(studio, scene.lines);
+  add_in_arrow(studio, scene.arrows);
   const Placed& placed = studio.placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
   const ToolUse use = studio.settings().tool->use;

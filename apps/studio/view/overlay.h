@@ -7,6 +7,7 @@
 #include "knead/render/live_view.h"
 #include "knead/render/surface_cache.h"
 #include "studio.h"
+#include "view/cursor.h"
 
 namespace knead::studio {
 
@@ -26,6 +27,7 @@ class Overlay {
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
   render::Scene parts_;
   render::SurfaceCache surfaces_;
+  SurfaceCursor cursor_;
   std::vector<Stroke> influencing_;
   std::uint64_t influenced_version_ = 0;
   bool has_influence_ = false;

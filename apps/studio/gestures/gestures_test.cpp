@@ -1,0 +1,535 @@
+// Gestures by the events of a pointer: depth, numbers, snapping, the cursor, and images of what a tool does.
+#include "gestures/gesture.h"
+
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "studio_fixture.h"
+#include "view/labels.h"
+#include "view/overlay.h"
+
+namespace knead::studio {
+namespace {
+
+class GesturesTest : public StudioTest {
+ protected:
+  // The strokes of the last entry of the history.
+  static std::vector<Stroke> last_strokes(const Studio& studio) {
+    std::vector<Stroke> strokes;
+    if (studio.shown().history.empty()) return strokes;
+    for (const SessionStroke& one : studio.shown().history.back()->strokes) strokes.push_back(one.stroke);
+    return strokes;
+  }
+
+  static double length_of(const Stroke& stroke) {
+    const auto& path = std::get<ImplicitStroke>(stroke).path;
+    return norm(path.back() - path.front());
+  }
+};
+
+// --- depth -----------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "stamp"}
+{"set": {"drag": "normal"}}
+{"click": [0, 0, 1]}
+{"move": [400, 300]})");
+  ASSERT_TRUE(studio.placed().placement);
+  const Vec3d before = studio.placed().placement->center;
+  const auto arrow = in_arrow(studio);
+  ASSERT_TRUE(arrow) << "where to move the pointer is shown before the drag";
+  const auto from = pixel_of(studio.screen(), arrow->from);
+  const auto to = pixel_of(studio.screen(), arrow->to);
+  const double in = to->y < from->y ? -1 : 1;  // of the pointer's y
+  run(studio, R"({"drag": [[400, 300], [400, )" + std::to_string(300 + in * 40) + "]]}");
+  const Vec3d after = studio.placed().placement->center;
+  EXPECT_NEAR(after.x, before.x, 1e-6);
+  EXPECT_NEAR(after.y, before.y, 1e-6);
+  EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.screen(), before), 1e-3);
+}
+
+TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
+  Studio studio(options());
+  run(studio, ball());
+  ToolSettings settings;
+  settings.drag = DragMode::axis;
+  const ShapeState& state = studio.shown().state;
+  const double pixel = pixel_size(studio.screen(), {0, 0, 0});
+  double before = 0;
+  for (int i = 0; i <= 900; ++i) {
+    const double angle = i * std::numbers::pi / 1800;  // from the view to upright in the picture
+    settings.axis = {0, std::sin(angle), std::cos(angle)};
+    const Surroundings around{studio.screen(), state, nullptr, settings};
+    const Drag drag = begin_drag({400, 300}, {0, 0, 0}, {0, 0, 1}, around);
+    const double along = drag.length_of(drag.at({400, 290}, around)) / (10 * pixel);
+    EXPECT_GT(along, 0.9) << "upwards is along the axis at " << i / 10.0;
+    EXPECT_LT(along, 3) << "at " << i / 10.0;
+    EXPECT_NEAR(along, i == 0 ? along : before, 0.03) << "at " << i / 10.0;
+    before = along;
+    EXPECT_EQ(drag.at({400, 300}, around), drag.start);
+  }
+  EXPECT_NEAR(before, 1, 0.01) << "seen from the side, the point stays under the pointer";
+}
+
+// --- hints -----------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
+  for (const char* tool : {"bend", "twist", "rotate"}) {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, std::string(R"({"set": {"barrel": false}}
+{"tool": ")") + tool +
+                    R"("}
+{"click": [0, 0, 1]})");
+    const auto hint = [&] {
+      const TurnDrag turning = turn_drag(studio.screen(), studio.settings(), studio.placed());
+      return std::pair{turning, hint_of(studio.settings(), studio.placed(), turning)};
+    };
+    const auto amount_by = [&](const char* places) {
+      run(studio, R"({"press": [600, 300]}
+{"move": )" + std::string(places) +
+                      "}");
+      const double amount = std::get<TurnGesture>(studio.gesture()->kind).amount;
+      run(studio, R"({"key": "Escape"})");
+      return amount;
+    };
+    const bool faces = std::string(tool) != "twist";
+    EXPECT_EQ(hint().first, faces ? TurnDrag::round : TurnDrag::sideways) << tool;
+    EXPECT_NE(hint().second.find(faces ? "round the middle" : "right or left"), std::string::npos) << hint().second;
+    if (faces) {
+      EXPECT_EQ(amount_by("[700, 300]"), 0) << tool << ": straight away from the middle nothing turns";
+      EXPECT_NE(amount_by("[600, 200]"), 0) << tool;
+    } else {
+      EXPECT_NE(amount_by("[700, 300]"), 0) << tool;
+    }
+    // From the side the axes of bend and rotate lie level in the picture.
+    if (!faces) continue;
+    run(studio, R"({"view": {"yaw_deg": 90}})");
+    EXPECT_EQ(hint().first, TurnDrag::upright) << tool;
+    EXPECT_NE(hint().second.find("up or down"), std::string::npos) << hint().second;
+    EXPECT_NE(amount_by("[600, 200]"), 0) << tool;
+  }
+}
+
+// --- pull ------------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, APullHasARoundEndUnlessAFlatOneIsChosen) {
+  const auto pulled = [&](const std::string& setting) {
+    Studio studio(options());
+    run(studio, ball(10242) + setting);
+    run(studio, R"({"tool": "ball"}
+{"set": {"drag": "axis", "axis": [0, 0, 1]}}
+{"press": [400, 300]}
+{"key": "."}
+{"key": "6"}
+{"key": "Enter"})");
+    const auto stroke = std::get<ImplicitStroke>(last_strokes(studio).front());
+    // How wide the end is, a little below its tip.
+    const std::vector<Vec3d> after = positions(studio);
+    double tip = 0;
+    for (const Vec3d& p : after) tip = std::max(tip, p.z);
+    double wide = 0;
+    for (const Vec3d& p : after) {
+      if (p.z > tip - 0.03) wide = std::max(wide, std::hypot(p.x, p.y));
+    }
+    return std::pair{norm(stroke.path.front()), wide};
+  };
+  const auto [round_start, round_end] = pulled("");
+  const auto [flat_start, flat_end] = pulled(R"({"set": {"start": "surface"}})");
+  EXPECT_NEAR(flat_start, 1, 0.02);
+  EXPECT_NEAR(round_start, 1 - 0.4 * 0.5, 0.02);
+  EXPECT_GT(flat_end, 0.18) << "a disc as wide as the inner region";
+  EXPECT_LT(round_end, 0.85 * flat_end);
+}
+
+TEST_F(GesturesTest, InAThinShapeARoundEndBeginsHalfWayThrough) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "box"}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
+{"set": {"radius": 4, "inner_ratio": 0.9}}
+{"tool": "ball"}
+{"drag": [[400, 300], [420, 300]], "steps": 1})");
+  const auto stroke = std::get<ImplicitStroke>(last_strokes(studio).front());
+  const Box box = bounding_box(studio.shown().state.mesh->positions);
+  EXPECT_NEAR(stroke.path.front().z, box.center().z, 1e-9);
+}
+
+// --- the cursor ------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, TheCursorLiesOnTheSurfaceSolidAndDashed) {
+  Studio studio(options());
+  run(studio, ball(10242));
+  run(studio, R"({"tool": "ball"}
+{"move": [0.3, 0.3, 0.9]})");
+  Overlay overlay;
+  const render::LiveScene scene = overlay.scene(studio);
+  EXPECT_TRUE(scene.surfaces.empty()) << "regions are shown on demand only";
+  ASSERT_GT(scene.lines.size(), 2u);
+  const Ray ray = ray_through(studio.screen(), studio.pointer().x, studio.pointer().y);
+  const auto hit = studio.shown().picker->pick(ray, studio.shown().state);
+  ASSERT_TRUE(hit);
+  const render::Color outer = studio.preferences().outer_ring;
+  std::size_t dashes = 0;
+  for (const render::Line& line : scene.lines) {
+    const bool is_outer = line.color == outer;
+    EXPECT_EQ(line.closed, is_outer);
+    dashes += is_outer ? 0 : 1;
+    const double radius = is_outer ? 0.5 : 0.4 * 0.5;
+    for (const Vec3d& p : line.points) {
+      EXPECT_NEAR(norm(p), 1, 2e-3);  // the faces are that far below the ball
+      EXPECT_NEAR(norm(p - hit->point), radius, 0.02 * radius);
+    }
+  }
+  EXPECT_EQ(dashes, scene.lines.size() - 1);
+  run(studio, R"({"set": {"mirror": [true, false, false], "radial": 3}})");
+  EXPECT_EQ(overlay.scene(studio).lines.size(), 6 * scene.lines.size() + 1) << "six cursors, and the axis";
+  run(studio, R"({"show": {"region": true}})");
+  EXPECT_GT(overlay.scene(studio).surfaces.size(), 1u);
+}
+
+TEST_F(GesturesTest, InADragTheCursorGoesWithTheToolAndRegionsFade) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"show": {"region": true}}
+{"tool": "ball"}
+{"move": [0, 0, 1]})");
+  Overlay overlay;
+  const float alpha = overlay.scene(studio).surfaces.front().color.alpha;
+  run(studio, R"({"press": [400, 300]}
+{"move": [480, 300]})");
+  const render::LiveScene scene = overlay.scene(studio);
+  EXPECT_NEAR(scene.surfaces.front().color.alpha, 0.4 * alpha, 1e-6);
+  const auto& path = std::get<ImplicitGesture>(studio.gesture()->kind).stroke.path;
+  Vec3d middle{};
+  ASSERT_TRUE(std::ranges::any_of(scene.lines, [](const render::Line& line) { return line.closed; }));
+  for (const render::Line& line : scene.lines) {
+    if (!line.closed) continue;
+    for (const Vec3d& p : line.points) middle += p * (1.0 / static_cast<double>(line.points.size()));
+  }
+  EXPECT_NEAR(middle.x, path.back().x - path.front().x, 1e-3);
+}
+
+// --- numbers ---------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, ATypedDistanceIsTheDistance) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "ball"}
+{"press": [400, 300]}
+{"move": [430, 290]}
+{"move": [460, 300]}
+{"key": "4"}
+{"key": "5"}
+{"key": "Backspace"}
+{"key": "Backspace"}
+{"key": "Numpad 0"}
+{"key": "."}
+{"key": "3"}
+{"key": "5"})");
+  EXPECT_EQ(studio.typed(), "0.35");
+  EXPECT_EQ(studio.settings().tool->use, ToolUse::pull) << "digits choose no tool now";
+  EXPECT_EQ(numbers_at_pointer(studio).front(), "Distance 0.35_");
+  run(studio, R"({"key": "Enter"}
+{"release": [460, 300]})");
+  EXPECT_FALSE(studio.gesture());
+  ASSERT_EQ(last_strokes(studio).size(), 1u);
+  EXPECT_NEAR(length_of(last_strokes(studio).front()), 0.35, 1e-12);
+  EXPECT_EQ(std::get<ImplicitStroke>(last_strokes(studio).front()).path.size(), 2u);
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+}
+
+TEST_F(GesturesTest, MinusTurnsANumberRoundAndEscapeGivesUp) {
+  Studio studio(options());
+  run(studio, ball());
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"tool": "ball"}
+{"set": {"drag": "axis", "axis": [1, 0, 0]}}
+{"press": [400, 300]}
+{"move": [460, 300]}
+{"key": "."}
+{"key": "2"}
+{"key": "-"})");
+  ASSERT_TRUE(studio.amount());
+  EXPECT_NEAR(studio.amount()->value, -0.2, 1e-12);
+  EXPECT_FALSE(positions(studio) == before);
+  run(studio, R"({"key": "Escape"}
+{"release": [460, 300]})");
+  EXPECT_TRUE(positions(studio) == before);
+  EXPECT_TRUE(studio.shown().history.empty());
+  EXPECT_EQ(studio.typed(), "");
+}
+
+TEST_F(GesturesTest, AnglesPercentAndTheRadiusCanBeTyped) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "rotate"}
+{"click": [0, 0, 1]}
+{"press": [600, 300]}
+{"key": "4"}
+{"key": "5"}
+{"key": "Enter"}
+{"release": [600, 300]})");
+  EXPECT_EQ(std::get<RotateStroke>(last_strokes(studio).front()).angle_deg, 45);
+  run(studio, R"({"tool": "stretch"}
+{"press": [600, 300]}
+{"key": "5"}
+{"key": "0"}
+{"release": [600, 300]})");
+  EXPECT_NEAR(std::get<StretchStroke>(last_strokes(studio).front()).factor, 1.5, 1e-12);
+  run(studio, R"({"key": "F"}
+{"key": "."}
+{"key": "7"}
+{"key": "Enter"})");
+  EXPECT_EQ(studio.settings().radius, 0.7);
+  run(studio, R"({"key": "F"}
+{"key": "2"}
+{"key": "Escape"})");
+  EXPECT_EQ(studio.settings().radius, 0.7);
+  EXPECT_FALSE(studio.is_adjusting());
+}
+
+TEST_F(GesturesTest, CtrlSnapsDistancesAnglesAndTheGizmo) {
+  EXPECT_EQ(snap_length(1), 0.01);
+  EXPECT_EQ(snap_length(230), 2);
+  EXPECT_EQ(snap_length(0.06), 0.0005);
+  Studio studio(options());
+  run(studio, ball());
+  const double step = snap_length(studio.shown().diagonal);
+  run(studio, R"({"tool": "ball"}
+{"drag": [[400, 300], [437, 311]], "modifiers": ["ctrl"]})");
+  const double steps = length_of(last_strokes(studio).front()) / step;
+  EXPECT_GT(steps, 1);
+  EXPECT_NEAR(steps, std::round(steps), 1e-9);
+  run(studio, R"({"tool": "rotate"}
+{"click": [0, 0, 1]}
+{"drag": [[600, 300], [600, 225]], "modifiers": ["ctrl"]})");
+  EXPECT_EQ(std::get<RotateStroke>(last_strokes(studio).front()).angle_deg, 15);
+  const Vec3d before = studio.placed().placement->center;
+  const auto tip =
+      pixel_of(studio.screen(),
+               before + studio.placed().placement->x * (0.8 * gizmo_size(studio.screen(), *studio.placed().placement)));
+  run(studio,
+      fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {1}]], "modifiers": ["ctrl"]}})", tip->x, tip->y, tip->x + 33));
+  const double moved = norm(studio.placed().placement->center - before) / step;
+  EXPECT_GT(moved, 1);
+  EXPECT_NEAR(moved, std::round(moved), 1e-9);
+}
+
+TEST_F(GesturesTest, NumbersHaveTheUnitOfThePreferences) {
+  Studio studio(options());
+  run(studio, ball());
+  studio.preferences().unit = LengthUnit::millimetre;
+  EXPECT_TRUE(numbers_at_pointer(studio).empty());
+  run(studio, R"({"tool": "ball"}
+{"set": {"drag": "axis", "axis": [1, 0, 0]}}
+{"press": [400, 300]}
+{"move": [440, 300]}
+{"key": "."}
+{"key": "2"})");
+  const std::vector<std::string> lines = numbers_at_pointer(studio);
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_EQ(lines[0], "Distance .2_ mm");
+  EXPECT_EQ(lines[1], "Radius 0.5 mm");
+  EXPECT_EQ(lines[2].substr(0, 7), "Volume ");
+  EXPECT_EQ(lines[2].back(), '%');
+  EXPECT_EQ(text_of({AmountKind::length, 0.2}, LengthUnit::none), "0.2");
+  EXPECT_EQ(text_of({AmountKind::percent, 12.34}, LengthUnit::metre), "12.3%");
+}
+
+// --- images ----------------------------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, MirroredStampsAreDrawn) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "stamp"}
+{"stamp": "letter-y"}
+{"click": [0.5, 0.3, 0.81]}
+{"move": [10, 10]})");
+  const auto centers = [&] {
+    Overlay overlay;
+    std::vector<double> xs;
+    for (const render::TranslucentSurface& surface : overlay.scene(studio).surfaces) {
+      if (surface.mesh.positions.size() > 4) xs.push_back(bounding_box(surface.mesh.positions).center().x);
+    }
+    return xs;
+  };
+  ASSERT_EQ(centers().size(), 1u);
+  const double x = centers().front();
+  EXPECT_GT(x, 0.3);
+  run(studio, R"({"set": {"mirror": [true, false, false], "drag": "normal"}})");
+  ASSERT_EQ(centers().size(), 2u);
+  EXPECT_NEAR(centers()[1], -x, 1e-9);
+  const auto at = pixel_of(studio.screen(), studio.placed().placement->center);
+  run(studio, fmt::format(R"({{"press": [{0}, {1}]}}
+{{"move": [{2}, {1}]}})",
+                          at->x, at->y, at->x - 20));
+  std::vector<double> pressed = centers();
+  EXPECT_TRUE(std::ranges::any_of(pressed, [](double c) { return c < -0.3; })) << "in the drag as well";
+}
+
+TEST_F(GesturesTest, RadialStrokesAreTurnedAboutTheAxis) {
+  Studio studio(options());
+  run(studio, ball(10242));
+  run(studio, R"({"set": {"radial": 8, "radial_axis": [0, 2, 0], "radius": 0.2}}
+{"tool": "ball"}
+{"drag": [[0.4, 0, 0.9], [0.5, 0.1, 0.9]], "steps": 1})");
+  const std::vector<Stroke> strokes = last_strokes(studio);
+  ASSERT_EQ(strokes.size(), 8u);
+  const auto& first = std::get<ImplicitStroke>(strokes[0]);
+  for (int k = 1; k < 8; ++k) {
+    const RigidMotion turn = rotation_about({0, 0, 0}, {0, 1, 0}, 2 * std::numbers::pi * k / 8);
+    const auto& image = std::get<ImplicitStroke>(strokes[static_cast<std::size_t>(k)]);
+    for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(norm(image.path[i] - turn(first.path[i])), 1e-12);
+  }
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+}
+
+TEST_F(GesturesTest, OnTheAxisOrInThePlaneAStrokeIsDoneOnce) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"set": {"radial": 8, "radial_axis": [0, 0, 1], "start": "surface"}}
+{"tool": "ball"}
+{"set": {"drag": "axis", "axis": [0.1, 0, 1]}}
+{"drag": [[402, 301], [402, 240]], "steps": 3})");
+  ASSERT_EQ(last_strokes(studio).size(), 1u);
+  for (const Vec3d& p : std::get<ImplicitStroke>(last_strokes(studio).front()).path) {
+    EXPECT_EQ(std::hypot(p.x, p.y), 0) << "a pull on the axis stays on it";
+  }
+  run(studio, R"({"set": {"radial": 1, "drag": "view", "mirror_plane": {"point": [0, 0, 0], "normal": [1, 1, 0]}}}
+{"drag": [[-0.6, 0.6, 0.5], [-0.7, 0.8, 0.5]], "steps": 1})");
+  ASSERT_EQ(last_strokes(studio).size(), 1u);
+  run(studio, R"({"drag": [[0.6, 0.1, 0.7], [0.7, 0.3, 0.7]], "steps": 1})");
+  ASSERT_EQ(last_strokes(studio).size(), 2u);
+  const auto& one = std::get<ImplicitStroke>(last_strokes(studio)[0]);
+  const auto& two = std::get<ImplicitStroke>(last_strokes(studio)[1]);
+  EXPECT_LT(norm(two.path[1] - Vec3d{-one.path[1].y, -one.path[1].x, one.path[1].z}), 1e-12);
+}
+
+TEST_F(GesturesTest, AMirrorGoesThroughTheMiddleAFaceOrThreePoints) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "ball"})");
+  studio.pick_mirror(Studio::PlanePick::face);
+  run(studio, R"({"click": [0, 0, 1]})");
+  ASSERT_TRUE(studio.settings().symmetry.plane);
+  EXPECT_GT(studio.settings().symmetry.plane->normal.z, 0.99);
+  EXPECT_NEAR(studio.settings().symmetry.plane->point.z, 1, 0.01);
+  EXPECT_TRUE(studio.shown().history.empty()) << "the click is for the plane alone";
+  studio.pick_mirror(Studio::PlanePick::three_points);
+  run(studio, R"({"click": [0, 0.5, 0.86]}
+{"click": [0, -0.5, 0.86]}
+{"click": [0, 0.5, 0.86]})");
+  EXPECT_NE(errors(studio).find("on a line"), std::string::npos);
+  run(studio, R"({"click": [0, 0, 1]})");
+  EXPECT_EQ(studio.picking_mirror(), Studio::PlanePick::none);
+  EXPECT_NEAR(std::abs(studio.settings().symmetry.plane->normal.x), 1, 0.01);
+  run(studio, R"({"drag": [[0.5, 0, 0.86], [0.6, 0.1, 0.86]]})");
+  EXPECT_EQ(studio.shown().history.size(), 1u);
+  studio.settings().symmetry.plane.reset();
+  studio.center_symmetry();
+  EXPECT_LT(norm(studio.settings().symmetry.center - bounding_box(positions(studio)).center()), 1e-12);
+}
+
+// --- handles, the pen, the view --------------------------------------------------------------------------------------
+
+TEST_F(GesturesTest, ALassoMarksThroughTheShape) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "handles"}
+{"set": {"lasso": true}}
+{"drag": [[350, 250], [450, 250], [450, 350], [350, 350], [350, 250]]}
+{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]], "modifiers": ["ctrl"]})");
+  const std::vector<std::uint8_t>& handles = studio.placed().handles;
+  const std::vector<Vec3d> points = positions(studio);
+  ASSERT_EQ(handles.size(), points.size());
+  const Screen screen = studio.screen();
+  std::array<std::size_t, 2> sides{};
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Pixel p = *pixel_of(screen, points[i]);
+    const bool is_full = p.x > 350 && p.x < 450 && p.y > 250 && p.y < 350;
+    const bool is_zero = p.x > 350 && p.x < 450 && p.y > 120 && p.y < 180;
+    EXPECT_EQ(handles[i], is_full ? kFullHandle : is_zero ? kZeroHandle : 0) << p.x << " " << p.y;
+    if (is_full) ++sides[points[i].z > 0 ? 0 : 1];
+  }
+  EXPECT_GT(sides[0], 20u);
+  EXPECT_GT(sides[1], 20u);
+  run(studio, R"({"set": {"mirror": [false, true, false]}}
+{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]]})");
+  std::size_t below = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) below += handles[i] == kFullHandle && points[i].y < -0.5 ? 1 : 0;
+  EXPECT_GT(below, 20u) << "the mirror image is marked too";
+}
+
+TEST_F(GesturesTest, APenChangesRadiusOrDepthOrNothing) {
+  const auto painted = [&](PenPressure use, const char* pressure) {
+    Studio studio(options());
+    studio.preferences().pressure = use;
+    run(studio, ball(10242));
+    run(studio, std::string(R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0, 0.86]], "pressure": )") +
+                    pressure + "}");
+    double most = 0;
+    for (const Vec3d& p : positions(studio)) most = std::max(most, norm(p) - 1);
+    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+    return std::pair{most, last_strokes(studio)};
+  };
+  const double full = painted(PenPressure::depth, "[1, 1]").first;
+  EXPECT_NEAR(painted(PenPressure::none, "[0.3, 0.3]").first, full, 1e-9);
+  EXPECT_NEAR(painted(PenPressure::depth, "[0.5, 0.5]").first, 0.5 * full, 0.15 * full);
+  const auto [height, half] = painted(PenPressure::radius, "[0.5, 0.5]");
+  ASSERT_EQ(half.size(), 1u);
+  EXPECT_NEAR(std::get<PaintStroke>(half.front()).outer, 0.25, 1e-12);
+  EXPECT_NEAR(height, 0.5 * full, 0.15 * full) << "the depth is relative to the radius";
+  const std::vector<Stroke> growing = painted(PenPressure::radius, "[0.25, 1]").second;
+  EXPECT_GT(growing.size(), 4u);
+  for (std::size_t i = 1; i < growing.size(); ++i) {
+    EXPECT_GT(std::get<PaintStroke>(growing[i]).outer, std::get<PaintStroke>(growing[i - 1]).outer);
+  }
+}
+
+TEST_F(GesturesTest, TheViewTurnsAboutThePointUnderThePointer) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"view": {"yaw_deg": 0, "pitch_deg": 0}})");
+  const Vec3d point{0.6, 0.3, 0.74};
+  const auto before = pixel_of(studio.screen(), point);
+  const auto hit =
+      studio.shown().picker->pick(ray_through(studio.screen(), before->x, before->y), studio.shown().state);
+  ASSERT_TRUE(hit);
+  run(studio, fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {3}]], "button": "middle"}})", before->x, before->y,
+                          before->x + 90, before->y + 40));
+  EXPECT_GT(std::abs(studio.navigation().view.yaw), 0.2);
+  const auto after = pixel_of(studio.screen(), hit->point);
+  EXPECT_NEAR(after->x, before->x, 1e-6);
+  EXPECT_NEAR(after->y, before->y, 1e-6);
+  // Beside the shape about the middle of the view.
+  const Vec3d target = studio.navigation().view.target;
+  run(studio, R"({"drag": [[20, 20], [120, 20]], "button": "middle"})");
+  EXPECT_LT(norm(studio.navigation().view.target - target), 1e-12);
+}
+
+TEST_F(GesturesTest, TheLastStrokeIsFramed) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"set": {"radius": 0.1}}
+{"tool": "ball"}
+{"drag": [[0.7, 0, 0.7], [0.8, 0, 0.7]]}
+{"key": "Numpad ."})");
+  const View& view = studio.navigation().view;
+  EXPECT_LT(view.height, 1);
+  EXPECT_NEAR(view.target.x, 0.73, 0.1);
+  run(studio, R"({"key": "Home"})");
+  EXPECT_GT(studio.navigation().view.height, 2);
+}
+
+}  // namespace
+}  // namespace knead::studio

@@ -1,0 +1,115 @@
+#include "view/cursor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "gestures/gesture_kinds.h"
+#include "gestures/symmetry.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr int kPoints = 64;         // of a ring; a multiple of 2 kDash
+constexpr int kDash = 2;            // points of a dash, and of a gap
+constexpr double kThickness = 1.1;  // half, in pixels
+constexpr double kHalf = 0.5;       // the weight at the dashed ring of tools without an inner region
+constexpr std::size_t kMostImages = 32;
+
+// The radii of the rings.
+struct Radii {
+  double outer = 0;
+  double inner = 0;
+};
+
+// The radius at which the weight of a brush from 0 to `outer` is one half.
+double half_weight_radius(double outer) {
+  double low = 0;
+  double high = outer;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    (blend_weight(middle, Thresholds<double>{0, outer}).value > kHalf ? low : high) = middle;
+  }
+  return low;
+}
+
+std::optional<Radii> radii_of(const ToolSettings& settings) {
+  switch (settings.tool->use) {
+    case ToolUse::pull:
+      return Radii{settings.radius, settings.inner_ratio * settings.radius};
+    case ToolUse::paint:
+    case ToolUse::points:
+    case ToolUse::curve:
+      return Radii{settings.radius, half_weight_radius(settings.radius)};
+    case ToolUse::handles:
+      if (settings.handle == HandleMode::move) return std::nullopt;
+      return Radii{0.5 * settings.radius, 0};
+    case ToolUse::stamp:
+    case ToolUse::turn:
+      return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+std::vector<Vec3d> flat_ring(const Vec3d& center, const Vec3d& normal, double radius) {
+  return radius > 0 ? render::ring(center, normal, radius, kPoints) : std::vector<Vec3d>{};
+}
+
+void add_ring(const std::vector<Vec3d>& ring, bool is_dashed, double thickness, const render::Color& color,
+              std::vector<render::Line>& lines) {
+  if (ring.empty()) return;
+  if (!is_dashed) {
+    lines.push_back({.points = ring, .radius = thickness, .closed = true, .color = color});
+    return;
+  }
+  for (std::size_t i = 0; i < ring.size(); i += 2 * kDash) {
+    const auto begin = ring.begin() + static_cast<std::ptrdiff_t>(i);
+    lines.push_back({.points = {begin, begin + kDash + 1}, .radius = thickness, .color = color});
+  }
+}
+
+std::vector<Vec3d> moved(std::vector<Vec3d> points, const RigidMotion& motion) {
+  for (Vec3d& p : points) p = motion(p);
+  return points;
+}
+
+}  // namespace
+
+void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& lines) {
+  const ToolSettings& settings = studio.settings();
+  const DocumentState& shown = studio.shown();
+  const std::optional<Radii> radii = radii_of(settings);
+  if (!radii || shown.opened == 0 || shown.looked_at) return;
+  Vec3d place;
+  const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;
+  if (pull != nullptr) {
+    place = pull->touched + (pull->stroke.path.back() - pull->stroke.path.front());
+    key_ = {};
+    rings_ = {flat_ring(place, pull->normal, radii->outer), flat_ring(place, pull->normal, radii->inner)};
+  } else {
+    if (!studio.pointer_is_over_view() || !shown.picker || !shown.picker->fits(shown.state)) return;
+    const Ray ray = ray_through(studio.screen(), studio.pointer().x, studio.pointer().y);
+    const auto hit = shown.picker->pick(ray, shown.state);
+    if (!hit) return;
+    place = hit->point;
+    const Key key{hit->point, hit->normal, radii->outer, radii->inner, shown.version};
+    if (!(key == key_)) {
+      const auto ring = [&](double radius) {
+        return radius > 0 ? shown.picker->ring_around(*hit, radius, kPoints, shown.state) : std::vector<Vec3d>{};
+      };
+      rings_ = {ring(radii->outer), ring(radii->inner)};
+      key_ = key;
+    }
+  }
+  const double thickness = kThickness * pixel_size(studio.screen(), place);
+  std::vector<RigidMotion> motions{RigidMotion{}};
+  for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
+  if (motions.size() > kMostImages) motions.resize(kMostImages);
+  for (const RigidMotion& motion : motions) {
+    add_ring(moved(rings_.outer, motion), false, thickness, studio.preferences().outer_ring, lines);
+    add_ring(moved(rings_.inner, motion), true, thickness, studio.preferences().inner_ring, lines);
+  }
+}
+
+}  // namespace knead::studio
