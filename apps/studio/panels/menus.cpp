@@ -5,6 +5,7 @@
 
 #include "knead/math/error.h"
 #include "panels/dialogs.h"
+#include "panels/panels.h"
 
 namespace knead::studio {
 
