@@ -29,12 +29,25 @@ void check_strokes(const PanelOptions& options, const Session& session) {
   }
 }
 
-// A resolved stroke: parts that read no surface, their segments, and the shape of a stamp.
+// A part of a resolved stroke reads no surface.
+struct PlayedPart {
+  SessionStroke stroke;
+  double segments = 0;  // as far as its strength applies them
+};
+
+// A resolved stroke: its parts, their segments, and the shape of a stamp.
 struct PlayedStroke {
-  std::vector<SessionStroke> parts;
+  std::vector<PlayedPart> parts;
   Flow flow;
+  double segments = 0;
   std::optional<render::StampTool> stamp;
 };
+
+double length_of(const Flow& flow) {
+  double length = 0;
+  for (const Segment& segment : flow.segments) length += segment.end;
+  return length;
+}
 
 render::StampTool stamp_tool(const StampStroke& stamp, const Session& session) {
   render::StampTool tool{read_shape(std::filesystem::path(session.name).parent_path() / stamp.mesh).mesh, stamp.path};
@@ -54,18 +67,21 @@ std::vector<PlayedStroke> play(const Inputs& inputs, bool quiet) {
     PlayedStroke& result = played.emplace_back();
     for (const SessionStroke& part : resolved) {
       if (part.line != stroke.line) continue;
-      const Flow flow = flow_of(part.stroke);
+      const Flow flow = flow_of(part);
       result.flow.segments.insert(result.flow.segments.end(), flow.segments.begin(), flow.segments.end());
-      result.parts.push_back(part);
+      result.parts.push_back({part, length_of(flow)});
+      result.segments += result.parts.back().segments;
     }
-    if (const auto* stamp = std::get_if<StampStroke>(&stroke.stroke)) result.stamp = stamp_tool(*stamp, session);
+    if (!is_applied(stroke) || !std::holds_alternative<StampStroke>(stroke.stroke)) continue;
+    const Stroke whole = stroke.strength > 1 ? prolonged(stroke.stroke, stroke.strength) : stroke.stroke;
+    result.stamp = stamp_tool(std::get<StampStroke>(whole), session);
   }
   return played;
 }
 
 // Returns the moment within the current stroke, counted in its segments.
 double segments_at(const PlayedStroke& stroke, double moment) {
-  return (moment - std::floor(moment)) * static_cast<double>(stroke.flow.segments.size());
+  return (moment - std::floor(moment)) * stroke.segments;
 }
 
 // Returns a moment of the session, counted in parts instead of strokes.
@@ -75,10 +91,9 @@ double parts_at(const std::vector<PlayedStroke>& played, double moment) {
   for (std::size_t i = 0; i < index; ++i) parts += static_cast<double>(played[i].parts.size());
   if (index >= played.size()) return parts;
   double left = segments_at(played[index], moment);
-  for (const SessionStroke& part : played[index].parts) {
-    const auto segments = static_cast<double>(flow_of(part.stroke).segments.size());
-    if (left > 0) parts += std::min(1.0, left / segments);
-    left -= segments;
+  for (const PlayedPart& part : played[index].parts) {
+    if (left > 0) parts += std::min(1.0, left / part.segments);
+    left -= part.segments;
   }
   return parts;
 }
@@ -125,7 +140,7 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   if (!remeshed) {
     inputs.session.strokes.clear();
     for (const PlayedStroke& stroke : played) {
-      inputs.session.strokes.insert(inputs.session.strokes.end(), stroke.parts.begin(), stroke.parts.end());
+      for (const PlayedPart& part : stroke.parts) inputs.session.strokes.push_back(part.stroke);
     }
   }
   std::vector<Panel> panels;
@@ -161,7 +176,7 @@ void check_usage(const PanelOptions& options) {
 
 std::vector<Panel> make_panels(const PanelOptions& options) {
   if (options.session.empty()) return panels_of_shapes(options);
-  const Session session = read_session(options.session);
+  const Session session = without_off(read_session(options.session));
   if (!options.quiet) print_notes(session.warnings);
   check_strokes(options, session);
   return panels_of_session(options, session);

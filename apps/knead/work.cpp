@@ -12,7 +12,7 @@ namespace knead::command {
 
 Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet) {
   Inputs inputs;
-  inputs.session = read_session(session);  // first: it is the shorter, and the one that people mistype
+  inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
   inputs.shape = read_shape(shape);
   if (!quiet) {
     print_notes(inputs.session.warnings);

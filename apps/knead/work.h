@@ -19,7 +19,7 @@ class Clock {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
-// What both subcommands read. Notes go to standard error unless quiet.
+// What both subcommands read. The session has no strokes that are off. Notes go to standard error unless quiet.
 struct Inputs {
   ShapeFile shape;
   Session session;

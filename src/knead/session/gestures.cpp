@@ -38,6 +38,8 @@ bool are_images(const Stroke& first, const Stroke& second) {
 }
 
 bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& stroke) {
+  if (!stroke.name.empty() || !group.back().name.empty()) return stroke.name == group.back().name;
+  if (stroke.off != group.back().off) return false;
   const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
   return std::any_of(group.begin() + static_cast<std::ptrdiff_t>(first), group.end(), [&](const SessionStroke& member) {
     if (member.remesh != stroke.remesh) return false;
@@ -72,11 +74,19 @@ std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<Se
   return groups;
 }
 
+namespace {
+
+bool is_plain(const SessionStroke& stroke) {
+  return stroke.name.empty() && !stroke.off && stroke.strength == 1 && !stroke.remesh;
+}
+
+}  // namespace
+
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
     std::optional<Stroke> both;
-    if (!result.empty() && result.back().remesh == stroke.remesh && !stroke.remesh) {
+    if (!result.empty() && is_plain(result.back()) && is_plain(stroke)) {
       both = joined(result.back().stroke, stroke.stroke);
     }
     if (both) {

@@ -124,7 +124,7 @@ void Journal::replace(std::size_t n, std::span<const SessionStroke> strokes) {
   for (const SessionStroke& stroke : strokes) {
     if (!remesh_ || *remesh_ != stroke.remesh) batch.add(remesh_line(stroke.remesh));
     remesh_ = stroke.remesh;
-    batch.add(stroke_line(stroke.stroke));
+    batch.add(stroke_line(stroke));
   }
   strokes_ = strokes_ - n + strokes.size();
   const std::string text = std::move(batch).finish();

@@ -79,6 +79,7 @@ struct AbandonedJournal {
   std::string title;
   std::chrono::system_clock::time_point changed{};  // when something was last written to it
   std::size_t strokes = 0;                          // that recover_journal returns
+  std::size_t entries = 0;                          // of the history that they make (strokes_of_gestures)
   std::string problem{};                            // why it cannot be recovered; empty: it can
 };
 

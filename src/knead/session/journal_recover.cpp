@@ -12,6 +12,7 @@
 #include "knead/math/error.h"
 #include "knead/session/journal.h"
 #include "knead/session/journal_folder.h"
+#include "knead/session/workbench.h"
 
 namespace knead {
 
@@ -56,6 +57,7 @@ AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
     const Session session = read_whole(folder);
     if (session.note) journal.title = *session.note;
     journal.strokes = session.strokes.size();
+    journal.entries = strokes_of_gestures(session.strokes).size();
     if (!session.mesh || !fs::exists(folder / *session.mesh)) journal.problem = "the shape it was made on is missing";
   } catch (const std::exception& error) {
     journal.problem = error.what();

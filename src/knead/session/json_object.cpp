@@ -63,6 +63,11 @@ std::string JsonValue::text() const {
   return value_.text();
 }
 
+bool JsonValue::flag() const {
+  if (!value_.is_flag()) fail("true or false");
+  return value_.flag();
+}
+
 Vec3d JsonValue::vector() const {
   constexpr auto is_number = [](const Json& item) { return item.is_number(); };
   if (!value_.is_array() || value_.items().size() != 3 || !std::ranges::all_of(value_.items(), is_number)) {

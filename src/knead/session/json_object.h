@@ -24,6 +24,7 @@ class JsonValue {
   double number() const;
   long long integer() const;  // a number without a fraction, of at most 9 digits
   std::string text() const;
+  bool flag() const;
   Vec3d vector() const;
   std::vector<JsonValue> items() const;
   std::vector<Vec3d> vectors() const;

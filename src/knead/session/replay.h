@@ -18,7 +18,7 @@ namespace knead {
 // backwards: the inverse strokes, the latest first, which restores a deformed shape.
 enum class Direction { forwards, backwards };
 
-// Which part of a session is applied, and in which direction.
+// Which part of a session is applied, and in which direction. Strokes that are off are not counted.
 struct SessionPart {
   Direction direction = Direction::forwards;
   // Only the first strokes. 2.5: two strokes and half of the third's segments. From 0 to their number; empty: all.

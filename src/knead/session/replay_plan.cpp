@@ -11,7 +11,7 @@ namespace knead::session_detail {
 namespace {
 
 double checked_until(const Session& session, const ReplayOptions& options) {
-  const auto strokes = static_cast<double>(session.strokes.size());
+  const auto strokes = static_cast<double>(strokes_on(session).size());
   const double until = options.part.until.value_or(strokes);
   if (!(until >= 0 && until <= strokes)) {
     throw InvalidInput(
@@ -27,11 +27,11 @@ bool is_backwards(const ReplayOptions& options) { return options.part.direction 
 
 PreparedStroke prepare(const Session& session, const SessionStroke& source, bool backwards) {
   return at_line(session, source, [&] {
-    if (backwards && !is_flow(source.stroke)) {
+    if (backwards && is_applied(source) && !is_flow(source.stroke)) {
       throw InvalidInput(
           "a relax is no flow, so it cannot be taken back; remove this line, or keep the shape before it");
     }
-    if (backwards && reads_surface(source.stroke)) {
+    if (backwards && is_applied(source) && reads_surface(source.stroke)) {
       throw InvalidInput(
           "this stroke reads the surface before the stroke, which is not known from the deformed shape; resolve the "
           "session with the undeformed shape (knead resolve) and use that session instead");
@@ -60,14 +60,23 @@ bool differs_from_standard(const Mesh& mesh, const Session& session, const Repla
 
 std::size_t PlannedStroke::work() const {
   const auto most = static_cast<double>(std::max(stroke.expected_segments, stroke.flow.segments.size()));
-  return static_cast<std::size_t>(std::ceil(run.part * most));
+  return static_cast<std::size_t>(std::ceil(run.part * (stroke.part * most)));
+}
+
+std::vector<const SessionStroke*> strokes_on(const Session& session) {
+  std::vector<const SessionStroke*> strokes;
+  for (const SessionStroke& stroke : session.strokes) {
+    if (!stroke.off) strokes.push_back(&stroke);
+  }
+  return strokes;
 }
 
 bool has_settings(const Session& session, const ReplayOptions& options) {
-  const double until = options.part.until.value_or(static_cast<double>(session.strokes.size()));
-  for (std::size_t i = 0; i < session.strokes.size() && static_cast<double>(i) < until; ++i) {
-    const bool may_remesh = is_flow(session.strokes[i].stroke);
-    if (may_remesh && (session.strokes[i].remesh || options.remesh.settings)) return true;
+  const std::vector<const SessionStroke*> strokes = strokes_on(session);
+  const double until = options.part.until.value_or(static_cast<double>(strokes.size()));
+  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
+    const bool may_remesh = is_flow(strokes[i]->stroke);
+    if (may_remesh && (strokes[i]->remesh || options.remesh.settings)) return true;
   }
   return false;
 }
@@ -76,10 +85,11 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   advect_options(options.motion, 1);
   const double until = checked_until(session, options);
   const bool backwards = is_backwards(options);
+  const std::vector<const SessionStroke*> strokes = strokes_on(session);
   Plan plan;
   for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
     const double part = std::min(1.0, until - static_cast<double>(i));
-    plan.strokes.push_back({prepare(session, session.strokes[i], backwards), {backwards, part, false}, {}});
+    plan.strokes.push_back({prepare(session, *strokes[i], backwards), {backwards, part, false}, {}});
     plan.needs_reference = plan.needs_reference || plan.strokes.back().stroke.reads_surface;
   }
   plan.needs_reference = plan.needs_reference && differs_from_standard(mesh, session, options);

@@ -29,6 +29,9 @@ struct Plan {
 // that cannot be applied: one that reads the surface, backwards; a stamp whose tool cannot be used.
 Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options);
 
+// Returns the strokes that are not off.
+std::vector<const SessionStroke*> strokes_on(const Session& session);
+
 // Returns whether a stroke that is applied has remesh settings.
 bool has_settings(const Session& session, const ReplayOptions& options);
 

@@ -13,13 +13,21 @@
 
 namespace knead {
 
-// A stroke of a session, and how the mesh follows it.
+// The greatest strength of a stroke.
+inline constexpr double kMostStrength = 1.5;
+
+// A stroke of a session, how far it is applied, and how the mesh follows it.
 struct SessionStroke {
   Stroke stroke;
   std::size_t line = 0;  // of the session file, from 1; 0: of none
   // How the mesh follows the stroke: the settings of the latest remesh event before it. Nothing: the faces stay as they
   // are.
   std::optional<RemeshSettings> remesh{};
+  std::string name{};  // for people; empty: none
+  bool off = false;    // skipped, as if it were not there
+  // From 0 to kMostStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
+  // From 1 on the stroke goes on beyond its end (prolonged).
+  double strength = 1;
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
@@ -34,6 +42,16 @@ struct Session {
 
   friend bool operator==(const Session&, const Session&) = default;
 };
+
+// Returns whether a stroke can move anything: it is not off, and its strength is not 0.
+bool is_applied(const SessionStroke& stroke);
+
+// Returns the segments of a stroke that reads no surface, as far as its strength applies them; none if it is off.
+// Throws InvalidInput as flow_of(stroke.stroke).
+Flow flow_of(const SessionStroke& stroke);
+
+// Returns the session without the strokes that are off. It deforms every shape in the same way.
+Session without_off(Session session);
 
 // Reads a session file. Throws IoError(read) for a file that cannot be read. Throws InvalidInput with the file, the
 // line, the key and the expected value for malformed text: an unknown, missing or repeated key, a wrong type, a number
@@ -53,6 +71,7 @@ std::string serialize_session(const Session& session);
 // values are left out.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
+std::string stroke_line(const SessionStroke& stroke);  // with its name, off and strength
 std::string remesh_line(const std::optional<RemeshSettings>& settings);
 
 }  // namespace knead

@@ -119,8 +119,9 @@ class SessionReader {
     }
   }
 
-  void add(Stroke stroke) {
-    session_.strokes.push_back({std::move(stroke), place_.line, remesh_});
+  void add(SessionStroke stroke) {
+    session_.strokes.push_back(std::move(stroke));
+    session_.strokes.back().remesh = remesh_;
     undone_.clear();
   }
 

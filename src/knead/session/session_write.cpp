@@ -135,14 +135,19 @@ std::string header_line(const std::optional<std::string>& mesh, const std::optio
   return line.finish();
 }
 
-std::string stroke_line(const Stroke& stroke) {
-  const Tool& tool = tool_of(stroke);
-  Stroke own = stroke;
+std::string stroke_line(const Stroke& stroke) { return stroke_line(SessionStroke{stroke}); }
+
+std::string stroke_line(const SessionStroke& stroke) {
+  const Tool& tool = tool_of(stroke.stroke);
+  Stroke own = stroke.stroke;
   Stroke start = tool.start;
   const std::vector<StrokeKey> keys = tool.keys(own);
   const std::vector<StrokeKey> defaults = defaults_for(keys, tool, start);
   LineWriter line;
   if (tool.is_flow) line.add("tool", std::string(tool.name));
+  if (!stroke.name.empty()) line.add("name", stroke.name);
+  if (stroke.off) line.add_text("off", "true");
+  if (stroke.strength != 1) line.add("strength", stroke.strength);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto* choice = std::get_if<Choice>(&keys[i].value);
     const bool is_default = choice != nullptr
@@ -168,7 +173,7 @@ std::string serialize_session(const Session& session) {
   for (const SessionStroke& stroke : session.strokes) {
     if (stroke.remesh != remesh) text += remesh_line(stroke.remesh) + "\n";
     remesh = stroke.remesh;
-    text += stroke_line(stroke.stroke) + "\n";
+    text += stroke_line(stroke) + "\n";
   }
   return text;
 }

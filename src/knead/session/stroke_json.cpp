@@ -98,6 +98,7 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   std::vector<std::string_view> names;
   if (tool.is_flow) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
+  names.insert(names.end(), {"name", "off", "strength"});
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
   at_place(place, "", [&] { tool.prepare(stroke, has); });
@@ -109,14 +110,36 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   }
 }
 
+double read_strength(const JsonValue& value) {
+  const double strength = value.number();
+  if (!(strength >= 0 && strength <= kMostStrength)) value.fail(fmt::format("a number from 0 to {}", kMostStrength));
+  return strength;
+}
+
+// The keys that the strokes of every tool may have.
+void read_common_keys(const JsonObject& line, const Place& place, SessionStroke& stroke) {
+  if (line.has("name")) stroke.name = line.at("name").text();
+  if (line.has("off")) stroke.off = line.at("off").flag();
+  if (!line.has("strength")) return;
+  stroke.strength = read_strength(line.at("strength"));
+  at_place(place, "\"strength\" asks for too much: ", [&] {
+    if (stroke.strength > 1) prolonged(stroke.stroke, stroke.strength);
+  });
+}
+
+SessionStroke read_as(const Tool& tool, const JsonObject& object, const Place& place) {
+  SessionStroke result{tool.start, place.line};
+  read_keys(tool, object, place, result.stroke);
+  at_place(place, "", [&] { validate(result.stroke); });
+  read_common_keys(object, place, result);
+  return result;
+}
+
 }  // namespace
 
-Stroke read_stroke(const JsonValue& line, const Place& place) {
+SessionStroke read_stroke(const JsonValue& line, const Place& place) {
   const Tool& tool = tool_at(JsonObject(line, place, "a stroke").at("tool"));
-  Stroke stroke = tool.start;
-  read_keys(tool, JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place, stroke);
-  at_place(place, "", [&] { validate(stroke); });
-  return stroke;
+  return read_as(tool, JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place);
 }
 
 std::string_view own_event(const JsonObject& event) {
@@ -126,13 +149,10 @@ std::string_view own_event(const JsonObject& event) {
   return {};
 }
 
-Stroke read_own_event(const JsonObject& event, std::string_view name, const Place& place) {
+SessionStroke read_own_event(const JsonObject& event, std::string_view name, const Place& place) {
   const JsonValue value = event.at(name);
   if (!value.json().is_object()) value.fail("an object {...}");
-  Stroke stroke = find_tool(name)->start;
-  read_keys(*find_tool(name), JsonObject(value, place, fmt::format("\"{}\"", name)), place, stroke);
-  at_place(place, "", [&] { validate(stroke); });
-  return stroke;
+  return read_as(*find_tool(name), JsonObject(value, place, fmt::format("\"{}\"", name)), place);
 }
 
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place) {

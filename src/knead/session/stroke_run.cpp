@@ -34,8 +34,24 @@ void append(const Stroke& part, const SessionStroke& source, std::vector<Session
   if (joins) {
     last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
   } else {
-    parts.push_back({part, source.line, source.remesh});
+    parts.push_back({part, source.line, source.remesh, source.name});
   }
+}
+
+// Gives the parts of a stroke the strengths that cut them where the stroke is cut, at a number of segments.
+void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
+  if (part == 1) return;
+  if (parts.size() == 1) {
+    parts.front().strength = part;
+    return;
+  }
+  double left = part * static_cast<double>(segments);
+  for (SessionStroke& each : parts) {
+    const auto own = static_cast<double>(flow_of(each.stroke).segments.size());
+    each.strength = std::clamp(left / own, 0.0, 1.0);
+    left -= own;
+  }
+  std::erase_if(parts, [](const SessionStroke& each) { return each.strength == 0; });
 }
 
 // Resolves a stroke on a shape, and moves the shape through it, but not through one with a barrel, which is checked
@@ -54,9 +70,9 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
     return stroke.outcome.status == AdvectStatus::done;
   };
   std::vector<std::string> remarks;
-  stroke.outcome.penetration =
-      apply_on(stroke.source->stroke, stroke.tool.get(), shape.motion().threads, surface, remarks);
+  stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
   std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
+  cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
   stroke.reads_surface = false;
 }
 
@@ -81,23 +97,27 @@ Flow without_barrels(Flow flow) {
 PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder) {
   PreparedStroke prepared;
   prepared.source = &source;
-  prepared.outcome.warnings = warnings(source.stroke);
-  prepared.relax = std::get_if<RelaxStroke>(&source.stroke);
+  if (!is_applied(source)) return prepared;
+  prepared.part = std::min(source.strength, 1.0);
+  if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(source.stroke, source.strength));
+  const Stroke& stroke = prepared.stroke();
+  prepared.outcome.warnings = warnings(stroke);
+  prepared.relax = std::get_if<RelaxStroke>(&stroke);
   if (prepared.relax != nullptr) {
-    validate(source.stroke);
+    validate(stroke);
     prepared.expected_segments = prepared.relax->points.size();
     return prepared;
   }
-  prepared.reads_surface = reads_surface(source.stroke);
+  prepared.reads_surface = reads_surface(stroke);
   if (prepared.reads_surface) {
-    validate(source.stroke);
-    prepared.tool = tool_mesh_of(source.stroke, folder);
-    prepared.expected_segments = expected_segments(source.stroke, prepared.tool.get());
+    validate(stroke);
+    prepared.tool = tool_mesh_of(stroke, folder);
+    prepared.expected_segments = expected_segments(stroke, prepared.tool.get());
     return prepared;
   }
-  prepared.flow = flow_of(source.stroke);
+  prepared.flow = flow_of(stroke);
   validate(prepared.flow);
-  prepared.barrel = barrel_of(source.stroke);
+  prepared.barrel = barrel_of(stroke);
   prepared.outcome.parts = {source};
   return prepared;
 }
@@ -114,11 +134,13 @@ Flow flow_between(const Flow& flow, double from, double to) {
 
 StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress)
     : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
-  if (!options_.backwards && stroke_.relax == nullptr) settings_ = shape_.settings_of(*stroke_.source);
+  const bool may_remesh = is_applied(*stroke_.source) && stroke_.relax == nullptr;
+  if (!options_.backwards && may_remesh) settings_ = shape_.settings_of(*stroke_.source);
 }
 
 double StrokeRun::length() const {
-  return static_cast<double>(stroke_.relax != nullptr ? stroke_.relax->points.size() : stroke_.flow.segments.size());
+  const std::size_t whole = stroke_.relax != nullptr ? stroke_.relax->points.size() : stroke_.flow.segments.size();
+  return stroke_.part * static_cast<double>(whole);
 }
 
 std::size_t StrokeRun::segments() const {
@@ -141,7 +163,7 @@ void StrokeRun::read() {
   if (options_.backwards) at_ = end();
   if (!stroke_.reads_surface) return;
   if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
-  const bool in_place = options_.part == 1 && !options_.has_frames;
+  const bool in_place = options_.part * stroke_.part == 1 && !options_.has_frames;
   if (!in_place) {
     DeformedShape copy = shape_;
     read_surface(stroke_, copy, progress_);

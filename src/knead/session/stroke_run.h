@@ -16,13 +16,17 @@ namespace knead::session_detail {
 // A stroke that is ready to be applied.
 struct PreparedStroke {
   const SessionStroke* source = nullptr;
-  const RelaxStroke* relax = nullptr;  // the source's, if it is one: without a flow
-  bool reads_surface = false;          // the flow and the barrel are unknown until it is read
+  std::shared_ptr<const Stroke> beyond;  // that takes the source's place if its strength is above 1
+  double part = 1;                       // of the segments, by the source's strength
+  const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
+  bool reads_surface = false;            // the flow and the barrel are unknown until it is read
   Flow flow;
   std::optional<Barrel> barrel;
   std::shared_ptr<const Mesh> tool;   // of a stamp
   std::size_t expected_segments = 0;  // of one that reads the surface: at most
   StrokeOutcome outcome;              // what reading it said
+
+  const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
 };
 
 // Reads the file of a stamp, relative to the folder. The source must outlive the result. Throws InvalidInput for a
@@ -32,7 +36,7 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
 // How far a stroke is applied, and in which direction.
 struct RunOptions {
   bool backwards = false;
-  double part = 1;          // of its segments, from the first on
+  double part = 1;          // of what its strength applies, from the first segment on
   bool has_frames = false;  // moments within the stroke will be asked for
 };
 
@@ -69,7 +73,7 @@ class StrokeRun {
     std::vector<bool> members;
   };
 
-  double length() const;
+  double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
   double end() const { return options_.part * length(); }
   void check_barrel();
   void advance(double to);

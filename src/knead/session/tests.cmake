@@ -1,6 +1,7 @@
 knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/certificate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/deformed_shape_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gesture_strength_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_failures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/relax_test.cpp
@@ -11,6 +12,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/session_errors_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stroke_keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_stroke_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/workbench_test.cpp
   LIBRARIES nlohmann_json::nlohmann_json)

@@ -177,11 +177,18 @@ class Workbench {
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
-// (tool/continued.h) one of the last eight before it, or is the mirror image of one of these.
+// (tool/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
+// name are one group, and those with other names are not.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
 
 // Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
-// continue.
+// continue. Strokes that are named, off or not of strength 1 stay as they are.
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
+
+// Returns how much of a gesture is applied, from 0 to kMostStrength, and changes it. Each path of the gesture is cut,
+// or goes on, as a whole, also where several strokes make it; every other stroke gets the strength itself. The strength
+// of different paths may differ: the first one counts.
+double strength_of(std::span<const SessionStroke> gesture);
+void set_strength(std::vector<SessionStroke>& gesture, double strength);
 
 }  // namespace knead

@@ -13,7 +13,7 @@ using Warnings = std::vector<std::string>;
 using HasKey = std::function<bool(std::string_view)>;
 
 // The functions of a tool with strokes S. Those that are null have nothing to do: a tool without `flow` always reads
-// the surface.
+// the surface. Without `prolong` the angles of a stroke are multiplied; a tool without angles cannot go on.
 template <class S>
 struct ToolFunctions {
   std::vector<StrokeKey> (*keys)(S&);
@@ -22,6 +22,7 @@ struct ToolFunctions {
   void (*warn)(const S&, Warnings&) = nullptr;
   bool (*reads_surface)(const S&) = nullptr;
   void (*prepare)(S&, const HasKey&) = nullptr;
+  void (*prolong)(S&, double strength) = nullptr;
 };
 
 template <class S>
@@ -44,6 +45,9 @@ Tool describe(std::string_view name, const ToolFunctions<S>& functions) {
   tool.warn = [=](const Stroke& stroke, Warnings& warnings) {
     if (functions.warn != nullptr) functions.warn(std::get<S>(stroke), warnings);
   };
+  if (functions.prolong != nullptr) {
+    tool.prolong = [=](Stroke& stroke, double strength) { functions.prolong(std::get<S>(stroke), strength); };
+  }
   return tool;
 }
 
@@ -52,6 +56,9 @@ template <class E>
 Choice choice(E& value, std::vector<std::string_view> words) {
   return {std::move(words), static_cast<std::size_t>(value), [&value](std::size_t i) { value = static_cast<E>(i); }};
 }
+
+// Makes a path so many times as long, in its last direction. A path of length 0 stays.
+void prolong_path(std::vector<Vec3d>& path, double strength);
 
 // Returns a segment with one field that is carried along with its displacement.
 Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law = TimeLaw::swept);

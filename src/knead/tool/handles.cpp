@@ -204,10 +204,16 @@ void warn(const HandlesStroke& stroke, Warnings& warnings) {
   }
 }
 
+void prolong(HandlesStroke& stroke, double strength) {
+  if (auto* translation = std::get_if<HandlesTranslation>(&stroke.motion)) translation->by *= strength;
+  if (auto* rotation = std::get_if<HandlesRotation>(&stroke.motion)) rotation->angle_deg *= strength;
+}
+
 }  // namespace
 
 const Tool& HandlesStroke::tool() {
-  static const Tool kTool = describe<HandlesStroke>("handles", {keys, validate, flow_of, warn, reads_surface, prepare});
+  static const Tool kTool =
+      describe<HandlesStroke>("handles", {keys, validate, flow_of, warn, reads_surface, prepare, prolong});
   return kTool;
 }
 

@@ -49,10 +49,13 @@ void warn(const ImplicitStroke& stroke, Warnings& warnings) {
   warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
 }
 
+void prolong(ImplicitStroke& stroke, double strength) { prolong_path(stroke.path, strength); }
+
 }  // namespace
 
 const Tool& ImplicitStroke::tool() {
-  static const Tool kTool = describe<ImplicitStroke>("implicit", {keys, validate, flow_of, warn});
+  static const Tool kTool =
+      describe<ImplicitStroke>("implicit", {keys, validate, flow_of, warn, nullptr, nullptr, prolong});
   return kTool;
 }
 

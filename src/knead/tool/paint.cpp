@@ -88,10 +88,13 @@ Flow flow_of(const PaintStroke& stroke) {
   return flow;
 }
 
+void prolong(PaintStroke& stroke, double strength) { stroke.depth *= strength; }
+
 }  // namespace
 
 const Tool& PaintStroke::tool() {
-  static const Tool kTool = describe<PaintStroke>("paint", {keys, validate, flow_of, nullptr, reads_surface, prepare});
+  static const Tool kTool =
+      describe<PaintStroke>("paint", {keys, validate, flow_of, nullptr, reads_surface, prepare, prolong});
   return kTool;
 }
 

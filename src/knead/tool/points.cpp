@@ -159,10 +159,19 @@ void warn(const PointsStroke& stroke, Warnings& warnings) {
   if (stroke.center == PointsCenter::barycentre) warn_of_swirl(stroke, warnings);
 }
 
+void prolong(PointsStroke& stroke, double strength) {
+  std::vector<Vec3d> path{{0, 0, 0}};
+  for (const Vec3d& displacement : stroke.displacements) path.push_back(path.back() + displacement);
+  const Vec3d end = path.back();
+  prolong_path(path, strength);
+  if (path.size() > stroke.displacements.size() + 1) stroke.displacements.push_back(path.back() - end);
+}
+
 }  // namespace
 
 const Tool& PointsStroke::tool() {
-  static const Tool kTool = describe<PointsStroke>("points", {keys, validate, flow_of, warn, nullptr, prepare});
+  static const Tool kTool =
+      describe<PointsStroke>("points", {keys, validate, flow_of, warn, nullptr, prepare, prolong});
   return kTool;
 }
 

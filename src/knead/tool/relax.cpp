@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "knead/math/error.h"
 #include "knead/tool/describe.h"
 
@@ -33,11 +35,14 @@ void validate(const RelaxStroke& stroke) {
   }
 }
 
+// More than all of the distance is not smoother.
+void prolong(RelaxStroke& stroke, double strength) { stroke.amount = std::min(stroke.amount * strength, 1.0); }
+
 }  // namespace
 
 const Tool& RelaxStroke::tool() {
   static const Tool kTool = [] {
-    Tool tool = describe<RelaxStroke>("relax", {keys, validate});
+    Tool tool = describe<RelaxStroke>("relax", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
     tool.is_flow = false;
     return tool;
   }();

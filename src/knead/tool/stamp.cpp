@@ -225,10 +225,13 @@ void validate_stamp(const StampStroke& stroke) {
   require_even("exponent", stroke.exponent, 4);
 }
 
+void prolong(StampStroke& stroke, double strength) { prolong_path(stroke.path, strength); }
+
 }  // namespace
 
 const Tool& StampStroke::tool() {
-  static const Tool kTool = describe<StampStroke>("stamp", {keys, validate_stamp});
+  static const Tool kTool =
+      describe<StampStroke>("stamp", {keys, validate_stamp, nullptr, nullptr, nullptr, nullptr, prolong});
   return kTool;
 }
 

@@ -31,10 +31,13 @@ Flow flow_of(const StretchStroke& stroke) {
 
 void warn(const StretchStroke& stroke, Warnings& warnings) { warn_of_thin_shell(stroke.inner, stroke.outer, warnings); }
 
+void prolong(StretchStroke& stroke, double strength) { stroke.factor = std::pow(stroke.factor, strength); }
+
 }  // namespace
 
 const Tool& StretchStroke::tool() {
-  static const Tool kTool = describe<StretchStroke>("stretch", {keys, validate, flow_of, warn});
+  static const Tool kTool =
+      describe<StretchStroke>("stretch", {keys, validate, flow_of, warn, nullptr, nullptr, prolong});
   return kTool;
 }
 

@@ -107,7 +107,47 @@ std::vector<std::string> warnings(const Stroke& stroke) {
   return result;
 }
 
+namespace {
+
+// Multiplies the angles of a stroke. Returns false if it has none.
+bool multiply_angles(Stroke& stroke, double factor) {
+  bool has_angle = false;
+  for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
+    auto* const* angle = std::get_if<double*>(&key.value);
+    if (key.quantity != Quantity::angle || angle == nullptr || *angle == nullptr) continue;
+    **angle *= factor;
+    has_angle = true;
+  }
+  return has_angle;
+}
+
+}  // namespace
+
+Stroke prolonged(const Stroke& stroke, double strength) {
+  Stroke result = stroke;
+  const Tool& tool = tool_of(result);
+  if (tool.prolong) {
+    tool.prolong(result, strength);
+  } else if (!multiply_angles(result, strength)) {
+    throw InvalidInput(fmt::format("\"strength\" must be from 0 to 1 for tool \"{}\", got {}", tool.name, strength));
+  }
+  validate(result);
+  return result;
+}
+
 namespace tool_detail {
+
+void prolong_path(std::vector<Vec3d>& path, double strength) {
+  double length = 0;
+  Vec3d direction{0, 0, 0};
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const Vec3d piece = path[i + 1] - path[i];
+    if (piece == Vec3d{0, 0, 0}) continue;
+    direction = unit(piece);
+    length += norm(piece);
+  }
+  if (length > 0) path.push_back(path.back() + direction * ((strength - 1) * length));
+}
 
 namespace {
 

@@ -229,6 +229,13 @@ Flow flow_of(const Stroke& stroke);
 // do. The stroke is valid. Says nothing of handles given by vertices.
 std::vector<std::string> warnings(const Stroke& stroke);
 
+// Returns the stroke that begins as `stroke` does and goes on to `strength` times what it does, strength >= 1:
+//   a path or a list of displacements goes on in its last direction until it is so many times as long;
+//   an angle, a rate, a depth and the motion of handles are multiplied, and a factor is raised to that power;
+//   the amount of a relax is multiplied, up to 1.
+// Throws InvalidInput for a tool that cannot go on, and for values that its tool cannot use.
+Stroke prolonged(const Stroke& stroke, double strength);
+
 // Returns the stroke that does to the mirror image of a shape, in the plane where the coordinate `axis` (0: x, 1: y,
 // 2: z) is zero, what `stroke` does to the shape; equal up to rounding. A stamp's pose is mirrored so that it fits the
 // mirror image of the tool, which its `mesh` must then name. Throws InvalidInput for handles given by vertices: their

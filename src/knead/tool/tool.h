@@ -80,6 +80,8 @@ struct Tool {
   std::function<bool(const Stroke&)> reads_surface;  // says whether the stroke must be resolved on a surface first
   std::function<Flow(const Stroke&)> flow;           // of a valid stroke that reads no surface
   std::function<void(const Stroke&, std::vector<std::string>&)> warn;  // adds sentences about a valid stroke
+  std::function<void(Stroke&, double strength)>
+      prolong;  // as prolonged(), which checks the result; empty: cannot go on
 };
 
 // Returns the tools in the order of the alternatives of Stroke.
