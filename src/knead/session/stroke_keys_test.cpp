@@ -259,6 +259,24 @@ TEST(StrokeKeyLines, UndoCountsAStrokeThatIsOff) {
   EXPECT_FALSE(session.strokes[0].off);
 }
 
+// A relax has no flow, but the same keys.
+TEST(StrokeKeyRelax, FollowsTheStrength) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 1500);
+  const auto relaxed = [&](const std::string& keys, std::optional<double> until = {}) {
+    const std::string pull = R"({"tool": "implicit", "inner": 0.1, "outer": 0.5, "path": [[0,0,1], [0,0,1.3]]})";
+    const std::string relax = R"({"relax": {"points": [[0,0,1.2], [0.2,0,1]], "radius": 0.5, "amount": 0.4)";
+    ReplayOptions options;
+    if (until) options.part.until = until;
+    return replay(ball, parse_session("{\"knead\": 1}\n" + pull + "\n" + relax + keys + "}}\n", "s"), options)
+        .shape.positions();
+  };
+  EXPECT_TRUE(relaxed(", \"strength\": 0.5") == relaxed("", 1.5));
+  EXPECT_TRUE(relaxed(", \"strength\": 0") == relaxed("", 1.0));
+  EXPECT_TRUE(relaxed(", \"off\": true") == relaxed("", 1.0));
+  EXPECT_TRUE(relaxed(", \"strength\": 1, \"name\": \"smooth\"") == relaxed(""));
+  EXPECT_FALSE(relaxed(", \"strength\": 1.5") == relaxed(""));
+}
+
 // A stroke is remeshed as it would be where --until cuts it; with strength 0 the mesh stays.
 TEST(StrokeKeyRemesh, FollowsTheStrength) {
   const Mesh ball = make_shape(ShapeKind::sphere, 1500);

@@ -1,4 +1,5 @@
 knead_test(knead_session_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/arrange_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/certificate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/deformed_shape_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gesture_strength_test.cpp

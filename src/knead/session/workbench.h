@@ -112,6 +112,11 @@ class Workbench {
   // Throws std::out_of_range.
   WorkResult edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress = nullptr);
 
+  // Makes the history consist of these entries (without those that have no strokes), as one change that undo takes
+  // back. Computes only what follows the first stroke that does something else than before: names do not matter, nor
+  // do strokes that are off. `again`: takes the place of the last change, which was an arrangement too.
+  WorkResult arrange(const std::vector<std::vector<SessionStroke>>& entries, bool again, Progress* progress = nullptr);
+
   // Appends strokes to the history, an entry for every gesture (`strokes_of_gestures`).
   WorkResult append(const std::vector<SessionStroke>& strokes, Progress* progress = nullptr);
 
@@ -133,6 +138,7 @@ class Workbench {
     std::size_t bytes = 0;            // of that, beyond the state before
   };
   using History = std::vector<std::shared_ptr<Entry>>;
+  class Comparison;
 
   // A state that the shape is often restored to, ready to be moved.
   struct Kept {
@@ -149,6 +155,8 @@ class Workbench {
   WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
                         Progress* progress);
   WorkResult add_entries(const std::vector<std::vector<SessionStroke>>& gestures, History& history, Progress* progress);
+  WorkResult make_arrangement(const std::vector<std::vector<SessionStroke>>& entries, History& next,
+                              Progress* progress);
   std::optional<ShapeState> state_after(const History& history, std::size_t count, Progress* progress);
   WorkResult step(std::vector<History>& from, std::vector<History>& to, Progress* progress);
   LineChange lines_to(const History& target);
@@ -184,6 +192,9 @@ std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<Se
 // Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
 // continue. Strokes that are named, off or not of strength 1 stay as they are.
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes);
+
+// Returns the change that has the effect of both.
+LineChange joined_changes(LineChange first, LineChange second);
 
 // Returns how much of a gesture is applied, from 0 to kMostStrength, and changes it. Each path of the gesture is cut,
 // or goes on, as a whole, also where several strokes make it; every other stroke gets the strength itself. The strength

@@ -1,0 +1,112 @@
+// The history as a list of entries that are renamed, reordered, joined, split, switched off and made weaker or
+// stronger.
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "knead/session/workbench.h"
+
+namespace knead {
+
+namespace {
+
+// Whether two strokes move the same shape in the same way: names and lines do not matter.
+bool does_same(const SessionStroke& a, const SessionStroke& b) {
+  if (a.stroke != b.stroke) return false;
+  SessionStroke other = b;
+  other.name = a.name;
+  other.line = a.line;
+  return a == other;
+}
+
+}  // namespace
+
+// How far a new history does the same as another, entry by entry.
+class Workbench::Comparison {
+ public:
+  explicit Comparison(const History& before) : before_(before) {
+    for (const auto& entry : before) {
+      for (const SessionStroke& stroke : entry->info.strokes) {
+        if (is_applied(stroke)) applied_.push_back(&stroke);
+      }
+      ends_.push_back(applied_.size());
+    }
+  }
+
+  // Goes on by the strokes of an entry. Returns an entry before after which the shape is the same; null: there is none.
+  std::shared_ptr<Entry> follow(const std::vector<SessionStroke>& strokes) {
+    for (const SessionStroke& stroke : strokes) {
+      if (!is_applied(stroke)) continue;
+      is_same_ = is_same_ && done_ < applied_.size() && does_same(*applied_[done_], stroke);
+      ++done_;
+    }
+    if (!is_same_) return nullptr;
+    std::shared_ptr<Entry> found;
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+      if (ends_[i] != done_) continue;
+      if (before_[i]->info.strokes == strokes) return before_[i];
+      if (!found) found = before_[i];
+    }
+    return found;
+  }
+
+ private:
+  const History& before_;
+  std::vector<const SessionStroke*> applied_;
+  std::vector<std::size_t> ends_;  // of each entry, in applied_
+  std::size_t done_ = 0;
+  bool is_same_ = true;
+};
+
+WorkResult Workbench::make_arrangement(const std::vector<std::vector<SessionStroke>>& entries, History& next,
+                                       Progress* progress) {
+  Comparison comparison(now_);
+  for (const std::vector<SessionStroke>& strokes : entries) {
+    if (strokes.empty()) continue;
+    std::shared_ptr<Entry> same = comparison.follow(strokes);
+    if (same && same->info.strokes == strokes) {
+      next.push_back(std::move(same));
+      continue;
+    }
+    auto entry = std::make_shared<Entry>();
+    if (same && same->after) {
+      *entry = *same;
+      entry->info.strokes = strokes;
+    } else {
+      const std::optional<ShapeState> state = state_after(next, next.size(), progress);
+      if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
+      WorkResult result = make_entry(strokes, *state, *entry, progress);
+      if (!result.is_done()) return result;
+    }
+    next.push_back(std::move(entry));
+  }
+  return {};
+}
+
+WorkResult Workbench::arrange(const std::vector<std::vector<SessionStroke>>& entries, bool again, Progress* progress) {
+  const std::size_t given_up = set_live({}, progress).lines.taken_back;
+  History next;
+  WorkResult result = make_arrangement(entries, next, progress);
+  result.lines.taken_back = given_up;
+  if (!result.is_done() || next == now_) return result;
+  const LineChange change = lines_to(next);
+  result.lines.taken_back += change.taken_back;
+  result.lines.appended = change.appended;
+  if (again && !undo_.empty()) {
+    now_ = std::move(next);
+    redo_.clear();
+  } else {
+    change_to(std::move(next));
+  }
+  return result;
+}
+
+LineChange joined_changes(LineChange first, LineChange second) {
+  const std::size_t dropped = std::min(second.taken_back, first.appended.size());
+  first.appended.resize(first.appended.size() - dropped);
+  first.taken_back += second.taken_back - dropped;
+  std::move(second.appended.begin(), second.appended.end(), std::back_inserter(first.appended));
+  return first;
+}
+
+}  // namespace knead
