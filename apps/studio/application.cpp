@@ -88,7 +88,7 @@ class Application {
         frames_since_ = 0;
       }
       const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
-      if (has_settled && messages_.messages.empty()) {
+      if (has_settled && messages_.messages.empty() && !studio_.turntable()) {
         last_frame_.reset();
         continue;
       }
@@ -113,6 +113,7 @@ class Application {
     draw_panels();
     answer();
     draw_picture();
+    studio_.step_turntable([this](const std::filesystem::path& path) { write_view(path); });
     gui_.end_frame();
     times_.drawing = seconds_between(began, Clock::now());
     window_.show();
@@ -268,11 +269,15 @@ class Application {
     overlay_ = {};
   }
 
+  void write_view(const std::filesystem::path& path) {
+    const render::Image image =
+        view_.picture(overlay_.scene(studio_), kPictureScale * window_.width(), kPictureScale * window_.height());
+    write_file_atomically(path, render::encode_png(image));
+  }
+
   void write_picture(const std::filesystem::path& path) {
     try {
-      const render::Image image =
-          view_.picture(overlay_.scene(studio_), kPictureScale * window_.width(), kPictureScale * window_.height());
-      write_file_atomically(path, render::encode_png(image));
+      write_view(path);
       studio_.tell({false, fmt::format("Wrote {}.", path.filename().string())});
     } catch (const std::exception& error) {
       studio_.tell({true, error.what()});

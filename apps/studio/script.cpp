@@ -256,6 +256,8 @@ class Script {
       view.target = vector_of(value);
     } else if (key == "height") {
       view.height = value.number();
+    } else if (key == "projection") {
+      view.projection = static_cast<render::Projection>(choice(value, {"orthographic", "perspective"}));
     } else {
       fail(fmt::format("the view has no setting '{}'", key));
     }
@@ -288,6 +290,27 @@ class Script {
     }
   }
 
+  void change_layer(const Json& line) {
+    if (line.at("layer").is_null()) return studio_.select_layer(std::nullopt);
+    const std::size_t entry = line.at("layer").whole();
+    if (entry >= studio_.shown().history.size()) fail(fmt::format("the history has no entry {}", entry));
+    if (line.has("name")) studio_.change_layers(renamed(entry, line.at("name").text()));
+    if (line.has("off")) studio_.change_layers(switched(entry, line.at("off").flag()));
+    if (line.has("strength")) studio_.change_layers(with_strength(entry, line.at("strength").number()));
+    if (line.has("drag_strength")) drag_strength(entry, line.at("drag_strength"));
+    if (line.has("move_to")) studio_.change_layers(moved(entry, line.at("move_to").whole()));
+    if (line.has("join")) studio_.change_layers(joined(entry));
+    if (line.has("split")) studio_.change_layers(split(entry));
+    if (line.has("remove")) studio_.change_layers(removed(entry));
+    if (line.has("select")) studio_.select_layer(entry);
+  }
+
+  // As a slider does it, which goes through these values.
+  void drag_strength(std::size_t entry, const Json& values) {
+    for (const Json& value : values.items()) studio_.drag_layers(with_strength(entry, value.number()));
+    studio_.end_layer_drag(true);
+  }
+
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
@@ -308,10 +331,18 @@ class Script {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
       host_.picture(path("picture"));
+    } else if (line.has("turntable")) {
+      if (!host_.picture) fail("pictures cannot be written here");
+      settle();
+      studio_.record_turntable(path("turntable"), static_cast<int>(member_or(line, "pictures", 36U).whole()));
+      while (studio_.step_turntable(host_.picture)) {
+      }
     } else if (line.has("edit")) {
       std::string session = "{\"knead\": 1}\n";
       for (const Json& stroke : line.at("strokes").items()) session += to_text(stroke) + "\n";
-      studio_.edit(line.at("edit").whole(), parse_session(session, "edit").strokes);
+      studio_.change_layers(replaced(line.at("edit").whole(), parse_session(session, "edit").strokes));
+    } else if (line.has("layer")) {
+      change_layer(line);
     } else if (line.has("look_at")) {
       const Json& entry = line.at("look_at");
       studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.whole()));

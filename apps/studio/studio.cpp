@@ -8,6 +8,7 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "view_memory.h"
 
 namespace knead::studio {
 
@@ -77,12 +78,19 @@ void Studio::refresh() {
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
+  if (!worker_->is_busy() && !layer_drag_) follow(layers_, shown_);
+  if (layers_.entry && *layers_.entry >= shown_.history.size()) layers_ = {};
   if (!gesture_ && shown_.ended == ended_) pending_.reset();
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
+  remember_view();
 }
 
 void Studio::after_opening() {
   gesture_.reset();
+  layers_ = {};
+  layer_drag_.reset();
+  turntable_.reset();
+  remembered_view_.clear();
   pending_.reset();
   ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
@@ -90,6 +98,7 @@ void Studio::after_opening() {
   settings_.radius = kFirstRadius * shown_.diagonal;
   view_.cut = false;
   frame_all();
+  if (!shown_.recovered_view.empty()) restore_view(*this, shown_.recovered_view);
   if (stamp) set_stamp([this, stamp] { return document_.add_stamp(stamp->name, *stamp->mesh); });
   if (shown_.shape_path.empty()) return;
   add_recent(recent_, std::filesystem::absolute(shown_.shape_path));
@@ -139,7 +148,7 @@ void Studio::handle(const Event& event) {
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   set_pivot(event);
-  const bool in_hand = gesture_ || adjusting_;
+  const bool in_hand = gesture_ || adjusting_ || layer_drag_;
   if (!in_hand && navigate(navigation_, event)) return;
   struct Handler {
     Studio& studio;
@@ -170,6 +179,8 @@ void Studio::place_pointer(double x, double y, const Modifiers& modifiers) {
 void Studio::press(const ButtonChanged& button) {
   place_pointer(button.x, button.y, button.modifiers);
   if (adjusting_) return stop_adjusting(button.button != MouseButton::right);
+  if (layer_drag_ && button.button == MouseButton::right) return end_handle_drag(false);
+  if (layer_drag_) return;
   if (gesture_ && button.button == MouseButton::right) return end(false);
   if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
@@ -178,7 +189,7 @@ void Studio::press(const ButtonChanged& button) {
     return;
   }
   if (picking_ != PlanePick::none && pick_plane()) return;
-  begin();
+  if (!begin_handle_drag()) begin();
 }
 
 void Studio::begin() {
@@ -204,12 +215,14 @@ void Studio::begin() {
 
 void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (adjusting_) adjust();
+  if (layer_drag_) move_handle();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
 }
 
 void Studio::release(const ButtonChanged& button) {
+  if (layer_drag_ && button.button == MouseButton::left) return end_handle_drag(true);
   if (!gesture_ || button.button != MouseButton::left) return;
   place_pointer(button.x, button.y, button.modifiers);
   accept();
@@ -324,11 +337,6 @@ void Studio::undo() {
 void Studio::redo() {
   if (gesture_) return;
   post([this](Progress& progress) { document_.redo(progress); });
-}
-
-void Studio::edit(std::size_t entry, std::vector<SessionStroke> strokes) {
-  if (gesture_) end(false);
-  post([this, entry, strokes = std::move(strokes)](Progress& progress) { document_.edit(entry, strokes, progress); });
 }
 
 void Studio::look_at(std::optional<std::size_t> entries) {

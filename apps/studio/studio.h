@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "document/document.h"
+#include "document/layers.h"
 #include "gestures/gesture.h"
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
@@ -21,6 +22,7 @@
 #include "platform/event.h"
 #include "platform/worker.h"
 #include "preferences.h"
+#include "turntable.h"
 
 namespace knead::studio {
 
@@ -56,6 +58,15 @@ struct PendingStrokes {
   std::vector<SessionStroke> strokes;
 };
 
+// A handle of a past entry that is being dragged.
+struct LayerDrag {
+  std::size_t entry = 0;
+  LayerHandle handle;
+  Vec3d start;                         // where the handle was
+  Vec3d offset;                        // from where the pointer took hold of it
+  std::vector<SessionStroke> strokes;  // of the entry, as they were
+};
+
 class Studio {
  public:
   explicit Studio(StudioOptions options);
@@ -87,10 +98,18 @@ class Studio {
   void recover(std::filesystem::path journal);
   void discard(std::filesystem::path journal);
 
-  // The history. edit without strokes removes the entry.
+  // The history. Changes of its entries (document/layers.h) are made in the background: what is seen stays until they
+  // are done, and Escape stops them. The steps of a drag are one change.
   void undo();
   void redo();
-  void edit(std::size_t entry, std::vector<SessionStroke> strokes);
+  void change_layers(const LayerChange& change);
+  void drag_layers(const LayerChange& change);
+  void end_layer_drag(bool is_kept);
+  void select_layer(std::optional<std::size_t> entry);
+  LayerEditor& layers() { return layers_; }
+  const LayerEditor& layers() const { return layers_; }
+  // Returns the handle of the selected entry that the pointer is on, or drags.
+  std::optional<LayerHandle> pointed_handle() const;
   void look_at(std::optional<std::size_t> entries);
   void count_crossings();
 
@@ -100,6 +119,10 @@ class Studio {
   PlanePick picking_mirror() const { return picking_; }
   // Moves the mirrors x, y and z and the axis to the middle of the shape's box.
   void center_symmetry();
+  // Records a turntable: every step_turntable shows the next view and has it written. It returns false at the end.
+  void record_turntable(const std::filesystem::path& pattern, int pictures);
+  bool step_turntable(const std::function<void(const std::filesystem::path&)>& write);
+  const std::optional<Turntable>& turntable() const { return turntable_; }
 
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
@@ -168,6 +191,11 @@ class Studio {
   void begin();
   void send_live();
   void end(bool is_kept);
+  bool begin_handle_drag();
+  void move_handle();
+  void end_handle_drag(bool is_kept);
+  void stop_turntable();
+  void remember_view();
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
   void find_barrel(bool may_turn);
@@ -198,6 +226,10 @@ class Studio {
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
   HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
+  LayerEditor layers_;
+  std::optional<LayerDrag> layer_drag_;
+  std::optional<Turntable> turntable_;
+  std::string remembered_view_;  // as the journal has it
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;
   std::vector<AbandonedJournal> abandoned_;

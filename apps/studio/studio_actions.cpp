@@ -60,6 +60,10 @@ void Studio::perform(Action action) {
         stop_adjusting(false);
       } else if (gesture_) {
         end(false);
+      } else if (layer_drag_) {
+        end_handle_drag(false);
+      } else if (turntable_) {
+        stop_turntable();
       } else if (worker_->is_busy()) {
         worker_->cancel();
       } else if (shown_.looked_at) {

@@ -83,6 +83,8 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   source_ = std::move(next);
   history_.emplace(std::move(history));
   journal_ = std::move(journal);
+  is_dragging_layers_ = false;
+  dragged_lines_ = {};
   const Measures measures = measure(source_->mesh);
   is_measurable_ = measures.closed() && measures.oriented();
   const std::uint64_t version = shown_.version;
@@ -93,6 +95,7 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   shown_.ended = ended;
   shown_.opened = opened + 1;
   shown_.title = title;
+  shown_.recovered_view = std::exchange(view_to_recover_, {});
   shown_.shape_path = path;
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
@@ -109,7 +112,9 @@ void Document::close() {
   history_.reset();
 }
 
-void Document::journal(const LineChange& change) {
+void Document::journal(const LineChange& now) {
+  const LineChange change = joined_changes(std::exchange(dragged_lines_, {}), now);
+  is_dragging_layers_ = false;
   if (!journal_ || change.empty()) return;
   const auto began = std::chrono::steady_clock::now();
   if (change.taken_back == 0) {
@@ -124,9 +129,13 @@ void Document::journal(const LineChange& change) {
   shown_.is_changed = true;
 }
 
-// Tells why something was not done; true where it was.
 bool Document::take(const WorkResult& result, const char* what) {
   journal(result.lines);
+  return tell_failure(result, what);
+}
+
+// Tells why something was not done; true where it was.
+bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
     options_.tell({true, fmt::format("{}: {}", what, result.refusal)});
@@ -205,10 +214,38 @@ void Document::redo(Progress& progress) {
   });
 }
 
-void Document::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress) {
-  if (!history_ || entry >= history_->done().size()) return;
+void Document::arrange(const LayerChange& change, bool is_step, Progress& progress) {
+  Layers layers;
+  for (const auto& entry : history_->done()) layers.push_back(entry->strokes);
+  change(layers);
+  WorkResult result = history_->arrange(layers, is_step && is_dragging_layers_, &progress);
+  if (is_step) {
+    if (!tell_failure(result, "The change")) return;
+    dragged_lines_ = joined_changes(std::move(dragged_lines_), std::move(result.lines));
+    is_dragging_layers_ = is_dragging_layers_ || !dragged_lines_.empty();
+    shown_.is_changed = shown_.is_changed || is_dragging_layers_;
+  } else {
+    take(result, "The change");
+  }
+  picker_is_stale_ = true;
+  show_state();
+}
+
+void Document::change_layers(const LayerChange& change, Progress& progress) {
+  if (!history_) return;
+  guarded([&] { arrange(change, false, progress); });
+}
+
+void Document::drag_layers(const LayerChange& change, Progress& progress) {
+  if (!history_) return;
+  guarded([&] { arrange(change, true, progress); });
+}
+
+// What gives a drag up needs no work that could be cancelled: the states before it are known.
+void Document::end_layer_drag(bool is_kept) {
+  if (!history_ || !is_dragging_layers_) return;
   guarded([&] {
-    take(history_->edit(entry, std::move(strokes), &progress), "The change");
+    journal(is_kept ? LineChange{} : history_->undo().lines);
     picker_is_stale_ = true;
     show_state();
   });

@@ -25,6 +25,10 @@ struct Notice {
   std::string text;  // a sentence or two: what happened, what to do
 };
 
+// The entries of the history, each as its strokes, and a change of them (document/layers.h).
+using Layers = std::vector<std::vector<SessionStroke>>;
+using LayerChange = std::function<void(Layers&)>;
+
 // The document as a person sees it at one moment.
 struct DocumentState {
   std::uint64_t version = 0;  // grows with every change
@@ -48,6 +52,7 @@ struct DocumentState {
   double journal_seconds = 0;           // that the last batch took to be written
   std::string journal_trouble;          // one line while the disk refuses the journal
   std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
+  std::string recovered_view;           // of a recovered document: its view, as remember_view kept it
   std::string refusal;                  // why the current stroke is impossible; empty: it is possible
 };
 
@@ -79,7 +84,11 @@ class Document {
   void give_up(Progress& progress);
   void undo(Progress& progress);
   void redo(Progress& progress);
-  void edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress);
+  void change_layers(const LayerChange& change, Progress& progress);
+  // The same for the steps of a drag, of a slider or a handle. All its steps until the end are one change, which undo
+  // takes back and the journal has from its end on.
+  void drag_layers(const LayerChange& change, Progress& progress);
+  void end_layer_drag(bool is_kept);
   void look_at(std::optional<std::size_t> entries, Progress& progress);
 
   // Write files. A notice says when they are done.
@@ -97,6 +106,9 @@ class Document {
   Placement with_barrel(const Placement& placement, bool bends, bool may_turn) const;
   void count_crossings();
 
+  // Keeps a text about the view in the journal's folder, for `recover`.
+  void remember_view(const std::string& view) const;
+
   // Does what can wait until there is no other work: builds the tree for picking, flushes the journal to disk.
   void when_idle();
 
@@ -107,7 +119,9 @@ class Document {
   void open(ShapeFile source, const std::string& title, const std::filesystem::path& path);
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
+  bool tell_failure(const WorkResult& result, const char* what) const;
   void end_gesture(Progress& progress);
+  void arrange(const LayerChange& change, bool is_step, Progress& progress);
   void journal(const LineChange& change);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();
@@ -128,6 +142,9 @@ class Document {
   bool picker_is_stale_ = false;
   bool volume_is_stale_ = false;
   std::chrono::steady_clock::time_point measured_{};  // when the volume was measured last
+  bool is_dragging_layers_ = false;  // the last change of the history is a step of the drag
+  LineChange dragged_lines_;         // of its steps
+  std::string view_to_recover_;
 };
 
 // Returns the mesh mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), its faces facing outwards

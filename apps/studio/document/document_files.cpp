@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 #include <set>
 
@@ -24,6 +26,14 @@ std::filesystem::path stamps_beside(const std::filesystem::path& session) {
 std::string file_text(const std::filesystem::path& path) {
   const ShapeFile file = read_shape(path);
   return file.bytes;
+}
+
+constexpr const char* kViewFile = "view.script";
+
+// Empty for a file that cannot be read.
+std::string text_of_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 // Calls change(stamp) for every stroke that names a file.
@@ -128,12 +138,23 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
 void Document::recover(const std::filesystem::path& journal, Progress& progress) {
   guarded([&] {
     RecoveredWork work = recover_journal(journal);
+    view_to_recover_ = text_of_file(journal / kViewFile);
     open(std::move(work.shape), work.title, {});
     append(std::move(work.session), progress);
     shown_.is_changed = true;
     show();
     discard_journal(journal);
   });
+}
+
+// Replaced as a whole, but not flushed to the disk: a kill does not lose it, and a view is not worth a wait.
+void Document::remember_view(const std::string& view) const {
+  if (!journal_) return;
+  const std::filesystem::path path = journal_->folder() / kViewFile;
+  const std::filesystem::path next = journal_->folder() / "view.next";
+  std::ofstream(next, std::ios::binary) << view;
+  std::error_code ignored;  // without it only the view is lost
+  std::filesystem::rename(next, path, ignored);
 }
 
 // The session as it is to be saved at a path: the shape and stamps named relative to it.

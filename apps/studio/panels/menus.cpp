@@ -40,6 +40,9 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
     open_file_dialog(dialogs.file, FileUse::export_frames, studio.shown().shape_path);
   }
   item(studio, Action::picture, false, open);
+  if (ImGui::MenuItem("Record turntable...", nullptr, false, open)) {
+    open_file_dialog(dialogs.file, FileUse::turntable, studio.shown().shape_path);
+  }
   ImGui::Separator();
   if (ImGui::MenuItem("Stamp from a file...", nullptr, false, open)) {
     open_file_dialog(dialogs.file, FileUse::stamp, studio.shown().shape_path);

@@ -171,7 +171,13 @@ void draw_status(Studio& studio, const Gui& gui) {
     const float room = size.x - (studio.is_busy() ? 110 : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
     const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
-    if (!shown.journal_trouble.empty()) {
+    if (const auto& turntable = studio.turntable()) {
+      ImGui::ProgressBar(static_cast<float>(turntable->next) / static_cast<float>(turntable->pictures),
+                         {220 * gui.unit(), 0},
+                         fmt::format("picture {} of {}", turntable->next, turntable->pictures).c_str());
+      ImGui::SameLine();
+      ImGui::TextDisabled("Recording a turntable. Escape stops it.");
+    } else if (!shown.journal_trouble.empty()) {
       ImGui::TextColored(kError, "%s", shown.journal_trouble.c_str());
     } else if (!problem.empty()) {
       ImGui::TextColored(kWarning, "%s", problem.c_str());

@@ -20,13 +20,12 @@ void draw_tool_bar(Studio& studio, const Gui& gui);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
-// An entry of the history whose strokes are being changed.
+// What is being typed or dragged in the history.
 struct HistoryEditor {
-  std::optional<std::size_t> entry;
-  std::uint64_t opened = 0;            // the shape it is of
-  std::vector<SessionStroke> strokes;  // as changed so far
-  std::string text;                    // the same as lines of a session, as typed
-  std::string problem;                 // why the text cannot be used; empty: it can
+  std::optional<std::size_t> renaming;  // the entry whose name is typed
+  std::string name;                     // as typed so far
+  bool is_beginning = false;            // the field is drawn for the first time
+  std::optional<double> percent;        // strength, while its slider is dragged
 };
 
 void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);

@@ -17,6 +17,8 @@ namespace {
 
 constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
 constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
+constexpr render::Color kLayerPath{0.16f, 0.45f, 0.80f, 1};
+constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};
 constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
@@ -183,6 +185,25 @@ void add_placed_points(const Placed& placed, double radius, std::vector<render::
   for (const auto& curve : placed.curves) add(curve);
 }
 
+// The paths of the selected entry, with its handles; the one under the pointer lighter.
+void add_layer_handles(const Studio& studio, double radius, std::vector<render::Line>& lines) {
+  if (!studio.layers().entry || studio.shown().looked_at) return;
+  const std::vector<LayerPath>& paths = studio.layers().paths;
+  const std::optional<LayerHandle> lit = studio.pointed_handle();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].points.size() > 1) {
+      lines.push_back({.points = paths[i].points, .radius = 0.35 * radius, .color = kLayerPath});
+    }
+    for (std::size_t k = 0; k < paths[i].handles.size(); ++k) {
+      const Vec3d place = paths[i].points[paths[i].handles[k]];
+      const bool is_lit = lit == LayerHandle{i, k};
+      lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}},
+                       .radius = (is_lit ? 1.6 : 1.2) * radius,
+                       .color = is_lit ? kLitHandle : kLayerPath});
+    }
+  }
+}
+
 void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
   const Placed& placed = studio.placed();
   StampStroke stroke = stamp_at(studio.settings(), *placed.stamp, *placed.placement);
@@ -269,7 +290,9 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     const Vec3d normal = normalized(view.cut_normal);
     scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
   }
+  if (studio.turntable()) return scene;
   add_symmetry(studio, box, scene);
+  add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};
