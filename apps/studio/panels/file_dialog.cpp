@@ -19,11 +19,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool writes(FileUse use) { return use != FileUse::open && use != FileUse::stamp; }
+bool writes(FileUse use) { return use > FileUse::reference; }
 
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
+                              "Choose a picture to model after",
                               "Save the session",
                               "Export the shape",
                               "Export frames",
@@ -34,6 +35,7 @@ const char* title_of(FileUse use) {
 std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
   if (use == FileUse::picture) return {".png"};
+  if (use == FileUse::reference) return {".png", ".jpg", ".jpeg"};
   std::vector<std::string> extensions;
   for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
@@ -45,6 +47,7 @@ std::string proposed_name(FileUse use, const fs::path& near) {
   switch (use) {
     case FileUse::open:
     case FileUse::stamp:
+    case FileUse::reference:
       return {};
     case FileUse::save:
       return stem + ".knead";
