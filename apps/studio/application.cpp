@@ -23,6 +23,7 @@
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
+#include "view/picture_quality.h"
 #include "view/shown_shape.h"
 
 namespace knead::studio {
@@ -41,8 +42,6 @@ constexpr double kStaysActive = 0.4;
 constexpr int kFramesToSettle = 4;
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
 constexpr double kLikelyDoneWithin = 0.010;
-constexpr double kSlow = 0.1;  // seconds that a frame takes to be drawn
-constexpr int kSlowFrames = 5;
 constexpr int kPictureScale = 2;
 constexpr int kMostWindows = 5;  // one after the other, where the driver loses them
 
@@ -88,10 +87,12 @@ class Application {
         frames_since_ = 0;
       }
       const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
-      if (has_settled && messages_.messages.empty() && !studio_.turntable()) {
+      if (has_settled) studio_.remember_look();
+      if (has_settled && messages_.messages.empty() && samples_ == 0 && !studio_.turntable()) {
         last_frame_.reset();
         continue;
       }
+      samples_ = quality_.samples(has_settled);
       draw_frame(events);
       ++frames_since_;
       drawn_version_ = version;
@@ -119,7 +120,7 @@ class Application {
     window_.show();
     note_time();
     set_title();
-    lower_quality_if_slow();
+    quality_.note(times_.drawing, samples_);
   }
 
   void send(const Event& event) {
@@ -256,17 +257,9 @@ class Application {
     }
     if (shape_.gpu() == nullptr) follow_on_cpu();
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
-    view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
-  }
-
-  // Turns smooth edges off if pictures take long, as without a GPU.
-  void lower_quality_if_slow() {
-    slow_frames_ = times_.drawing > kSlow ? slow_frames_ + 1 : 0;
-    if (slow_frames_ < kSlowFrames || !is_smooth_) return;
-    is_smooth_ = false;
-    view_ = render::LiveView(1);
-    shape_.forget_view();
-    overlay_ = {};
+    render::LiveScene scene = overlay_.scene(studio_);
+    scene.samples = samples_;
+    view_.draw(scene, window_.width(), window_.height());
   }
 
   void write_view(const std::filesystem::path& path) {
@@ -319,8 +312,8 @@ class Application {
   Clock::time_point last_active_ = Clock::now();
   int frames_since_ = 0;
   std::optional<Clock::time_point> last_frame_;
-  int slow_frames_ = 0;
-  bool is_smooth_ = true;
+  PictureQuality quality_;
+  int samples_ = 0;  // of the last picture, as LiveScene::samples
   bool has_ended_ = false;
 };
 
@@ -358,6 +351,7 @@ void run_application(const ApplicationOptions& options) {
     studio.preferences().backend = BackendChoice::cpu;
     studio.tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
   }
+  studio.remember_look();
   studio.close();
 }
 

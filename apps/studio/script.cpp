@@ -258,6 +258,11 @@ class Script {
       view.height = value.number();
     } else if (key == "projection") {
       view.projection = static_cast<render::Projection>(choice(value, {"orthographic", "perspective"}));
+    } else if (key == "field_of_view_deg") {
+      if (!(value.number() >= kSmallestFieldDeg && value.number() <= kLargestFieldDeg)) {
+        fail(fmt::format("field_of_view_deg is from {} to {}", kSmallestFieldDeg, kLargestFieldDeg));
+      }
+      view.field_of_view_deg = value.number();
     } else {
       fail(fmt::format("the view has no setting '{}'", key));
     }
@@ -265,14 +270,17 @@ class Script {
 
   void show(const std::string& key, const Json& value) {
     ViewSettings& view = studio_.view();
-    const std::array<std::pair<std::string_view, bool*>, 8> flags{{{"wireframe", &view.wireframe},
-                                                                   {"influence", &view.influence},
-                                                                   {"tool", &view.tool},
-                                                                   {"region", &view.region},
-                                                                   {"cut", &view.cut},
-                                                                   {"panels", &view.panels},
-                                                                   {"history", &view.history},
-                                                                   {"statistics", &view.statistics}}};
+    const std::array<std::pair<std::string_view, bool*>, 11> flags{{{"wireframe", &view.wireframe},
+                                                                    {"references", &view.references},
+                                                                    {"cavity", &view.look.relief.cavity},
+                                                                    {"occlusion", &view.look.relief.occlusion},
+                                                                    {"influence", &view.influence},
+                                                                    {"tool", &view.tool},
+                                                                    {"region", &view.region},
+                                                                    {"cut", &view.cut},
+                                                                    {"panels", &view.panels},
+                                                                    {"history", &view.history},
+                                                                    {"statistics", &view.statistics}}};
     for (const auto& [name, flag] : flags) {
       if (name == key) {
         *flag = value.flag();
@@ -280,7 +288,17 @@ class Script {
       }
     }
     if (key == "material") {
-      view.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+      view.look.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+    } else if (key == "matcap") {
+      const auto matcap = render::matcap_named(value.text());
+      if (!matcap) fail(fmt::format("there is no matcap {}", to_text(value)));
+      view.look.matcap = *matcap;
+      view.look.material = render::Material::matcap;
+    } else if (key == "background") {
+      if (!render::background_named(value.text())) {
+        fail(fmt::format("{}: a background is gradient, light, dark or #rrggbb", to_text(value)));
+      }
+      view.look.background = value.text();
     } else if (key == "cut_normal") {
       view.cut_normal = vector_of(value);
     } else if (key == "cut_offset") {
@@ -311,6 +329,20 @@ class Script {
     studio_.end_layer_drag(true);
   }
 
+  void add_reference(const Json& line) {
+    if (line.at("reference").is_null()) return studio_.references().clear();
+    if (!studio_.add_reference(line.at("reference").text())) return;
+    Reference& reference = studio_.references().back();
+    if (line.has("plane")) {
+      reference.plane = static_cast<ReferencePlane>(choice(line.at("plane"), {"front", "right", "top"}));
+    }
+    reference.opacity = member_or(line, "opacity", reference.opacity).number();
+    reference.height = member_or(line, "height", reference.height).number();
+    if (!(reference.height > 0)) fail("the height of a reference is above 0");
+    if (line.has("center")) reference.center = vector_of(line.at("center"));
+    reference.in_every_view = member_or(line, "every_view", false).flag();
+  }
+
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
@@ -323,6 +355,8 @@ class Script {
       if (studio_.abandoned().empty()) fail("there is no unsaved work to recover");
       studio_.recover(studio_.abandoned().front().folder);
       settle();
+    } else if (line.has("reference")) {
+      add_reference(line);
     } else if (line.has("save")) {
       studio_.save(path("save"));
     } else if (line.has("export")) {

@@ -47,6 +47,9 @@ Studio::Studio(StudioOptions options)
   for (std::string& message : loaded.messages) tell({true, std::move(message)});
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
+  navigation_.view.projection = preferences_.look.projection;
+  navigation_.view.field_of_view_deg = preferences_.look.field_of_view_deg;
+  view_.look = preferences_.look;
   recent_ = load_recent(options_.state);
   abandoned_ = abandoned_journals(journals_of(options_));
 }
@@ -98,6 +101,7 @@ void Studio::after_opening() {
   settings_.radius = kFirstRadius * shown_.diagonal;
   view_.cut = false;
   frame_all();
+  load_own_references();
   if (!shown_.recovered_view.empty()) restore_view(*this, shown_.recovered_view);
   if (stamp) set_stamp([this, stamp] { return document_.add_stamp(stamp->name, *stamp->mesh); });
   if (shown_.shape_path.empty()) return;
@@ -164,7 +168,12 @@ void Studio::handle(const Event& event) {
 }
 
 void Studio::drop_files(const std::vector<std::filesystem::path>& files) {
-  for (const std::filesystem::path& file : files) open(file);
+  for (const std::filesystem::path& file : files) {
+    const std::string extension = file.extension().string();
+    const bool is_picture = extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+    if (!is_picture) open(file);
+    if (is_picture) add_reference(file);
+  }
 }
 
 // --- the pointer -----------------------------------------------------------------------------------------------------
@@ -382,6 +391,64 @@ void Studio::clear_placed() {
 std::vector<Stroke> Studio::preview() const {
   if (!gesture_) return {};
   return strokes_of(*gesture_, settings_, image_file);
+}
+
+namespace {
+
+// The file of the document, by which its references are found again; empty if there is none.
+std::filesystem::path file_of(const DocumentState& shown) {
+  return shown.shape_path.empty() ? shown.session_path : shown.shape_path;
+}
+
+}  // namespace
+
+// References of a shape without a file stay while Studio runs.
+void Studio::load_own_references() {
+  if (file_of(shown_).empty() && saved_references_.empty()) return;
+  LoadedReferences loaded = load_references(options_.state, file_of(shown_));
+  references_ = std::move(loaded.references);
+  saved_references_ = references_;
+  for (std::string& message : loaded.messages) tell({true, std::move(message)});
+}
+
+bool Studio::add_reference(const std::filesystem::path& file) {
+  if (shown_.opened == 0) return false;
+  Reference reference;
+  reference.file = std::filesystem::absolute(file);
+  try {
+    reference.image = read_reference(file);
+  } catch (const std::exception& error) {
+    tell({true, error.what()});
+    return false;
+  }
+  const Box box = bounding_box(shown_.state.positions.copy());
+  reference.plane = plane_of(navigation_.view);
+  reference.center = box.center();
+  const Vec3d up = frame_of(reference.plane, navigation_.view.up).up;
+  reference.height = std::abs(dot(box.max - box.min, up));
+  if (!(reference.height > 0)) reference.height = shown_.diagonal;
+  references_.push_back(std::move(reference));
+  view_.references = true;
+  return true;
+}
+
+void Studio::remember_look() {
+  try {
+    if (references_ != saved_references_) save_references(options_.state, file_of(shown_), references_);
+    saved_references_ = references_;
+  } catch (const IoError& error) {
+    tell({true, error.what()});
+  }
+  Look look = view_.look;
+  look.projection = navigation_.view.projection;
+  look.field_of_view_deg = navigation_.view.field_of_view_deg;
+  if (look == preferences_.look) return;
+  preferences_.look = look;
+  try {
+    save_preferences(options_.config, preferences_);
+  } catch (const IoError& error) {
+    tell({true, error.what()});
+  }
 }
 
 void Studio::close() {

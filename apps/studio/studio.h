@@ -23,6 +23,8 @@
 #include "platform/worker.h"
 #include "preferences.h"
 #include "turntable.h"
+#include "view/look.h"
+#include "view/reference.h"
 
 namespace knead::studio {
 
@@ -35,11 +37,12 @@ struct StudioOptions {
 
 // How the shape is looked at.
 struct ViewSettings {
-  render::Material material = render::Material::clay;
+  Look look;  // but for the projection, which is the navigation's
   bool wireframe = false;
   bool influence = false;  // the region of influence as colour on the shape
   bool tool = true;        // the cursor on the surface, and the picture of what is placed
   bool region = false;     // the region of influence at the cursor as translucent surfaces
+  bool references = true;  // the pictures behind the shape
   bool cut = false;        // the cutting plane
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
@@ -134,8 +137,11 @@ class Studio {
   ViewSettings& view() { return view_; }
   const ViewSettings& view() const { return view_; }
   Navigation& navigation() { return navigation_; }
+  const Navigation& navigation() const { return navigation_; }
   Preferences& preferences() { return preferences_; }
   const Preferences& preferences() const { return preferences_; }
+  std::vector<Reference>& references() { return references_; }
+  const std::vector<Reference>& references() const { return references_; }
   const Placed& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
   // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
@@ -160,6 +166,14 @@ class Studio {
   // Returns the strokes of the current gesture with mirror images, which the tool picture shows; empty if there is
   // none.
   std::vector<Stroke> preview() const;
+
+  // Puts the picture in a PNG or JPEG file behind the shape, in the plane that the view looks at. Returns false if it
+  // cannot be read, and tells why.
+  bool add_reference(const std::filesystem::path& file);
+
+  // Takes over into the preferences how the shape is drawn, and saves them if that differs from what they were.
+  // Saves the references of the document likewise.
+  void remember_look();
 
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
@@ -204,6 +218,7 @@ class Studio {
   void frame_stroke();
   bool pick_plane();
   void set_pivot(const Event& event);
+  void load_own_references();
   bool perform_view(Action action);
   bool perform_tool(Action action);
   void post(Worker::Job job);
@@ -213,6 +228,8 @@ class Studio {
   Navigation navigation_;
   ToolSettings settings_;
   ViewSettings view_;
+  std::vector<Reference> references_;
+  std::vector<Reference> saved_references_;
   Placed placed_;
   Pointer pointer_;
   bool pointer_is_over_view_ = true;

@@ -24,6 +24,16 @@ std::optional<StandardView> side_of(Action action) {
   return std::nullopt;
 }
 
+render::Matcap next_matcap(render::Matcap matcap) {
+  return render::all_matcaps()[(static_cast<std::size_t>(matcap) + 1) % render::kMatcapCount];
+}
+
+// After a colour comes the first.
+std::string next_background(const std::string& background) {
+  if (background == "gradient") return "light";
+  return background == "light" ? "dark" : "gradient";
+}
+
 }  // namespace
 
 void Studio::press_key(const KeyChanged& key) {
@@ -162,7 +172,20 @@ bool Studio::perform_view(Action action) {
     case Action::statistics:
       return toggle(view_.statistics);
     case Action::shading:
-      view_.material = static_cast<render::Material>((static_cast<int>(view_.material) + 1) % 3);
+      view_.look.material = static_cast<render::Material>((static_cast<int>(view_.look.material) + 1) % 3);
+      return true;
+    case Action::next_matcap:
+      if (view_.look.material == render::Material::matcap) view_.look.matcap = next_matcap(view_.look.matcap);
+      view_.look.material = render::Material::matcap;
+      return true;
+    case Action::cavity:
+      return toggle(view_.look.relief.cavity);
+    case Action::occlusion:
+      return toggle(view_.look.relief.occlusion);
+    case Action::references:
+      return toggle(view_.references);
+    case Action::background:
+      view_.look.background = next_background(view_.look.background);
       return true;
     default:
       return false;

@@ -1,5 +1,7 @@
 knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/view/gpu_preview_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/view/look_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/view/picture_quality_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/platform/file_list_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/gestures_test.cpp

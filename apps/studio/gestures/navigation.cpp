@@ -43,7 +43,7 @@ Axes axes_of(const View& view) {
   return {right, up, back};
 }
 
-double distance_of(const View& view) { return view.height / (2 * std::tan(kFieldOfViewDeg * kPi / 360)); }
+double distance_of(const View& view) { return view.height / (2 * std::tan(view.field_of_view_deg * kPi / 360)); }
 
 bool start_drag(Navigation& navigation, const ButtonChanged& event) {
   navigation.x = event.x;
@@ -140,7 +140,7 @@ View toggled_projection(const View& view) {
 
 View framed(const View& view, const Box& box, double aspect) {
   const Axes axes = axes_of(view);
-  const render::FitOptions options{view.projection, kFieldOfViewDeg, 0.08};
+  const render::FitOptions options{view.projection, view.field_of_view_deg, 0.08};
   const render::Camera camera = render::fit_camera(box, -axes.back, camera_of(view).up, aspect, options);
   View result = view;
   result.target = camera.target;

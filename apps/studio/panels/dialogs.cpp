@@ -182,6 +182,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
       case FileUse::stamp:
         studio.use_stamp(*file);
         break;
+      case FileUse::reference:
+        studio.add_reference(*file);
+        break;
       case FileUse::save:
         studio.save(*file);
         break;

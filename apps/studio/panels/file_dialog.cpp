@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool writes(FileUse use) { return use != FileUse::open && use != FileUse::stamp; }
+bool writes(FileUse use) { return use > FileUse::reference; }
 
 // Whether several numbered files are written.
 bool is_counted(FileUse use) { return use == FileUse::export_frames || use == FileUse::turntable; }
@@ -27,6 +27,7 @@ bool is_counted(FileUse use) { return use == FileUse::export_frames || use == Fi
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
+                              "Choose a picture to model after",
                               "Save the session",
                               "Export the shape",
                               "Export frames",
@@ -38,6 +39,7 @@ const char* title_of(FileUse use) {
 std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
   if (use == FileUse::picture || use == FileUse::turntable) return {".png"};
+  if (use == FileUse::reference) return {".png", ".jpg", ".jpeg"};
   std::vector<std::string> extensions;
   for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
@@ -49,6 +51,7 @@ std::string proposed_name(FileUse use, const fs::path& near) {
   switch (use) {
     case FileUse::open:
     case FileUse::stamp:
+    case FileUse::reference:
       return {};
     case FileUse::save:
       return stem + ".knead";

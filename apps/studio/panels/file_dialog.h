@@ -11,7 +11,7 @@
 
 namespace knead::studio {
 
-enum class FileUse { open, stamp, save, export_shape, export_frames, picture, turntable };
+enum class FileUse { open, stamp, reference, save, export_shape, export_frames, picture, turntable };
 
 struct FileDialog {
   FileUse use = FileUse::open;

@@ -47,6 +47,9 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   if (ImGui::MenuItem("Stamp from a file...", nullptr, false, open)) {
     open_file_dialog(dialogs.file, FileUse::stamp, studio.shown().shape_path);
   }
+  if (ImGui::MenuItem("Reference image...", nullptr, false, open)) {
+    open_file_dialog(dialogs.file, FileUse::reference, studio.shown().shape_path);
+  }
   ImGui::Separator();
   item(studio, Action::quit);
 }
@@ -116,6 +119,11 @@ void draw_view_menu(Studio& studio) {
   ImGui::Separator();
   item(studio, Action::wireframe, view.wireframe);
   item(studio, Action::shading);
+  item(studio, Action::next_matcap);
+  item(studio, Action::cavity, view.look.relief.cavity);
+  item(studio, Action::occlusion, view.look.relief.occlusion);
+  item(studio, Action::background);
+  item(studio, Action::references, view.references);
   item(studio, Action::influence, view.influence);
   item(studio, Action::region, view.region);
   item(studio, Action::cutting_plane, view.cut);

@@ -33,7 +33,9 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);
 // The parts of it.
 void draw_tool_settings(Studio& studio);
 void draw_symmetry(Studio& studio);
-void draw_view_settings(Studio& studio);
+void draw_view_settings(Studio& studio, const Gui& gui);
+void draw_look_settings(Studio& studio, const Gui& gui);
+void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
 
 // The part of the preferences' menu that is about the pointer. Returns whether something was changed.

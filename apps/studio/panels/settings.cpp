@@ -149,12 +149,9 @@ void draw_tool_settings(Studio& studio) {
   draw_remeshing(studio);
 }
 
-void draw_view_settings(Studio& studio) {
+void draw_view_settings(Studio& studio, const Gui& gui) {
   ViewSettings& view = studio.view();
-  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
-  choose_one("Shading", view.material, materials, [](render::Material material) {
-    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
-  });
+  draw_look_settings(studio, gui);
   ImGui::Checkbox("Wireframe", &view.wireframe);
   ImGui::SameLine();
   ImGui::Checkbox("Tool", &view.tool);
@@ -193,7 +190,8 @@ void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
     const std::string tool = studio.settings().tool->name + "###tool";
     if (begin_part(tool.c_str())) draw_tool_settings(studio);
-    if (begin_part("View")) draw_view_settings(studio);
+    if (begin_part("View")) draw_view_settings(studio, gui);
+    if (!studio.references().empty() && begin_part("Reference images")) draw_references(studio);
     if (studio.view().history && begin_part("History")) draw_history(studio, editor);
     ImGui::PopItemWidth();
   }

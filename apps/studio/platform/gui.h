@@ -1,9 +1,11 @@
 // Dear ImGui in a window: how it looks, and a frame of it.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "knead/render/scene.h"
 #include "platform/event.h"
 #include "platform/window.h"
 
@@ -28,6 +30,9 @@ class Gui {
   // Whether the pointer is on a panel.
   bool has_pointer() const;
 
+  // A ball of the material, as high as a line of text, at the cursor.
+  void draw_ball(render::Matcap matcap) const;
+
   // Pixels for one point of the design; texts are 15 points high.
   float unit() const { return unit_; }
 
@@ -36,7 +41,8 @@ class Gui {
 
   Window& window_;
   float unit_ = 1;
-  std::vector<MouseButton> buttons_;  // held since they were pressed outside of the panels
+  std::array<int, render::kMatcapCount> balls_{};  // in the font's texture
+  std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;
 };
 

@@ -281,10 +281,17 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   const DocumentState& shown = studio.shown();
   render::LiveScene scene;
   scene.camera = studio.screen().camera;
-  scene.material = view.material;
+  scene.material = view.look.material;
+  scene.matcap = view.look.matcap;
+  scene.relief = view.look.relief;
+  if (const auto background = render::background_named(view.look.background)) {
+    scene.background_top = background->top;
+    scene.background_bottom = background->bottom;
+  }
   scene.wireframe = view.wireframe;
   scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
   if (shown.opened == 0) return scene;
+  if (view.references) scene.images = placed_images(studio.references(), studio.navigation().view);
   const Box box = box_of(shown);
   if (view.cut) {
     const Vec3d normal = normalized(view.cut_normal);

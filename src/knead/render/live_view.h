@@ -18,8 +18,8 @@ namespace knead::render {
 
 // How the shape is shaded.
 //   clay    under a sky and a key light, as in `knead render` but without shadows
-//   matcap  each normal has the colour that it has on a ball of the material, seen from the front
-//   flat    clay with plane triangles
+//   matcap  by the picture of a ball (LiveScene::matcap)
+//   flat    each triangle evenly, without gloss, under lamps of different colours that tell its slope
 enum class Material { clay, matcap, flat };
 
 // Vertices [begin, end) of a mesh.
@@ -36,14 +36,26 @@ struct PointBuffer {
   VertexRange vertices;
 };
 
+// A picture that stands in the scene, behind the shape and everything else.
+struct PlacedImage {
+  std::shared_ptr<const Image> image;  // with pixels
+  Vec3d center;
+  Vec3d right;  // from the centre to the middle of the right side
+  Vec3d up;     // and of the upper side
+  float opacity = 1;
+};
+
 // The camera, the material and everything that is drawn besides the shape. Colours are those on the screen.
 struct LiveScene {
   Camera camera;
   Material material = Material::clay;
-  int samples = 0;              // per pixel; 0: the number given to the view
-  bool wireframe = false;       // the polygons' edges
-  bool show_influence = false;  // as set by set_influence
-  std::optional<Clip> clip;     // shape only
+  Matcap matcap = Matcap::terracotta;  // of Material::matcap
+  Relief relief;                       // of the shape; a point cloud has none
+  int samples = 0;                     // per pixel; 0: the number given to the view
+  bool wireframe = false;              // the polygons' edges
+  bool show_influence = false;         // as set by set_influence
+  std::optional<Clip> clip;            // shape only
+  std::vector<PlacedImage> images;
   std::vector<TranslucentSurface> surfaces;
   std::vector<Arrow> arrows;
   std::vector<Line> lines;
@@ -56,6 +68,10 @@ struct UploadCounts {
   std::size_t bytes = 0;
   std::size_t ranges = 0;
 };
+
+// Returns a picture of a ball of the material with a transparent background, size * size pixels. Throws InvalidInput if
+// size < 2.
+Image matcap_ball(Matcap matcap, int size);
 
 // Draws one shape and its tools into the framebuffer that is bound when `draw` is called.
 //
