@@ -32,6 +32,7 @@ constexpr std::array<std::string_view, 4> kUnits{"", "mm", "cm", "m"};
 constexpr std::array<std::string_view, 3> kPressures{"none", "radius", "depth"};
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
+constexpr double kMostUndoMemory = 1e6;  // MB
 
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
@@ -108,11 +109,13 @@ class Reader {
       } else if (key == "inner_ring") {
         read_color(key, value, loaded_.preferences.inner_ring);
       } else if (key == "interface_scale") {
-        read_scale(value);
+        read_number(key, value, kSmallestScale, kLargestScale, loaded_.preferences.interface_scale);
+      } else if (key == "undo_memory_mb") {
+        read_number(key, value, 0, kMostUndoMemory, loaded_.preferences.undo_memory_mb);
       } else {
         complain(fmt::format(
-            "\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, inner_ring "
-            "and interface_scale",
+            "\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, inner_ring, "
+            "interface_scale and undo_memory_mb",
             key));
       }
     }
@@ -138,12 +141,11 @@ class Reader {
     target = *color;
   }
 
-  void read_scale(const Json& value) {
-    if (!value.is_number() || !(value.number() >= kSmallestScale && value.number() <= kLargestScale)) {
-      return complain(fmt::format("\"interface_scale\" must be a number from {} to {}, got {}", kSmallestScale,
-                                  kLargestScale, to_text(value)));
+  void read_number(const std::string& key, const Json& value, double least, double most, double& target) {
+    if (!value.is_number() || !(value.number() >= least && value.number() <= most)) {
+      return complain(fmt::format("\"{}\" must be a number from {} to {}, got {}", key, least, most, to_text(value)));
     }
-    loaded_.preferences.interface_scale = value.number();
+    target = value.number();
   }
 
   void read_keys(const Json& keys) {
@@ -200,7 +202,7 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   const auto color = [](const render::Color& now, const render::Color& by_default) {
     return now == by_default ? std::nullopt : std::optional<Json>(text_of(now));
   };
-  const std::array<std::pair<std::string_view, std::optional<Json>>, 8> own{
+  const std::array<std::pair<std::string_view, std::optional<Json>>, 9> own{
       {{"navigation", preferences.navigation == NavigationPreset::maya ? std::optional<Json>("maya") : std::nullopt},
        {"up", preferences.up == UpAxis::z ? std::optional<Json>("z") : std::nullopt},
        {"backend", preferences.backend == BackendChoice::gpu ? std::optional<Json>("gpu") : std::nullopt},
@@ -212,7 +214,10 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
        {"outer_ring", color(preferences.outer_ring, usual.outer_ring)},
        {"inner_ring", color(preferences.inner_ring, usual.inner_ring)},
        {"interface_scale",
-        preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt}}};
+        preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt},
+       {"undo_memory_mb", preferences.undo_memory_mb != usual.undo_memory_mb
+                              ? std::optional<Json>(preferences.undo_memory_mb)
+                              : std::nullopt}}};
   Json config = Json::object();
   const Json before = read_json(folder / kConfigFile).value_or(Json());
   if (before.is_object()) {
