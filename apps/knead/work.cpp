@@ -27,7 +27,8 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   ReplayResult result;
   {
     const CancelOnInterruption cancel(progress);
-    const ProgressBar bar(progress, total_work(mesh, session, options), !quiet);
+    progress.total = total_work(mesh, session, options);
+    const ProgressBar bar(progress, progress.total, !quiet);
     result = replay(borrow(mesh), session, options);
   }
   if (progress.cancel) throw Interrupted{};

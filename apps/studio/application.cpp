@@ -82,7 +82,7 @@ class Application {
       studio_.refresh();
       const Clock::time_point now = Clock::now();
       const std::uint64_t version = studio_.shown().version;
-      if (!events.empty() || version != drawn_version_ || window_.is_closing()) {
+      if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.is_busy()) {
         last_active_ = now;
         frames_since_ = 0;
       }

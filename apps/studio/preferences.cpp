@@ -33,6 +33,7 @@ constexpr std::array<std::string_view, 3> kShadings{"clay", "matcap", "flat"};
 constexpr std::array<std::string_view, 2> kProjections{"orthographic", "perspective"};
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
+constexpr double kMostUndoMemory = 1e6;  // MB
 
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
@@ -94,10 +95,12 @@ class Reader {
         read_color(key, value, loaded_.preferences.inner_ring);
       } else if (key == "interface_scale") {
         read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
+      } else if (key == "undo_memory_mb") {
+        read_number(key, value, {0, kMostUndoMemory}, loaded_.preferences.undo_memory_mb);
       } else if (!read_look(key, value)) {
         complain(
             fmt::format("\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-                        "inner_ring, interface_scale, shading, matcap, cavity, occlusion, background, projection and "
+                        "inner_ring, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, background, projection and "
                         "field_of_view_deg",
                         key));
       }
@@ -236,6 +239,7 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
           member("outer_ring", preferences.outer_ring, plain.outer_ring, text_of(preferences.outer_ring)),
           member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
           member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
+          member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
           member("shading", look.material, plain.look.material,
                  std::string(kShadings[static_cast<std::size_t>(look.material)])),
           member("matcap", look.matcap, plain.look.matcap, std::string(name_of(look.matcap))),

@@ -35,7 +35,8 @@ struct Preferences {
   render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
   render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
   Look look;
-  double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
+  double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
+  double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again
 };
 
 struct LoadedPreferences {

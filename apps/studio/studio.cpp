@@ -21,12 +21,13 @@ constexpr double kRatioStep = 0.05;
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
 DocumentOptions document_options(const StudioOptions& options, std::function<void(const DocumentState&)> show,
-                                 std::function<void(Notice)> tell) {
+                                 std::function<void(Notice)> tell, std::function<void(std::string)> name_work) {
   DocumentOptions result;
   result.journals = journals_of(options);
   result.threads = options.threads;
   result.show = std::move(show);
   result.tell = std::move(tell);
+  result.name_work = std::move(name_work);
   return result;
 }
 
@@ -40,11 +41,13 @@ Studio::Studio(StudioOptions options)
             const std::lock_guard lock(mailbox_.mutex);
             mailbox_.shown = shown;
           },
-          [this](Notice notice) { tell(std::move(notice)); })) {
-  worker_.emplace(options_.has_worker, [this](Progress& /*progress*/) { document_.when_idle(); });
+          [this](Notice notice) { tell(std::move(notice)); },
+          [this](std::string what) { worker_->name(std::move(what)); })) {
+  worker_.emplace(options_.has_worker, [this](Progress& progress) { document_.when_idle(progress); });
   LoadedPreferences loaded = load_preferences(options_.config);
   preferences_ = std::move(loaded.preferences);
   for (std::string& message : loaded.messages) tell({true, std::move(message)});
+  document_.limit_undo_memory(static_cast<std::size_t>(preferences_.undo_memory_mb * 1e6));
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
   navigation_.view.projection = preferences_.look.projection;
@@ -66,8 +69,8 @@ std::vector<Notice> Studio::take_notices() {
   return std::exchange(mailbox_.notices, {});
 }
 
-void Studio::post(Worker::Job job) {
-  worker_->post(std::move(job));
+void Studio::post(Worker::Job job, std::string what) {
+  worker_->post(std::move(job), std::move(what));
   refresh();
 }
 
@@ -273,7 +276,7 @@ void Studio::end(bool is_kept) {
   if (did_something) ++ended_;
   if (did_something && is_kept) {
     ended_strokes_ = pending_->strokes;
-    post([this](Progress& progress) { document_.finish(progress); });
+    post([this](Progress& progress) { document_.finish(progress); }, "Ending the stroke");
   } else if (did_something) {
     pending_->strokes = ended_strokes_;
     post([this](Progress& progress) { document_.give_up(progress); });
@@ -286,11 +289,16 @@ void Studio::find_barrel(bool may_turn) {
   if (!turning.takes_barrel || !settings_.uses_barrel || !placed_.placement) return;
   const Placement placement = *placed_.placement;
   const bool bends = turning.axis == &Placement::x;
-  post([this, placement, bends, may_turn](Progress& /*progress*/) {
-    const Placement found = document_.with_barrel(placement, bends, may_turn);
-    const std::lock_guard lock(mailbox_.mutex);
-    mailbox_.barrel = {placement, found};
-  });
+  const auto find = [this, placement, bends, may_turn](Progress& progress) {
+    try {
+      const Placement found = document_.with_barrel(placement, bends, may_turn, progress);
+      const std::lock_guard lock(mailbox_.mutex);
+      mailbox_.barrel = {placement, found};
+    } catch (const Cancelled&) {
+      tell({false, "The search for the part was stopped; the tool moves everything below its plane."});
+    }
+  };
+  post(find, "Looking for the part to move");
 }
 
 void Studio::turn_wheel(const WheelTurned& wheel) {
@@ -305,32 +313,34 @@ void Studio::turn_wheel(const WheelTurned& wheel) {
 
 void Studio::open(const std::filesystem::path& path) {
   if (path.extension() == ".knead") {
-    post([this, path](Progress& progress) { document_.open_session(path, progress); });
+    post([this, path](Progress& progress) { document_.open_session(path, progress); }, "Opening the session");
   } else {
-    post([this, path](Progress& progress) { document_.open_shape(path, progress); });
+    post([this, path](Progress& progress) { document_.open_shape(path, progress); }, "Opening the shape");
   }
 }
 
 void Studio::open_made(ShapeKind kind, std::size_t vertices) {
-  post([this, kind, vertices](Progress& progress) { document_.open_made(kind, vertices, progress); });
+  post([this, kind, vertices](Progress& progress) { document_.open_made(kind, vertices, progress); },
+       "Making the shape");
 }
 
 void Studio::save(const std::filesystem::path& path) {
-  post([this, path](Progress& /*progress*/) { document_.save(path); });
+  post([this, path](Progress& /*progress*/) { document_.save(path); }, "Saving");
 }
 
 void Studio::export_shape(const std::filesystem::path& path, bool as_double) {
-  post([this, path, as_double](Progress& /*progress*/) { document_.export_shape(path, as_double); });
+  post([this, path, as_double](Progress& progress) { document_.export_shape(path, as_double, progress); }, "Exporting");
 }
 
 void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
-  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); });
+  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); },
+       "Exporting frames");
 }
 
 // The path may be one of those that are erased.
 void Studio::recover(std::filesystem::path journal) {
   std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
-  post([this, journal](Progress& progress) { document_.recover(journal, progress); });
+  post([this, journal](Progress& progress) { document_.recover(journal, progress); }, "Recovering");
 }
 
 void Studio::discard(std::filesystem::path journal) {
@@ -340,33 +350,37 @@ void Studio::discard(std::filesystem::path journal) {
 
 void Studio::undo() {
   if (gesture_) return end(false);
-  post([this](Progress& progress) { document_.undo(progress); });
+  post([this](Progress& progress) { document_.undo(progress); }, "Undo");
 }
 
 void Studio::redo() {
   if (gesture_) return;
-  post([this](Progress& progress) { document_.redo(progress); });
+  post([this](Progress& progress) { document_.redo(progress); }, "Redo");
 }
 
 void Studio::look_at(std::optional<std::size_t> entries) {
   if (gesture_) end(false);
-  post([this, entries](Progress& progress) { document_.look_at(entries, progress); });
+  post([this, entries](Progress& progress) { document_.look_at(entries, progress); }, "Making the earlier shape");
 }
 
 void Studio::count_crossings() {
-  post([this](Progress& /*progress*/) { document_.count_crossings(); });
+  post([this](Progress& progress) { document_.count_crossings(progress); }, "Counting crossings");
 }
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {
-  post([this, make](Progress& /*progress*/) {
+  const auto load = [this, make](Progress& progress) {
     try {
       StampShape stamp = make();
+      stop_if_cancelled(&progress);
       const std::lock_guard lock(mailbox_.mutex);
       mailbox_.stamp = std::move(stamp);
+    } catch (const Cancelled&) {
+      tell({false, "The stamp was not loaded."});
     } catch (const std::exception& error) {
       tell({true, error.what()});
     }
-  });
+  };
+  post(load, "Loading the stamp");
 }
 
 void Studio::use_stamp(ShapeKind kind) {

@@ -156,6 +156,8 @@ class Studio {
   std::optional<Amount> amount() const;
   const std::string& typed() const { return typed_; }
   bool is_busy() const { return worker_->is_busy(); }
+  // Returns what the worker does; nothing if that is nothing.
+  std::optional<WorkStatus> work() const { return worker_->status(); }
   void cancel_work() { worker_->cancel(); }
   void wait() { worker_->wait(); }
 
@@ -221,7 +223,7 @@ class Studio {
   void load_own_references();
   bool perform_view(Action action);
   bool perform_tool(Action action);
-  void post(Worker::Job job);
+  void post(Worker::Job job, std::string what = {});
 
   StudioOptions options_;
   Preferences preferences_;

@@ -8,7 +8,7 @@ namespace knead::studio {
 
 void Studio::change_layers(const LayerChange& change) {
   if (gesture_) end(false);
-  post([this, change](Progress& progress) { document_.change_layers(change, progress); });
+  post([this, change](Progress& progress) { document_.change_layers(change, progress); }, "Changing the history");
 }
 
 // Of a drag only the latest step counts.

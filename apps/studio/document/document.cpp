@@ -36,6 +36,8 @@ bool Document::guarded(const std::function<void()>& work) const {
   try {
     work();
     return true;
+  } catch (const Cancelled&) {
+    options_.tell({false, "Stopped."});
   } catch (const std::bad_alloc&) {
     options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape."});
   } catch (const std::exception& error) {
@@ -82,6 +84,7 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   close();
   source_ = std::move(next);
   history_.emplace(std::move(history));
+  history_->limit_memory(undo_memory_);
   journal_ = std::move(journal);
   is_dragging_layers_ = false;
   dragged_lines_ = {};
@@ -104,6 +107,11 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   picker_is_stale_ = false;
   for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
   show_state();
+}
+
+void Document::limit_undo_memory(std::size_t bytes) {
+  undo_memory_ = bytes;
+  if (history_) history_->limit_memory(bytes);
 }
 
 void Document::close() {
@@ -185,10 +193,32 @@ void Document::finish(Progress& progress) {
 
 void Document::end_gesture(Progress& progress) {
   const std::size_t before = history_->done().size();
-  if (!take(history_->finish(&progress), "The stroke")) journal(history_->set_live({}).lines);
+  if (!take(history_->finish_later(&progress), "The stroke")) journal(history_->set_live({}).lines);
   const auto done = history_->done();
-  if (done.size() > before) tell_warnings(*done.back());
+  if (done.size() > before && history_->is_settled()) tell_warnings(*done.back());
   picker_is_stale_ = true;
+}
+
+// Does what finished strokes have left: false if it was stopped. Not during a gesture.
+bool Document::settle(Progress& progress) {
+  if (history_->is_settled()) return true;
+  if (!history_->live().empty()) return false;
+  if (options_.name_work) options_.name_work("Remeshing");
+  const auto before = history_->done();
+  WorkResult result = history_->settle(&progress);
+  journal(result.lines);
+  if (!result.refusal.empty()) options_.tell({true, fmt::format("The stroke: {}", result.refusal)});
+  if (result.status == AdvectStatus::step_limit) {
+    options_.tell({true, "A point needs too many steps there; make the stroke weaker."});
+  }
+  const auto after = history_->done();
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const bool is_new = i >= before.size() || before[i] != after[i];
+    if (is_new && result.status == AdvectStatus::done) tell_warnings(*after[i]);
+  }
+  picker_is_stale_ = true;
+  show_state();
+  return history_->is_settled();
 }
 
 void Document::give_up(Progress& progress) {
@@ -280,25 +310,34 @@ void Document::measure_large_volume() {
   show();
 }
 
-void Document::when_idle() {
+void Document::when_idle(Progress& progress) {
   if (!history_) return;
-  if (!picker_is_stale_) return measure_large_volume();
+  if (!picker_is_stale_ && history_->is_settled()) return measure_large_volume();
   guarded([&] {
-    picker_is_stale_ = false;
-    history_->prepare();
-    measure_volume();
-    if (journal_) journal_->sync();
-    shown_.picker = pickers_.make(history_->state());
-    show();
+    if (picker_is_stale_) get_ready();
+    const bool was_settled = history_->is_settled();
+    if (settle(progress) && !was_settled) get_ready();
   });
 }
 
-void Document::count_crossings() {
+void Document::get_ready() {
+  picker_is_stale_ = false;
+  history_->prepare();
+  measure_volume();
+  if (journal_) journal_->sync();
+  shown_.picker = pickers_.make(history_->state());
+  show();
+}
+
+void Document::count_crossings(Progress& progress) {
   if (!history_) return;
   guarded([&] {
+    if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
-    const SelfIntersections found =
-        self_intersections(triangulate(*state.mesh), state.positions.copy(), {options_.threads});
+    SelfIntersectionOptions options;
+    options.threads = options_.threads;
+    options.progress = &progress;
+    const SelfIntersections found = self_intersections(triangulate(*state.mesh), state.positions.copy(), options);
     options_.tell({false, found.count == 1 ? "1 pair of triangles crosses."
                                            : fmt::format("{} pairs of triangles cross.", found.count)});
   });
@@ -349,7 +388,7 @@ const Placement& best_of(const std::vector<FoundBarrel>& found) {
 
 }  // namespace
 
-Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn) const {
+Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const {
   Placement result = placement;
   result.barrel.emplace();
   result.barrel->problem = "No shape is open.";
@@ -370,7 +409,7 @@ Placement Document::with_barrel(const Placement& placement, bool bends, bool may
       query.axis = here.x;
       query.angle_deg = kBendAngle;
     }
-    here.barrel = place_barrel(query, positions, triangles);
+    here.barrel = place_barrel(query, positions, triangles, &progress);
     if (i == 0) result = here;
     if (here.barrel->problem.empty()) found.push_back({here, tip_of(*here.barrel, here.center, positions)});
   }

@@ -62,6 +62,7 @@ struct DocumentOptions {
   int threads = 0;
   std::function<void(const DocumentState&)> show;  // called after every change
   std::function<void(Notice)> tell;                // a notice for the person
+  std::function<void(std::string)> name_work;      // says what is being done, for the progress bar; may be empty
 };
 
 // Returns a procedural shape, for new shapes and for stamps.
@@ -73,6 +74,9 @@ class Document {
 
   // Opens a shape or a session. Closes the work before it and removes its journal. If the file cannot be read, a notice
   // says why and everything stays as it was.
+  // Limits what undo keeps (Workbench::limit_memory), also of shapes that are opened later.
+  void limit_undo_memory(std::size_t bytes);
+
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
@@ -93,7 +97,7 @@ class Document {
 
   // Write files. A notice says when they are done.
   void save(const std::filesystem::path& path);
-  void export_shape(const std::filesystem::path& path, bool as_double);
+  void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& pattern, int frames, Progress& progress);
 
   // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
@@ -103,14 +107,15 @@ class Document {
   // Returns the placement with the barrel of the part that a twist or bend there moves. With may_turn (it was just
   // clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer tip;
   // else its z says where the tip is.
-  Placement with_barrel(const Placement& placement, bool bends, bool may_turn) const;
-  void count_crossings();
+  Placement with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
+  void count_crossings(Progress& progress);
 
   // Keeps a text about the view in the journal's folder, for `recover`.
   void remember_view(const std::string& view) const;
 
-  // Does what can wait until there is no other work: builds the tree for picking, flushes the journal to disk.
-  void when_idle();
+  // Does what can wait until there is no other work: remeshes after strokes, builds the tree for picking, flushes the
+  // journal to disk. Cancelled, it goes on with that when it is called again.
+  void when_idle(Progress& progress);
 
   // Closes the document and removes its journal.
   void close();
@@ -122,6 +127,8 @@ class Document {
   bool tell_failure(const WorkResult& result, const char* what) const;
   void end_gesture(Progress& progress);
   void arrange(const LayerChange& change, bool is_step, Progress& progress);
+  bool settle(Progress& progress);
+  void get_ready();
   void journal(const LineChange& change);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();
@@ -145,6 +152,7 @@ class Document {
   bool is_dragging_layers_ = false;  // the last change of the history is a step of the drag
   LineChange dragged_lines_;         // of its steps
   std::string view_to_recover_;
+  std::size_t undo_memory_ = std::size_t{1} << 30;
 };
 
 // Returns the mesh mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), its faces facing outwards

@@ -89,8 +89,12 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
   return {name, file, std::make_shared<const Mesh>(std::move(plain))};
 }
 
-void Document::open_shape(const std::filesystem::path& path, Progress& /*progress*/) {
-  guarded([&] { open(read_shape(path), path.filename().string(), path); });
+void Document::open_shape(const std::filesystem::path& path, Progress& progress) {
+  guarded([&] {
+    ShapeFile file = read_shape(path);
+    stop_if_cancelled(&progress);
+    open(std::move(file), path.filename().string(), path);
+  });
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
@@ -199,9 +203,10 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
-void Document::export_shape(const std::filesystem::path& path, bool as_double) {
+void Document::export_shape(const std::filesystem::path& path, bool as_double, Progress& progress) {
   if (!history_) return;
   guarded([&] {
+    if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
     const bool is_remeshed = state.mesh != history_->base().mesh;
     if (is_remeshed) {
@@ -217,8 +222,10 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double) {
         session.strokes = history_->strokes();
         ReplayOptions options;
         options.normals = std::move(normals);
+        options.progress = &progress;
         normals = replay(borrow(source_->mesh), session, options).shape.normals();
       }
+      stop_if_cancelled(&progress);
       write_shape(path, *source_, state.positions.copy(), {as_double, normals});
     }
     if (format_of(path) == "obj" && !shown_.shape_path.empty()) {
@@ -253,6 +260,7 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
         write_shape(name, *source_, frame.shape.positions());
       }
     };
+    progress.total = total_work(source_->mesh, session, options);
     const ReplayResult result = replay(borrow(source_->mesh), session, options);
     options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
                                                               : std::string("The export of frames was cancelled.")});

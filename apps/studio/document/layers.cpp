@@ -72,6 +72,8 @@ std::string description_of(std::span<const SessionStroke> strokes) {
     text += pieces == 1 ? ", 1 piece" : fmt::format(", {} pieces", pieces);
   } else if (const auto* paint = std::get_if<PaintStroke>(&first)) {
     text += fmt::format(", {} dabs", paint->samples.size() + paint->path.size());
+  } else if (const auto* relax = std::get_if<RelaxStroke>(&first)) {
+    text += fmt::format(", {} places", relax->points.size());
   }
   return text;
 }

@@ -86,6 +86,12 @@ struct PaintGesture {
   Vec3d last_point;
 };
 
+// Places along the pointer's path where the surface is relaxed.
+struct RelaxGesture {
+  RelaxStroke stroke;
+  Vec3d last_point;
+};
+
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
@@ -141,7 +147,7 @@ struct GizmoGesture {
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, GizmoGesture>
+               LassoGesture, HandlesGesture, GizmoGesture, RelaxGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person

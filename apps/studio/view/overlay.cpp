@@ -162,6 +162,7 @@ unsigned planes_of_file(const std::string& file, const std::string& original) {
 }
 
 void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet) {
+  if (!is_flow(stroke)) return;
   render::DrawnTool tool;
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
     const std::optional<StampShape>& shape = studio.placed().stamp;

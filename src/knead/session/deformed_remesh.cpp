@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "knead/flow/reach.h"
+#include "knead/remesh/patch.h"
 #include "knead/session/deformed_shape.h"
 
 namespace knead {
@@ -16,6 +17,28 @@ constexpr const char* kNormals = "knead carried normal";
 // Ends a remesh whose points could not be carried.
 struct Stopped {
   AdvectStatus status;
+};
+
+// Puts the count of the work around it back when a remesh, which counts its own steps, ends.
+class KeptCount {
+ public:
+  explicit KeptCount(Progress* progress) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    done_ = progress_->done;
+    total_ = progress_->total;
+  }
+  ~KeptCount() {
+    if (progress_ == nullptr) return;
+    progress_->done = done_;
+    progress_->total = total_;
+  }
+  KeptCount(const KeptCount&) = delete;
+  KeptCount& operator=(const KeptCount&) = delete;
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+  std::uint64_t total_ = 0;
 };
 
 void add(const RemeshCounts& more, RemeshCounts& counts) {
@@ -111,9 +134,13 @@ const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) c
 void DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points) {
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
+  const std::uint64_t total = progress != nullptr ? progress->total.exchange(0) : 0;
   const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
   const AdvectResult result = motion_.backend ? motion_.backend(flow, points, options) : advect(flow, points, options);
-  if (progress != nullptr) progress->done = done;
+  if (progress != nullptr) {
+    progress->done = done;
+    progress->total = total;
+  }
   work_ += result;
   if (result.status != AdvectStatus::done) throw Stopped{std::exchange(work_.status, AdvectStatus::done)};
 }
@@ -138,7 +165,13 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   }
   Mesh mesh = *mesh_;
   mesh.positions.assign(before.begin(), before.end());
-  if (!provenance.creases) provenance.creases = find_creases(mesh);
+  if (!provenance.creases) {
+    try {
+      provenance.creases = remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, progress);
+    } catch (const Cancelled&) {
+      return {AdvectStatus::cancelled, std::nullopt};
+    }
+  }
   add_normals(normals(), mesh);
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
@@ -147,13 +180,17 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   deformation.carry = [&](std::span<Vec3d> points) { carry(flow, progress, points); };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();
+  const KeptCount kept(progress);
   try {
-    RemeshOutcome outcome{AdvectStatus::done,
-                          knead::remesh(mesh, positions_, deformation, remesh_options(settings, labels))};
+    RemeshOptions options = remesh_options(settings, labels);
+    options.progress = progress;
+    RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     adopt(*outcome.remeshed, before);
     return outcome;
   } catch (const Stopped& stopped) {
     return {stopped.status, std::nullopt};
+  } catch (const Cancelled&) {
+    return {AdvectStatus::cancelled, std::nullopt};
   }
 }
 

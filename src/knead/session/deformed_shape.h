@@ -97,6 +97,15 @@ class Snapshot {
   // Returns the bytes of the chunks that `before` does not share.
   std::size_t bytes_beyond(const Snapshot& before) const;
 
+  // Calls visit(address, bytes) for each chunk; snapshots share those with the same address.
+  template <class Visit>
+  void for_each_chunk(const Visit& visit) const {
+    for (const auto& chunk : chunks_) visit(static_cast<const void*>(chunk.get()), sizeof(Chunk));
+  }
+
+  // Returns the bytes that a snapshot takes without its chunks.
+  std::size_t table_bytes() const { return chunks_.capacity() * sizeof(chunks_.front()); }
+
  private:
   using Chunk = std::array<Vec3d, kChunk>;  // zero beyond the last vertex
 

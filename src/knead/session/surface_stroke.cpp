@@ -56,6 +56,16 @@ std::size_t expected_segments(const Stroke& stroke, const Mesh* tool) {
   return 1;
 }
 
+std::size_t segments_about(const Stroke& stroke) {
+  constexpr std::size_t kStepsOfAPiece = 20;  // of a stamp
+  if (const auto* path = std::get_if<ImplicitStroke>(&stroke)) return path->path.size();
+  if (const auto* relax = std::get_if<RelaxStroke>(&stroke)) return relax->points.size();
+  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return kStepsOfAPiece * stamp->path.size();
+  if (const auto* points = std::get_if<PointsStroke>(&stroke)) return points->displacements.size();
+  if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return paint->samples.size() + 10 * paint->path.size();
+  return 1;
+}
+
 std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
                                std::vector<std::string>& remarks) {
   if (const auto* paint = std::get_if<PaintStroke>(&stroke)) {
