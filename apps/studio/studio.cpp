@@ -79,10 +79,12 @@ void Studio::refresh() {
   if (shown_.opened != opened) after_opening();
   if (!gesture_ && shown_.ended == ended_) pending_.reset();
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
+  refresh_mask();
 }
 
 void Studio::after_opening() {
   gesture_.reset();
+  masking_.reset();
   pending_.reset();
   ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
@@ -139,7 +141,7 @@ void Studio::handle(const Event& event) {
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   set_pivot(event);
-  const bool in_hand = gesture_ || adjusting_;
+  const bool in_hand = gesture_ || adjusting_ || masking_;
   if (!in_hand && navigate(navigation_, event)) return;
   struct Handler {
     Studio& studio;
@@ -171,7 +173,8 @@ void Studio::press(const ButtonChanged& button) {
   place_pointer(button.x, button.y, button.modifiers);
   if (adjusting_) return stop_adjusting(button.button != MouseButton::right);
   if (gesture_ && button.button == MouseButton::right) return end(false);
-  if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
+  if (masking_ && button.button == MouseButton::right) return end_masking(false);
+  if (gesture_ || masking_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
     look_at(std::nullopt);
     tell({false, "This is the present shape again."});
@@ -191,6 +194,7 @@ void Studio::begin() {
     tell({false, "One moment: Studio is still preparing the shape."});
     return;
   }
+  if (settings_.tool->use == ToolUse::mask) return begin_masking();
   gesture_ = begin_gesture(pointer_, around, placed_);
   sent_strokes_.clear();
   if (!pending_) {
@@ -204,12 +208,14 @@ void Studio::begin() {
 
 void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (adjusting_) adjust();
+  if (masking_) move_masking();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
 }
 
 void Studio::release(const ButtonChanged& button) {
+  if (masking_ && button.button == MouseButton::left) return end_masking(true);
   if (!gesture_ || button.button != MouseButton::left) return;
   place_pointer(button.x, button.y, button.modifiers);
   accept();
@@ -318,11 +324,12 @@ void Studio::discard(std::filesystem::path journal) {
 
 void Studio::undo() {
   if (gesture_) return end(false);
+  if (masking_) return end_masking(false);
   post([this](Progress& progress) { document_.undo(progress); });
 }
 
 void Studio::redo() {
-  if (gesture_) return;
+  if (gesture_ || masking_) return;
   post([this](Progress& progress) { document_.redo(progress); });
 }
 

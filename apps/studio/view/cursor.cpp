@@ -43,6 +43,7 @@ std::optional<Radii> radii_of(const ToolSettings& settings) {
     case ToolUse::curve:
       return Radii{settings.radius, half_weight_radius(settings.radius)};
     case ToolUse::handles:
+    case ToolUse::mask:
       if (settings.handle == HandleMode::move) return std::nullopt;
       return Radii{0.5 * settings.radius, 0};
     case ToolUse::stamp:

@@ -285,23 +285,20 @@ void measure_clearance(MaskGrid& grid) {
   }
 }
 
-// The border within a cube of half a brick, from every second cell along each axis.
-MaskBorder border_in(const MaskView<double>& view, const Vec3d& corner, double spacing) {
-  MaskBorder border{{0, 0, 0}, {{}, {}, {}}};
+// Where the border is within a cube of half a brick, from every second cell along each axis: the mean of the places by
+// |grad m|^2. Returns false if it is not there.
+bool border_in(const MaskView<double>& view, const Vec3d& corner, double spacing, Vec3d& place) {
   double weight = 0;
-  const double volume = 8 * spacing * spacing * spacing;
+  place = {0, 0, 0};
   for (int n = 0; n < 8; ++n) {
     const Vec3d at = corner + Vec3d{1.0 + 2 * (n & 1), 1.0 + 2 * (n >> 1 & 1), 1.0 + 2 * (n >> 2)} * spacing;
-    const Vec3d g = evaluate_mask(view, at).gradient;
-    const double square = norm2(g) * volume;
+    const double square = norm2(evaluate_mask(view, at).gradient);
     weight += square;
-    border.place += at * square;
-    const Mat3d part{Vec3d{square, 0, 0} - g * (g.x * volume), Vec3d{0, square, 0} - g * (g.y * volume),
-                     Vec3d{0, 0, square} - g * (g.z * volume)};
-    border.across = border.across + part;
+    place += at * square;
   }
-  if (weight > 0) border.place = border.place / weight;
-  return border;
+  if (!(weight > 0)) return false;
+  place = place / weight;
+  return true;
 }
 
 void find_border(int threads, MaskGrid& grid) {
@@ -309,7 +306,8 @@ void find_border(int threads, MaskGrid& grid) {
   for (std::size_t i = 0; i < grid.start.size(); ++i) {
     if (grid.start[i] > kBrickBytes) bricks.push_back(i);
   }
-  std::vector<MaskBorder> all(8 * bricks.size());
+  std::vector<Vec3d> places(8 * bricks.size());
+  std::vector<std::uint8_t> found(places.size());
   const auto [nx, ny, nz] = grid.bricks;
   const double size = grid.spacing * kBrickCells;
   const MaskView<double> view = view_of<double>(grid, grid.origin);
@@ -319,14 +317,13 @@ void find_border(int threads, MaskGrid& grid) {
       const Vec3d corner = Vec3d{1.0 * (number % nx), 1.0 * (number / nx % ny), 1.0 * (number / (nx * ny))} * size;
       for (int n = 0; n < 8; ++n) {
         const Vec3d half{1.0 * (n & 1), 1.0 * (n >> 1 & 1), 1.0 * (n >> 2)};
-        MaskBorder& part = all[8 * i + static_cast<std::size_t>(n)];
-        part = border_in(view, corner + half * (size / 2), grid.spacing);
-        part.place += grid.origin;
+        const std::size_t part = 8 * i + static_cast<std::size_t>(n);
+        found[part] = border_in(view, corner + half * (size / 2), grid.spacing, places[part]) ? 1 : 0;
       }
     }
   });
-  for (const MaskBorder& part : all) {
-    if (trace(part.across) > 0) grid.border.push_back(part);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (found[i] != 0) grid.border.push_back(places[i] + grid.origin);
   }
 }
 
@@ -371,7 +368,7 @@ bool Mask::holds(const Vec3d& x) const {
   const MaskView<double> view = view_of<double>(*grid_, grid_->origin);
   MaskRows<double> rows;
   read_rows(view, cells_at(view, x - grid_->origin), rows);
-  return rows.all[0] == ~std::uint32_t{0};
+  return rows.are_masked();
 }
 
 bool operator==(const Mask& a, const Mask& b) {

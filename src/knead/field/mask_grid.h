@@ -2,8 +2,8 @@
 //
 // Nodes lie `spacing` apart; cell i lies between the nodes i and i + 1. A node has a byte, 0: free to 255: masked. m is
 // 1 minus the cubic B-spline of the bytes: 64 of them count in a cell. Cells lie in bricks of 8 x 8 x 8, and a brick
-// has the bytes of all its cells, so that an evaluation reads from one brick. Where all 64 are 255, m is exactly 0, and
-// where all are 0 exactly 1. + - * of numbers in a fixed order: the same bits everywhere.
+// has the bytes of all its cells, so that an evaluation reads from one brick. Where all 64 are 0, m is exactly 1. + - *
+// of numbers in a fixed order: the same bits everywhere.
 #pragma once
 
 #include <array>
@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "knead/field/mask.h"
-#include "knead/math/mat3.h"
 #include "knead/math/scalar.h"
 
 namespace knead::detail {
@@ -23,12 +22,6 @@ inline constexpr int kBrickNodes = kBrickCells + 3;  // likewise
 inline constexpr int kBrickRow = kBrickNodes + 1;    // bytes of a row
 inline constexpr int kBrickBytes = kBrickNodes * kBrickNodes * kBrickRow;
 
-// A part of the border, for the choice of the potential's constant (flow/masked.h).
-struct MaskBorder {
-  Vec3d place;   // mean, by |grad m|^2
-  Mat3d across;  // integral of |grad m|^2 I - grad m grad m^T
-};
-
 struct MaskGrid {
   double width = 0;
   double spacing = 0;
@@ -37,7 +30,7 @@ struct MaskGrid {
   std::vector<std::int32_t> start;  // of each brick's bytes; 0: free, kBrickBytes: masked everywhere
   std::vector<std::uint8_t> bytes;  // of a free brick, a masked one, and all others
   std::vector<std::uint8_t> clear;  // how many bricks away the next is that is not free; at most 255
-  std::vector<MaskBorder> border;
+  std::vector<Vec3d> border;        // a place in each part of it: cubes of half a brick
 
   friend bool operator==(const MaskGrid& a, const MaskGrid& b) {
     return a.spacing == b.spacing && a.origin == b.origin && a.bricks == b.bricks && a.start == b.start &&
@@ -147,30 +140,56 @@ template <class T, class S>
 template <class T>
 struct MaskRows {
   std::uint32_t row[16][kLanesOf<T>];
-  std::uint32_t any = 0;                // bits that are set in any of them
-  std::uint32_t all[kLanesOf<T>] = {};  // bits that are set in all of a lane's
+
+  // Returns whether all bytes are 0; of a pack: in all lanes.
+  [[gnu::always_inline]] bool are_free() const {
+    const std::uint32_t* const words = &row[0][0];
+    std::uint32_t any = 0;
+    for (std::size_t i = 0; i < 16 * kLanesOf<T>; ++i) any |= words[i];
+    return any == 0;
+  }
+
+  // Returns whether all bytes are 255.
+  [[gnu::always_inline]] bool are_masked() const {
+    const std::uint32_t* const words = &row[0][0];
+    std::uint32_t all = ~std::uint32_t{0};
+    for (std::size_t i = 0; i < 16 * kLanesOf<T>; ++i) all &= words[i];
+    return all == ~std::uint32_t{0};
+  }
 };
+
+// A pack gathers words and converts bytes by its own instructions.
+template <class T>
+[[gnu::always_inline]] inline void gather_words(const std::uint8_t* from, const std::int32_t (&offset)[kLanesOf<T>],
+                                                std::uint32_t (&to)[kLanesOf<T>]) {
+  if constexpr (requires { T::gather(from, offset, to); }) {
+    T::gather(from, offset, to);
+  } else {
+    for (std::size_t k = 0; k < kLanesOf<T>; ++k) std::memcpy(&to[k], from + offset[k], 4);
+  }
+}
+
+template <class T>
+[[gnu::always_inline]] inline T byte_of(const std::uint32_t (&row)[kLanesOf<T>], int index) {
+  if constexpr (requires { T::from_bytes(row, index); }) {
+    return T::from_bytes(row, index);
+  } else {
+    return from_lanes<T>([&](std::size_t k) { return static_cast<std::int32_t>(row[k] >> (8 * index) & 255U); });
+  }
+}
 
 template <class T, class S>
 [[gnu::always_inline]] inline void read_rows(const MaskView<S>& mask, const MaskCells<T>& cells, MaskRows<T>& rows) {
-  const std::uint8_t* from[kLanesOf<T>];
+  std::int32_t offset[kLanesOf<T>];
   for (std::size_t k = 0; k < kLanesOf<T>; ++k) {
     const int row = (cells.index[2][k] % kBrickCells) * kBrickNodes + cells.index[1][k] % kBrickCells;
-    from[k] = mask.bytes + mask.start[brick_of(mask, cells, k)] + row * kBrickRow + cells.index[0][k] % kBrickCells;
-    rows.all[k] = ~std::uint32_t{0};
+    offset[k] = mask.start[brick_of(mask, cells, k)] + row * kBrickRow + cells.index[0][k] % kBrickCells;
   }
-  std::uint32_t any = 0;
   for (int z = 0; z < 4; ++z) {
     for (int y = 0; y < 4; ++y) {
-      for (std::size_t k = 0; k < kLanesOf<T>; ++k) {
-        std::uint32_t& row = rows.row[4 * z + y][k];
-        std::memcpy(&row, from[k] + (z * kBrickNodes + y) * kBrickRow, 4);
-        any |= row;
-        rows.all[k] &= row;
-      }
+      gather_words<T>(mask.bytes + (z * kBrickNodes + y) * kBrickRow, offset, rows.row[4 * z + y]);
     }
   }
-  rows.any = any;
 }
 
 // Six times the cubic B-spline's weights of the four nodes around a place, and their derivatives.
@@ -213,9 +232,7 @@ template <class T>
       T line(0);
       T line_x(0);
       for (int k = 0; k < 4; ++k) {
-        const T byte = from_lanes<T>([&](std::size_t lane) -> std::int32_t {
-          return static_cast<std::int32_t>(rows.row[4 * i + j][lane] >> (8 * k) & 255U);
-        });
+        const T byte = byte_of<T>(rows.row[4 * i + j], k);
         line = mul_add(byte, x.value[k], line);
         line_x = mul_add(byte, x.slope[k], line_x);
       }
@@ -232,19 +249,22 @@ template <class T>
   return slope;
 }
 
-// Returns m and its gradient at y = x - c.
+// Returns m and its gradient at y = x - c. Where all bytes are 255, m and grad m are exactly 0 for a single number, and
+// 0 up to rounding in a pack, which points there are kept out of.
 template <class T, class S>
 [[gnu::always_inline]] inline MaskValue<T> evaluate_mask(const MaskView<S>& mask, const Vec3<T>& y) {
   const MaskCells<T> cells = cells_at(mask, y);
   MaskRows<T> rows;
   read_rows(mask, cells, rows);
-  if (rows.any == 0) return {T(1), {T(0), T(0), T(0)}};
+  if (rows.are_free()) return {T(1), {T(0), T(0), T(0)}};
+  if constexpr (!requires { typename T::Scalar; }) {
+    if (rows.are_masked()) return {T(0), {T(0), T(0), T(0)}};
+  }
   T sum(0);
   const Vec3<T> slope = sum_rows(rows, cells.within, sum);
-  const T free = from_lanes<T>([&](std::size_t k) -> std::int32_t { return rows.all[k] == ~std::uint32_t{0} ? 0 : 1; });
   const T scale(S(1.0 / (216.0 * 255.0)));
-  const T by = free * scale * T(mask.per_spacing);
-  return {(T(1) - sum * scale) * free, {T(0) - slope.x * by, T(0) - slope.y * by, T(0) - slope.z * by}};
+  const T by = scale * T(mask.per_spacing);
+  return {T(1) - sum * scale, {T(0) - slope.x * by, T(0) - slope.y * by, T(0) - slope.z * by}};
 }
 
 // Returns a distance within which m is 1 and its gradient 0 around y = x - c; 0 where none is known.

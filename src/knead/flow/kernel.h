@@ -149,6 +149,8 @@ struct FieldKernel {
 // A segment's field with its numbers in the scalar of the evaluation, and in double for what is known exactly.
 template <class S, template <class> class M, template <class> class R>
 struct KernelField {
+  using Plain = KernelField;
+
   M<S> motion;
   R<S> region;
   Thresholds<S> thresholds;

@@ -244,7 +244,7 @@ KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, co
 // Under a mask no motion is known in closed form.
 template <class P, class Field, bool masked>
 [[gnu::flatten]] Classified classify(const void* data, const BlockTask& task) {
-  const Field& field = *static_cast<const Field*>(data);
+  const typename Field::Plain& field = *static_cast<const Field*>(data);  // what overloads are for
   const P begin(field.begin);
   const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
   Classified result;

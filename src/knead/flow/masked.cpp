@@ -13,9 +13,13 @@ namespace knead::detail {
 
 namespace {
 
-constexpr std::size_t kMostBorder = 1500;  // parts of the border that are looked at
-constexpr int kPlaces = 8;                 // along each axis of the box in which the support is looked at
-constexpr std::array<double, 4> kMoments{0.125, 0.375, 0.625, 0.875};
+constexpr std::size_t kMostBorder = 400;  // parts of the border that are looked at
+constexpr int kPlaces = 6;                // along each axis of the box in which the support is looked at
+constexpr std::array<double, 3> kMoments{0.5, 0.1, 0.9};
+constexpr int kRounds = 12;
+constexpr double kStep = 0.3;    // of the way to the next weighted least squares
+constexpr double kRidge = 1e-6;  // so that the constant stays where the samples say nothing
+constexpr double kFar = 1e300;   // where a support without bounds ends
 
 bool rests(const Segment& segment) {
   const auto turns = [](const Field& field) {
@@ -48,7 +52,6 @@ bool reaches(const Segment& segment) {
 
 // A box beyond which a field is 0 from t = 0 to 1; all of space for regions without bounds.
 Box support_of(const Field& field, const Vec3d& displacement) {
-  constexpr double kFar = 1e300;
   Box box;
   double reach = field.thresholds.outer;
   if (std::holds_alternative<Ball<double>>(field.region)) {
@@ -76,20 +79,21 @@ bool contains(const Box& box, const Vec3d& p) {
          p.z <= box.max.z;
 }
 
-// At most so many, evenly through the list.
-std::vector<const MaskBorder*> border_in(const MaskGrid& grid, const Box& box) {
-  std::vector<const MaskBorder*> all;
-  for (const MaskBorder& part : grid.border) {
-    if (contains(box, part.place)) all.push_back(&part);
+// At most kMostBorder places of it, evenly through the list.
+std::vector<Vec3d> border_in(const MaskGrid& grid, const Box& box) {
+  std::vector<Vec3d> all;
+  for (const Vec3d& place : grid.border) {
+    if (contains(box, place)) all.push_back(place);
   }
   const std::size_t stride = (all.size() + kMostBorder - 1) / kMostBorder;
-  if (stride <= 1) return all;
-  std::vector<const MaskBorder*> some;
-  for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
-  return some;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < all.size(); i += stride) all[kept++] = all[i];
+  all.resize(kept);
+  return all;
 }
 
-// The least squares of one field: (of_border + of_region) offset = of_border A.
+// Finds the constant of one field: the sum of the eighth powers of the speeds at the samples is least, which all but
+// minimises the greatest speed. Iteratively reweighted least squares.
 class Offset {
  public:
   Offset(const Segment& segment, const Field& field) : segment_(segment), field_(field) {}
@@ -97,65 +101,92 @@ class Offset {
   Vec3d find() {
     const Mask& mask = segment_.mask;
     const Box support = support_of(field_, segment_.displacement);
-    const std::vector<const MaskBorder*> border = border_in(mask.grid(), support);
+    const std::vector<Vec3d> border = border_in(mask.grid(), support);
     Box around = mask.box();
     const double margin = 0.25 * around.diagonal();
     around = {around.min - Vec3d{margin, margin, margin}, around.max + Vec3d{margin, margin, margin}};
-    if (support.max.x < 1e200) around = support;
-    const std::span<const double> moments =
-        rests(segment_) ? std::span<const double>(kMoments).first(1) : std::span<const double>(kMoments);
-    for (const double t : moments) {
-      for (const MaskBorder* part : border) add_border(*part, t);
+    if (support.max.x < kFar) around = support;
+    const std::span<const double> moments(kMoments);
+    for (const double t : rests(segment_) ? moments.first(1) : moments) {
+      for (const Vec3d& x : border) add(x, t);
+      if (samples_.empty()) continue;  // the border is not reached at this moment
+      add_box(around, t);
     }
-    if (!(trace(border_) > 0)) return {0, 0, 0};
-    for (const double t : moments) add_region(around, t);
-    return solve();
+    return samples_.empty() ? Vec3d{0, 0, 0} : least();
   }
 
  private:
-  Vec3d from_center(const Vec3d& x, double t) const { return x - field_.center - segment_.displacement * t; }
+  // v = v0 - across x offset.
+  struct Sample {
+    Vec3d v0;
+    Vec3d across;
+  };
 
-  void add_border(const MaskBorder& part, double t) {
-    const Vec3d d = from_center(part.place, t);
-    const double w = blend_weight(region_value(field_, d, t).value, field_.thresholds).value;
-    if (w == 0) return;
-    const Vec3d a = std::visit([&](const auto& motion) { return evaluate(motion, d).potential; }, field_.motion);
-    border_ = border_ + part.across * (w * w);
-    right_ += (part.across * a) * (w * w);
+  void add(const Vec3d& x, double t) {
+    const Vec3d d = x - field_.center - segment_.displacement * t;
+    const RegionValue<double> r = region_value(field_, d, t);
+    const Weight<double> w = blend_weight(r.value, field_.thresholds);
+    if (w.value == 0) return;
+    const MaskValue<double> m = segment_.mask.at(x);
+    const Vec3d across = m.gradient * w.value + r.gradient * (w.derivative * m.value);
+    if (!(norm2(across) > 0)) return;
+    const MotionValue<double> inner =
+        std::visit([&](const auto& motion) { return evaluate(motion, d); }, field_.motion);
+    samples_.push_back({inner.velocity * (w.value * m.value) + cross(across, inner.potential), across});
   }
 
-  void add_region(const Box& box, double t) {
+  void add_box(const Box& box, double t) {
     const Vec3d cell = (box.max - box.min) / kPlaces;
-    const double volume = cell.x * cell.y * cell.z;
     for (int n = 0; n < kPlaces * kPlaces * kPlaces; ++n) {
       const Vec3d at{n % kPlaces + 0.5, n / kPlaces % kPlaces + 0.5, n / (kPlaces * kPlaces) + 0.5};
-      const Vec3d x = box.min + Vec3d{at.x * cell.x, at.y * cell.y, at.z * cell.z};
-      const RegionValue<double> r = region_value(field_, from_center(x, t), t);
-      const double slope = blend_weight(r.value, field_.thresholds).derivative;
-      if (slope == 0) continue;
-      const Vec3d g = r.gradient * (slope * segment_.mask.at(x).value);
-      const double square = norm2(g) * volume;
-      region_ = region_ + Mat3d{Vec3d{square, 0, 0} - g * (g.x * volume), Vec3d{0, square, 0} - g * (g.y * volume),
-                                Vec3d{0, 0, square} - g * (g.z * volume)};
+      add(box.min + Vec3d{at.x * cell.x, at.y * cell.y, at.z * cell.z}, t);
     }
   }
 
-  Vec3d solve() const {
-    const double ridge = 1e-9 * (trace(border_) + trace(region_));
-    const Mat3d left = border_ + region_ + Mat3d{{ridge, 0, 0}, {0, ridge, 0}, {0, 0, ridge}};
+  double greatest2(const Vec3d& offset) const {
+    double most = 0;
+    for (const Sample& s : samples_) most = std::max(most, norm2(s.v0 - cross(s.across, offset)));
+    return most;
+  }
+
+  Vec3d least() const {
+    Vec3d offset{0, 0, 0};
+    Vec3d best = offset;
+    double least2 = greatest2(offset);
+    double most2 = least2;
+    for (int round = 0; round < kRounds && most2 > 0; ++round) {
+      offset += (weighted(offset, 1 / most2) - offset) * kStep;
+      most2 = greatest2(offset);
+      if (most2 >= least2) continue;
+      least2 = most2;
+      best = offset;
+    }
+    return best;
+  }
+
+  // The least squares with each square weighted by the sixth power of the speed now.
+  Vec3d weighted(const Vec3d& offset, double scale2) const {
+    Mat3d left{{}, {}, {}};
+    Vec3d right{0, 0, 0};
+    for (const Sample& s : samples_) {
+      const double part2 = norm2(s.v0 - cross(s.across, offset)) * scale2;
+      const double weight = part2 * part2 * part2;
+      const double square = norm2(s.across);
+      left = left + (Mat3d{} * square + outer_product(s.across, -s.across)) * weight;
+      right += cross(s.v0, s.across) * weight;
+    }
+    const double ridge = kRidge * trace(left);
+    left = left + Mat3d{} * ridge;
     const Vec3d a = cross(left.row1, left.row2);
-    const Vec3d b = cross(left.row2, left.row0);
-    const Vec3d c = cross(left.row0, left.row1);
     const double det = dot(left.row0, a);
     if (!(det > 0)) return {0, 0, 0};
-    return (a * right_.x + b * right_.y + c * right_.z) / det;
+    right += offset * ridge;
+    return (a * right.x + cross(left.row2, left.row0) * right.y + cross(left.row0, left.row1) * right.z) / det;
   }
 
   const Segment& segment_;
   const Field& field_;
-  Mat3d border_{{}, {}, {}};
-  Mat3d region_{{}, {}, {}};
-  Vec3d right_{0, 0, 0};
+  std::vector<Sample> samples_;
 };
 
 }  // namespace

@@ -183,28 +183,24 @@ TEST(Masked, AClosedShapeKeepsItsVolume) {
 }
 
 // A ball pulled along a plane border at a distance from its centre: the constant of the potential keeps the flow along
-// the border near the tool's speed (method, section 10).
+// the border near the tool's speed (method, section 10). Without it the figures are 1.0 to 4.0.
 TEST(Masked, TheFlowAlongABorderIsSlow) {
   std::vector<Vec3d> wall;
-  for (int i = -30; i <= 30; ++i) {
-    for (int j = -30; j <= 30; ++j) {
-      for (int k = 0; k < 10; ++k) wall.push_back({-0.05 * k, 0.05 * i, 0.05 * j});
+  for (int i = -40; i <= 40; ++i) {
+    for (int j = -40; j <= 40; ++j) {
+      for (int k = 0; k < 12; ++k) wall.push_back({-0.04 * k, 0.04 * i, 0.04 * j});
     }
   }
   Random random(507);
-  const std::vector<Vec3d> places = test::random_points(random, 6000, 1.2);
-  for (const double width : {0.2, 0.4}) {
-    const Mask mask(wall, {}, width);
-    for (const double distance : {0.1, 0.3, 0.6}) {
-      for (const Vec3d& by : {Vec3d{0, 0.3, 0}, Vec3d{0.3, 0, 0}, Vec3d{0.2, 0.2, 0}}) {
-        Segment segment = test::translating(Ball<double>{}, {width + distance, 0, 0}, by, {0.2, 1});
-        segment.mask = mask;
-        const detail::BorderSpeed speed = detail::border_speed(segment, places);
-        RecordProperty("ratio", std::to_string(speed.at_border / norm(by)));
-        std::printf("width %g distance %g by %g %g: %.2f\n", width, distance, by.x, by.y, speed.at_border / norm(by));
-        EXPECT_LT(speed.at_border, 2 * norm(by)) << width << " " << distance;
-      }
-    }
+  const std::vector<Vec3d> places = test::random_points(random, 6000, 1.3);
+  const Vec3d by{0, 0.3, 0};
+  for (const auto& [width, distance] :
+       {std::pair{0.1, 0.3}, {0.1, 0.6}, {0.2, 0.1}, {0.2, 0.3}, {0.2, 0.6}, {0.4, 0.3}}) {
+    Segment segment = test::translating(Ball<double>{}, {0.65 * width + distance, 0, 0}, by, {0.2, 1});
+    segment.mask = Mask(wall, {}, width);
+    const detail::BorderSpeed speed = detail::border_speed(segment, places);
+    EXPECT_LT(speed.at_border, 1.25 * norm(by)) << width << " " << distance;
+    EXPECT_NEAR(speed.of_tool, norm(by), 0.2 * norm(by));
   }
 }
 

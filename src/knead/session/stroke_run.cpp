@@ -102,8 +102,12 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
 }
 
 // A mask stroke gives the shape its mask.
-void set_mask(const PreparedStroke& stroke, DeformedShape& shape) {
+void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   if (!std::holds_alternative<MaskStroke>(stroke.source->stroke) || !is_applied(*stroke.source)) return;
+  if (shape.motion().backend) {
+    stroke.outcome.warnings.push_back(
+        "the GPU cannot evaluate a mask: the CPU moves the vertices in the strokes after it");
+  }
   shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
 }
 
