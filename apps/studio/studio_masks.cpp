@@ -21,7 +21,7 @@ void Studio::refresh_mask() {
   if (is_same) return;
   values_mask_ = shown_.state.mask;
   values_mesh_ = shown_.state.mesh;
-  mask_values_ = mask_values(shown_.history, shown_.state);
+  mask_values_ = studio::mask_values(shown_.history, shown_.state);
 }
 
 void Studio::begin_masking() {

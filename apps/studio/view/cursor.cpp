@@ -36,6 +36,9 @@ double half_weight_radius(double outer) {
 
 std::optional<Radii> radii_of(const ToolSettings& settings) {
   switch (settings.tool->use) {
+    case ToolUse::mask:
+      if (settings.mask_mode != MaskMode::paint) return std::nullopt;
+      return Radii{settings.radius, settings.inner_ratio * settings.radius};
     case ToolUse::pull:
       return Radii{settings.radius, settings.inner_ratio * settings.radius};
     case ToolUse::paint:
@@ -43,7 +46,6 @@ std::optional<Radii> radii_of(const ToolSettings& settings) {
     case ToolUse::curve:
       return Radii{settings.radius, half_weight_radius(settings.radius)};
     case ToolUse::handles:
-    case ToolUse::mask:
       if (settings.handle == HandleMode::move) return std::nullopt;
       return Radii{0.5 * settings.radius, 0};
     case ToolUse::stamp:
