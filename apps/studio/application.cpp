@@ -257,6 +257,7 @@ class Application {
     }
     if (shape_.gpu() == nullptr) follow_on_cpu();
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
+    if (const auto mask = overlay_.mask(studio_)) view_.set_mask(*mask);
     render::LiveScene scene = overlay_.scene(studio_);
     scene.samples = samples_;
     view_.draw(scene, window_.width(), window_.height());

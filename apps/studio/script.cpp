@@ -176,6 +176,11 @@ class Script {
       for (const auto& [key, value] : line.at("view").members()) set_view(key, value);
     } else if (line.has("show")) {
       for (const auto& [key, value] : line.at("show").members()) show(key, value);
+    } else if (line.has("mask")) {
+      const std::optional<MaskEdit> edit = mask_edit(line.at("mask").text());
+      if (!edit) fail("a mask is changed by fill, clear, invert, blur, grow or shrink");
+      studio_.change_mask(*edit);
+      if (host_.after_event) host_.after_event();
     } else if (line.has("stamp")) {
       const std::string& name = line.at("stamp").text();
       const auto names = shape_names();
@@ -208,6 +213,10 @@ class Script {
       to.axis = vector_of(value);
     } else if (key == "handle" || key == "mark") {
       to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
+    } else if (key == "mask_mode") {
+      to.mask_mode = static_cast<MaskMode>(choice(value, {"paint", "lasso", "box"}));
+    } else if (key == "mask_width") {
+      to.mask_width = value.number();
     } else if (key == "on_surface") {
       to.start = value.flag() ? PullStart::surface : PullStart::plane;
     } else if (key == "start") {

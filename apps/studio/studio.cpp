@@ -89,6 +89,7 @@ void Studio::refresh() {
   if (!gesture_ && shown_.ended == ended_) pending_.reset();
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
   remember_view();
+  refresh_mask();
 }
 
 void Studio::after_opening() {
@@ -97,6 +98,7 @@ void Studio::after_opening() {
   layer_drag_.reset();
   turntable_.reset();
   remembered_view_.clear();
+  masking_.reset();
   pending_.reset();
   ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
@@ -155,7 +157,7 @@ void Studio::handle(const Event& event) {
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   set_pivot(event);
-  const bool in_hand = gesture_ || adjusting_ || layer_drag_;
+  const bool in_hand = gesture_ || adjusting_ || layer_drag_ || masking_;
   if (!in_hand && navigate(navigation_, event)) return;
   struct Handler {
     Studio& studio;
@@ -194,7 +196,8 @@ void Studio::press(const ButtonChanged& button) {
   if (layer_drag_ && button.button == MouseButton::right) return end_handle_drag(false);
   if (layer_drag_) return;
   if (gesture_ && button.button == MouseButton::right) return end(false);
-  if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
+  if (masking_ && button.button == MouseButton::right) return end_masking(false);
+  if (gesture_ || masking_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
     look_at(std::nullopt);
     tell({false, "This is the present shape again."});
@@ -214,6 +217,7 @@ void Studio::begin() {
     tell({false, "One moment: Studio is still preparing the shape."});
     return;
   }
+  if (settings_.tool->use == ToolUse::mask) return begin_masking();
   gesture_ = begin_gesture(pointer_, around, placed_);
   sent_strokes_.clear();
   if (!pending_) {
@@ -228,6 +232,7 @@ void Studio::begin() {
 void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (adjusting_) adjust();
   if (layer_drag_) move_handle();
+  if (masking_) move_masking();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
@@ -235,6 +240,7 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
 
 void Studio::release(const ButtonChanged& button) {
   if (layer_drag_ && button.button == MouseButton::left) return end_handle_drag(true);
+  if (masking_ && button.button == MouseButton::left) return end_masking(true);
   if (!gesture_ || button.button != MouseButton::left) return;
   place_pointer(button.x, button.y, button.modifiers);
   accept();
@@ -350,11 +356,12 @@ void Studio::discard(std::filesystem::path journal) {
 
 void Studio::undo() {
   if (gesture_) return end(false);
+  if (masking_) return end_masking(false);
   post([this](Progress& progress) { document_.undo(progress); }, "Undo");
 }
 
 void Studio::redo() {
-  if (gesture_) return;
+  if (gesture_ || masking_) return;
   post([this](Progress& progress) { document_.redo(progress); }, "Redo");
 }
 

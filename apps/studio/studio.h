@@ -14,6 +14,7 @@
 
 #include "document/document.h"
 #include "document/layers.h"
+#include "document/masking.h"
 #include "gestures/gesture.h"
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
@@ -127,6 +128,14 @@ class Studio {
   bool step_turntable(const std::function<void(const std::filesystem::path&)>& write);
   const std::optional<Turntable>& turntable() const { return turntable_; }
 
+  // Changes the whole mask, as a stroke of its own.
+  void change_mask(MaskEdit edit);
+  // How much each vertex is masked, as painted so far; empty: no vertex is.
+  const MaskValues& mask_values() const { return mask_values_; }
+  // The line that is being drawn round what will be masked; empty: none is.
+  std::vector<Pixel> mask_line() const { return masking_ ? masking_->line : std::vector<Pixel>{}; }
+  bool is_masking() const { return masking_.has_value(); }
+
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
   void clear_placed();
@@ -187,6 +196,14 @@ class Studio {
     double start_value = 0;
   };
 
+  // The mask being painted, or drawn round.
+  struct Masking {
+    MaskValues before;
+    bool erases = false;
+    std::vector<Pixel> line;
+    Screen screen;
+  };
+
   Surroundings surroundings() const;
   void place_pointer(double x, double y, const Modifiers& modifiers);
   bool type(const KeyChanged& key);
@@ -212,6 +229,13 @@ class Studio {
   void end_handle_drag(bool is_kept);
   void stop_turntable();
   void remember_view();
+  void refresh_mask();
+  void begin_masking();
+  void move_masking();
+  void paint_mask();
+  void end_masking(bool is_kept);
+  void apply_mask();
+  bool perform_mask(Action action);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
   void find_barrel(bool may_turn);
@@ -243,6 +267,10 @@ class Studio {
   std::optional<PendingStrokes> pending_;
   std::vector<SessionStroke> ended_strokes_;  // of pending_, those of gestures that have ended
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
+  MaskValues mask_values_;
+  Mask values_mask_;                         // the document's when the values were made
+  std::shared_ptr<const Mesh> values_mesh_;  // likewise
+  std::optional<Masking> masking_;
   HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
   LayerEditor layers_;

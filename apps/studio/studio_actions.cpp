@@ -44,6 +44,7 @@ void Studio::press_key(const KeyChanged& key) {
 
 void Studio::choose(const StudioTool& tool) {
   if (gesture_) end(false);
+  if (masking_) end_masking(false);
   settings_.tool = &tool;
   if (tool.use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   find_barrel(false);
@@ -51,7 +52,7 @@ void Studio::choose(const StudioTool& tool) {
 
 void Studio::perform(Action action) {
   refresh();
-  if (perform_view(action) || perform_tool(action)) return;
+  if (perform_view(action) || perform_tool(action) || perform_mask(action)) return;
   switch (action) {
     case Action::undo:
       return undo();
@@ -74,6 +75,8 @@ void Studio::perform(Action action) {
         end_handle_drag(false);
       } else if (turntable_) {
         stop_turntable();
+      } else if (masking_) {
+        end_masking(false);
       } else if (worker_->is_busy()) {
         worker_->cancel();
       } else if (shown_.looked_at) {

@@ -28,6 +28,7 @@
 
 // The velocity field of one tool at one point: inner motion, region and blend.
 #include "knead/field/field.h"
+#include "knead/field/mask.h"
 #include "knead/field/motion.h"
 #include "knead/field/region.h"
 

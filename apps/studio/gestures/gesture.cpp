@@ -76,6 +76,8 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
     case ToolUse::stamp:
     case ToolUse::turn:
       return begin_placed(pointer, around, placed);
+    case ToolUse::mask:
+      break;  // changes no shape: studio_masks.cpp
   }
   return std::nullopt;
 }

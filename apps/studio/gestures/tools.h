@@ -32,6 +32,9 @@ enum class PenPressure { none, radius, depth };
 
 enum class HandleMode { full, zero, erase, move };
 
+// paint: a brush; lasso: a line drawn round; box: a rectangle.
+enum class MaskMode { paint, lasso, box };
+
 struct Placed;
 struct ToolSettings;
 
@@ -83,6 +86,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
+  mask,     // drags paint, or go round, what stays as it is
 };
 
 // Which way the z axis of a placement points after a click.
@@ -152,6 +156,7 @@ const StudioTool& studio_tool(ToolUse use);
 const char* name_of(DragMode mode);
 const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
+const char* name_of(MaskMode mode);
 
 // How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
 enum class TurnDrag {
@@ -179,6 +184,8 @@ struct ToolSettings {
   HandleMode handle = HandleMode::full;
   bool lasso = false;  // handles are marked within a line that is drawn round them, through the shape
   PenPressure pressure = PenPressure::depth;
+  MaskMode mask_mode = MaskMode::paint;
+  double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
   bool uses_barrel = true;       // twist and bend move one part, found by Studio; else all below the plane
   std::array<bool, 3> mirror{};  // in x, y and z, through symmetry.center
   Symmetry symmetry;

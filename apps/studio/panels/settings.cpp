@@ -14,7 +14,7 @@ namespace knead::studio {
 
 namespace {
 
-bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn; }
+bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
 void draw_drag(ToolSettings& settings) {
   ImGui::TextUnformatted("Drag");
@@ -73,6 +73,22 @@ void draw_handles(Studio& studio) {
   if (ImGui::Button("Remove the handles")) studio.clear_placed();
 }
 
+void draw_mask(Studio& studio) {
+  MaskMode& mode = studio.settings().mask_mode;
+  for (const MaskMode each : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
+    if (each != MaskMode::paint) ImGui::SameLine();
+    if (ImGui::RadioButton(name_of(each), mode == each)) mode = each;
+  }
+  constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},     std::pair{Action::mask_clear, "Clear"},
+                               std::pair{Action::mask_invert, "Invert"}, std::pair{Action::mask_blur, "Blur"},
+                               std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"}};
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    if (i % 3 != 0) ImGui::SameLine();
+    if (ImGui::Button(actions[i].second)) studio.perform(actions[i].first);
+    help_on_hover(keys_text(studio.preferences().keys, actions[i].first).c_str());
+  }
+}
+
 void draw_own_settings(Studio& studio) {
   ToolSettings& settings = studio.settings();
   const StudioTool& tool = *settings.tool;
@@ -87,6 +103,7 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
+  if (tool.use == ToolUse::mask) draw_mask(studio);
 }
 
 // A length that may be left to be chosen by itself.

@@ -98,6 +98,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       break;
     case ToolUse::stamp:
     case ToolUse::handles:
+    case ToolUse::mask:
       break;
   }
   if (!stroke) return {};
@@ -277,6 +278,49 @@ void fade(render::Scene& parts) {
 
 }  // namespace
 
+namespace {
+
+// The line round what will be masked, as a curve in front of the shape.
+void add_mask_line(const Studio& studio, std::vector<render::Line>& lines) {
+  const std::vector<Pixel> line = studio.mask_line();
+  if (line.size() < 2) return;
+  const Screen screen = studio.screen();
+  const Vec3d forward = render::camera_frame(screen.camera).forward;
+  const Vec3d before = screen.camera.target - forward * studio.shown().diagonal;
+  render::Line drawn{.points = {}, .radius = 1.2 * pixel_size(screen, before), .color = kPlaced};
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    const Pixel& at = line[i % line.size()];
+    if (const auto p = on_plane(ray_through(screen, at.x, at.y), before, forward)) drawn.points.push_back(*p);
+  }
+  if (drawn.points.size() > 1) lines.push_back(std::move(drawn));
+}
+
+}  // namespace
+
+std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
+  const ShapeState& state = studio.shown().state;
+  if (studio.shown().opened == 0) return std::nullopt;
+  const bool is_same = mask_version_ == studio.shown().version && mask_mesh_ == state.mesh && !was_masking_;
+  if (is_same && !studio.is_masking()) return std::nullopt;
+  mask_version_ = studio.shown().version;
+  was_masking_ = studio.is_masking();
+  if (!was_masking_ && state.mask.shares(mask_) && mask_mesh_ == state.mesh && state.mask.is_empty()) {
+    if (!std::exchange(has_mask_, false)) return std::nullopt;
+  }
+  mask_ = state.mask;
+  mask_mesh_ = state.mesh;
+  std::vector<float> shades(state.positions.size());
+  const MaskValues& painted = studio.mask_values();
+  for (std::size_t v = 0; v < shades.size(); ++v) {
+    if (was_masking_ && v < painted.size()) shades[v] = static_cast<float>(painted[v]) / 255.0F;
+    if (!was_masking_ && !state.mask.is_empty()) {
+      shades[v] = static_cast<float>(1 - state.mask.at(state.positions[v]).value);
+    }
+  }
+  has_mask_ = std::any_of(shades.begin(), shades.end(), [](float shade) { return shade > 0; });
+  return shades;
+}
+
 render::LiveScene Overlay::scene(const Studio& studio) {
   const ViewSettings& view = studio.view();
   const DocumentState& shown = studio.shown();
@@ -301,6 +345,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   if (studio.turntable()) return scene;
   add_symmetry(studio, box, scene);
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
+  add_mask_line(studio, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};

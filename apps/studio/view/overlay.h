@@ -20,6 +20,9 @@ class Overlay {
   // The influence to be shown; nothing where it is what was returned last. Empty: none.
   std::optional<std::vector<float>> influence(const Studio& studio);
 
+  // How dark the mask makes each vertex, from 0 to 1; nothing where it is what was returned last.
+  std::optional<std::vector<float>> mask(const Studio& studio);
+
   // Why a tool that turns cannot be used where it is placed; empty: it can.
   static std::string placement_problem(const Studio& studio);
 
@@ -31,6 +34,11 @@ class Overlay {
   std::vector<Stroke> influencing_;
   std::uint64_t influenced_version_ = 0;
   bool has_influence_ = false;
+  std::uint64_t mask_version_ = 0;
+  std::shared_ptr<const Mesh> mask_mesh_;
+  Mask mask_;
+  bool was_masking_ = false;
+  bool has_mask_ = false;
 };
 
 // The strokes that the tool would begin with where the pointer is, mirror images included; empty where it is nowhere.

@@ -17,6 +17,8 @@
 namespace knead::render {
 namespace {
 
+constexpr float kMaskShade = 0.62f;  // how much darker a masked vertex is
+
 constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr int kRodSides = 16;
 
@@ -113,6 +115,8 @@ struct LiveView::State {
   LiveBuffers buffers;
   std::vector<Bytes4> colors;  // per drawn vertex; the fourth: influence
   std::vector<ShownImage> images;
+  std::vector<Bytes4> colors;        // per drawn vertex; the fourth: influence
+  std::vector<Bytes4> plain_colors;  // without the mask
   std::vector<Glass> glass;
   Rods rods;
   LiveTargets targets;
@@ -240,6 +244,7 @@ void LiveView::set_shape(const Mesh& mesh) {
   s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(mesh.vertex_count())}, [&](std::uint32_t v, std::uint32_t d) {
     s.colors[d] = {colors[v][0], colors[v][1], colors[v][2], 0};
   });
+  s.plain_colors = s.colors;
   s.buffers = make_live_buffers(s.mesh, s.colors);
   s.glass.clear();
   s.rods = {};
@@ -286,6 +291,28 @@ void LiveView::set_influence(std::span<const float> per_vertex) {
     const auto byte = static_cast<std::uint8_t>(std::lround(255 * value));
     if (s.colors[d][3] == byte) return;
     s.colors[d][3] = byte;
+    different = {std::min(different.begin, d), std::max(different.end, d + 1)};
+  });
+  update_colors(s.buffers, s.colors, different);
+}
+
+void LiveView::set_mask(std::span<const float> per_vertex) {
+  State& s = *state_;
+  const std::size_t count = s.mesh.vertex_count();
+  if (!per_vertex.empty() && per_vertex.size() != count) {
+    throw InvalidInput("live view: " + std::to_string(per_vertex.size()) + " values of a mask for a shape of " +
+                       std::to_string(count) + " vertices; give one per vertex");
+  }
+  VertexRange different{static_cast<std::uint32_t>(s.colors.size()), 0};
+  s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
+    const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
+    Bytes4 color = s.colors[d];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float lit = static_cast<float>(s.plain_colors[d][i]) * (1 - kMaskShade * value);
+      color[i] = static_cast<std::uint8_t>(std::lround(lit));
+    }
+    if (color == s.colors[d]) return;
+    s.colors[d] = color;
     different = {std::min(different.begin, d), std::max(different.end, d + 1)};
   });
   update_colors(s.buffers, s.colors, different);

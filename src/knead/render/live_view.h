@@ -111,6 +111,10 @@ class LiveView {
   // the outer region, 1 in the inner region; empty: no influence. Throws InvalidInput for another number of values.
   void set_influence(std::span<const float> per_vertex);
 
+  // Sets how much each vertex is masked, which darkens it: from 0, its own colour, to 1. Empty: no vertex. Setting the
+  // shape clears it. Throws InvalidInput for another number of values.
+  void set_mask(std::span<const float> per_vertex);
+
   // Draws the scene. width and height: of the framebuffer in pixels; does nothing if one is not positive. Throws
   // InvalidInput for a camera or a clipping plane without direction, or a picture too large for the driver.
   void draw(const LiveScene& scene, int width, int height);

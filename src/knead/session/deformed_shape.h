@@ -119,11 +119,12 @@ struct ShapeState {
   Snapshot positions;
   std::vector<Vec3d> normals{};                  // as many as the shape carries
   std::shared_ptr<const Provenance> provenance;  // null: the faces are those at the start
+  Mask mask{};                                   // of the strokes that follow
 
   // Returns the mesh with the positions.
   Mesh to_mesh() const;
 
-  // Returns whether both have the same faces, and positions with the same bits. Compares pointers only.
+  // Returns whether both have the same faces and mask, and positions with the same bits. Compares pointers only.
   bool is_same(const ShapeState& other) const;
 };
 
@@ -197,6 +198,10 @@ class DeformedShape {
   // Returns the work since the start, of all path lines, including those of points that remeshing added.
   const AdvectResult& work() const { return work_; }
 
+  // Returns the mask of the strokes that follow: that of the latest mask stroke.
+  const Mask& mask() const { return mask_; }
+  void set_mask(Mask mask) { mask_ = std::move(mask); }
+
   // Returns how strokes move vertices.
   const MotionOptions& motion() const { return motion_; }
   // Returns the length that relative tolerances refer to, of the shape at the start.
@@ -210,7 +215,8 @@ class DeformedShape {
   StrokeOutcome apply(const SessionStroke& stroke, const std::filesystem::path& folder = {},
                       Progress* progress = nullptr);
 
-  // Moves the vertices through a flow; the faces stay. On a status other than done the shape is part-way.
+  // Moves the vertices through a flow as it is: its segments bring their own masks. The faces stay. On a status other
+  // than done the shape is part-way.
   AdvectStatus move(const Flow& flow, Progress* progress = nullptr);
 
   // Relaxes the surface at the points of the stroke from one number to another; a fraction at the end is so much of the
@@ -265,6 +271,7 @@ class DeformedShape {
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::CarriedNormals> normals_;
+  Mask mask_;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;
 };

@@ -154,7 +154,8 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const std::uint64_t steps = steps_;
   part_.reset();
   result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
-    const AdvectStatus status = change.rest ? shape_.move(*change.rest, progress) : AdvectStatus::done;
+    const AdvectStatus status =
+        change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
     if (status != AdvectStatus::done) return status;
     std::vector<SessionStroke> added =
         without_remesh({strokes.begin() + static_cast<std::ptrdiff_t>(change.first_new), strokes.end()});
