@@ -226,6 +226,10 @@ class Script {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
       to.uses_barrel = value.flag();
+    } else if (key == "widens_zone") {
+      to.widens_zone = value.flag();
+    } else if (key == "handles_anyway") {
+      to.handles_anyway = value.flag();
     } else if (key == "mirror") {
       to.mirror = flags_of(value);
     } else if (key == "remesh") {
@@ -279,6 +283,8 @@ class Script {
     }
     if (key == "material") {
       view.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+    } else if (key == "stretch") {
+      view.stretch = static_cast<StretchView>(choice(value, {"off", "since_start", "last_stroke"}));
     } else if (key == "cut_normal") {
       view.cut_normal = vector_of(value);
     } else if (key == "cut_offset") {

@@ -31,6 +31,9 @@ struct StudioOptions {
   int threads = 0;  // of the deformation; 0: all
 };
 
+// What the colours of stretches refer to.
+enum class StretchView { off, since_start, last_stroke };
+
 // How the shape is looked at.
 struct ViewSettings {
   render::Material material = render::Material::clay;
@@ -39,6 +42,7 @@ struct ViewSettings {
   bool tool = true;        // the cursor on the surface, and the picture of what is placed
   bool region = false;     // the region of influence at the cursor as translucent surfaces
   bool cut = false;        // the cutting plane
+  StretchView stretch = StretchView::off;
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
   bool panels = true;
@@ -93,6 +97,7 @@ class Studio {
   void edit(std::size_t entry, std::vector<SessionStroke> strokes);
   void look_at(std::optional<std::size_t> entries);
   void count_crossings();
+  void remesh_last();  // applies the last stroke again, and remeshes it
 
   // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
   enum class PlanePick { none, face, three_points };
