@@ -25,6 +25,7 @@
 #include "view/overlay.h"
 #include "view/picture_quality.h"
 #include "view/shown_shape.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -181,6 +182,7 @@ class Application {
     }
     if (studio_.view().statistics) draw_statistics(studio_, gui_, times_);
     if (studio_.view().help) draw_help(studio_, gui_);
+    draw_stretch(studio_, gui_, {overlay_.knows_stretch(), estimate_.update(studio_)});
     draw_messages(studio_, gui_, messages_);
     draw_dialogs(studio_, dialogs_, gui_, [this](const std::filesystem::path& path) { write_picture(path); });
   }
@@ -301,6 +303,7 @@ class Application {
   Gui gui_;
   render::LiveView view_;
   Overlay overlay_;
+  StretchEstimate estimate_;
   ShownShape shape_;
   std::uint64_t reads_before_ = 0;
   Dialogs dialogs_;

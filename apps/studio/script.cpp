@@ -235,6 +235,10 @@ class Script {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
       to.uses_barrel = value.flag();
+    } else if (key == "widens_zone") {
+      to.widens_zone = value.flag();
+    } else if (key == "handles_anyway") {
+      to.handles_anyway = value.flag();
     } else if (key == "mirror") {
       to.mirror = flags_of(value);
     } else if (key == "remesh") {
@@ -308,6 +312,8 @@ class Script {
         fail(fmt::format("{}: a background is gradient, light, dark or #rrggbb", to_text(value)));
       }
       view.look.background = value.text();
+    } else if (key == "stretch") {
+      view.stretch = static_cast<StretchView>(choice(value, {"off", "since_start", "last_stroke"}));
     } else if (key == "cut_normal") {
       view.cut_normal = vector_of(value);
     } else if (key == "cut_offset") {

@@ -250,6 +250,10 @@ void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
   Surroundings around = surroundings();
   end_gesture(pointer_, around, placed_, *gesture_);
+  if (const auto* handles = std::get_if<HandlesGesture>(&gesture_->kind)) {
+    const std::string refusal = refusal_of(*handles, settings_);
+    if (!refusal.empty()) tell({true, refusal});
+  }
   send_live();
   end(true);
 }
@@ -292,12 +296,14 @@ void Studio::end(bool is_kept) {
 
 void Studio::find_barrel(bool may_turn) {
   const Turning& turning = settings_.tool->turning;
-  if (!turning.takes_barrel || !settings_.uses_barrel || !placed_.placement) return;
+  if (!turning.takes_barrel || !placed_.placement) return;
   const Placement placement = *placed_.placement;
   const bool bends = turning.axis == &Placement::x;
-  const auto find = [this, placement, bends, may_turn](Progress& progress) {
+  const auto find = [this, placement, bends, may_turn, settings = settings_](Progress& progress) {
     try {
-      const Placement found = document_.with_barrel(placement, bends, may_turn, progress);
+      Placement found =
+          settings.uses_barrel ? document_.with_barrel(placement, bends, may_turn, progress) : placement;
+      found.profile = document_.profile(settings, found);
       const std::lock_guard lock(mailbox_.mutex);
       mailbox_.barrel = {placement, found};
     } catch (const Cancelled&) {
@@ -372,6 +378,15 @@ void Studio::look_at(std::optional<std::size_t> entries) {
 
 void Studio::count_crossings() {
   post([this](Progress& progress) { document_.count_crossings(progress); }, "Counting crossings");
+}
+
+void Studio::remesh_last() {
+  if (gesture_) end(false);
+  refresh();
+  if (shown_.history.empty()) return;
+  std::vector<SessionStroke> strokes = shown_.history.back()->strokes;
+  for (SessionStroke& stroke : strokes) stroke.remesh = settings_.remesh_settings;
+  change_layers(replaced(shown_.history.size() - 1, std::move(strokes)));
 }
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {

@@ -36,6 +36,9 @@ struct StudioOptions {
   int threads = 0;  // of the deformation; 0: all
 };
 
+// What the colours of stretches refer to.
+enum class StretchView { off, since_start, last_stroke };
+
 // How the shape is looked at.
 struct ViewSettings {
   Look look;  // but for the projection, which is the navigation's
@@ -45,6 +48,7 @@ struct ViewSettings {
   bool region = false;     // the region of influence at the cursor as translucent surfaces
   bool references = true;  // the pictures behind the shape
   bool cut = false;        // the cutting plane
+  StretchView stretch = StretchView::off;
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
   bool panels = true;
@@ -116,6 +120,7 @@ class Studio {
   std::optional<LayerHandle> pointed_handle() const;
   void look_at(std::optional<std::size_t> entries);
   void count_crossings();
+  void remesh_last();  // applies the last stroke again, and remeshes it
 
   // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
   enum class PlanePick { none, face, three_points };

@@ -134,6 +134,9 @@ bool Studio::perform_tool(Action action) {
     case Action::remesh:
       settings_.remesh = !settings_.remesh;
       return true;
+    case Action::remesh_last:
+      remesh_last();
+      return true;
     default:
       return false;
   }
@@ -164,6 +167,9 @@ bool Studio::perform_view(Action action) {
       return toggle(view_.influence);
     case Action::region:
       return toggle(view_.region);
+    case Action::stretch:
+      view_.stretch = static_cast<StretchView>((static_cast<int>(view_.stretch) + 1) % 3);
+      return true;
     case Action::cutting_plane:
       return toggle(view_.cut);
     case Action::help:

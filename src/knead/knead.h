@@ -62,6 +62,7 @@
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/stamp.h"
+#include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
 #include "knead/tool/tool.h"
 

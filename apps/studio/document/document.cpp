@@ -1,13 +1,16 @@
 #include "document/document.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "gestures/gesture.h"
 #include "knead/io/remeshed.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
@@ -16,6 +19,7 @@
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/tool/placement.h"
+#include "knead/tool/strain.h"
 
 namespace knead::studio {
 
@@ -54,6 +58,8 @@ void Document::show() {
 
 void Document::show_state() {
   shown_.state = history_->state();
+  shown_.start = history_->base();
+  shown_.before_stroke = history_->state_before();
   shown_.looked_at.reset();
   shown_.history = history_->done();
   shown_.redoable = history_->redoable();
@@ -310,6 +316,47 @@ void Document::measure_large_volume() {
   show();
 }
 
+namespace {
+
+constexpr double kThinAngle = 5;  // degrees
+
+bool is_remeshed(const HistoryEntry& entry) {
+  return std::ranges::all_of(entry.strokes, [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+}
+
+// By the cosines: an angle is below the bound where the cosine is above.
+bool has_thin_angle(const std::array<Vec3d, 3>& p) {
+  const double bound = std::cos(kThinAngle * std::numbers::pi / 180);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d a = p[(i + 1) % 3] - p[i];
+    const Vec3d b = p[(i + 2) % 3] - p[i];
+    if (!(dot(a, b) <= bound * norm(a) * norm(b))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void Document::count_thin_triangles() {
+  shown_.thin_triangles = 0;
+  const std::vector<std::shared_ptr<const HistoryEntry>> done = history_->done();
+  const std::optional<ShapeState> before = history_->state_before();
+  const ShapeState& now = history_->state();
+  if (done.empty() || is_remeshed(*done.back()) || !before || before->mesh != now.mesh) return;
+  const std::vector<IndexRange> changes = now.positions.changes_since(before->positions);
+  std::vector<bool> moved(now.positions.size());
+  for (const IndexRange& range : changes) std::fill(moved.begin() + range.begin, moved.begin() + range.end, true);
+  const std::vector<Vec3d> after = now.positions.copy();
+  for_each_triangle(*now.mesh, after, [&](const Triangle& t) {
+    if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return;
+    const auto at = [&](const auto& from) { return std::array<Vec3d, 3>{from[t[0]], from[t[1]], from[t[2]]}; };
+    const std::array<Vec3d, 3> here = at(after);
+    const std::array<Vec3d, 3> there = at(before->positions);
+    const bool is_stretched = triangle_stretch(there, here).value_or(1) > kStrongStretch;
+    if (is_stretched || (has_thin_angle(here) && !has_thin_angle(there))) ++shown_.thin_triangles;
+  });
+}
+
 void Document::when_idle(Progress& progress) {
   if (!history_) return;
   if (!picker_is_stale_ && history_->is_settled()) return measure_large_volume();
@@ -324,6 +371,7 @@ void Document::get_ready() {
   picker_is_stale_ = false;
   history_->prepare();
   measure_volume();
+  count_thin_triangles();
   if (journal_) journal_->sync();
   shown_.picker = pickers_.make(history_->state());
   show();
@@ -387,6 +435,10 @@ const Placement& best_of(const std::vector<FoundBarrel>& found) {
 }
 
 }  // namespace
+
+std::shared_ptr<const ZoneProfile> Document::profile(const ToolSettings& settings, const Placement& placement) const {
+  return history_ ? profile_at(settings, placement, history_->state()) : nullptr;
+}
 
 Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const {
   Placement result = placement;

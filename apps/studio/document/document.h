@@ -41,19 +41,24 @@ struct DocumentState {
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
   std::string title;
-  std::filesystem::path shape_path;     // empty: the shape was made, not read
-  std::filesystem::path session_path;   // empty: never saved
-  bool is_changed = false;              // since it was saved
-  double diagonal = 1;                  // of the box of the shape as it was opened
-  std::optional<double> volume_before;  // of a closed shape as it was opened
-  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
-  double live_seconds = 0;              // that the last step of a drag took
-  std::uint64_t live_steps = 0;         // accepted steps of the last entry
-  double journal_seconds = 0;           // that the last batch took to be written
-  std::string journal_trouble;          // one line while the disk refuses the journal
-  std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
-  std::string recovered_view;           // of a recovered document: its view, as remember_view kept it
-  std::string refusal;                  // why the current stroke is impossible; empty: it is possible
+  std::filesystem::path shape_path;         // empty: the shape was made, not read
+  std::filesystem::path session_path;       // empty: never saved
+  bool is_changed = false;                  // since it was saved
+  double diagonal = 1;                      // of the box of the shape as it was opened
+  std::optional<double> volume_before;      // of a closed shape as it was opened
+  std::optional<double> volume;             // as it is, when last measured: during a drag, and at its end
+  double live_seconds = 0;                  // that the last step of a drag took
+  std::uint64_t live_steps = 0;             // accepted steps of the last entry
+  double journal_seconds = 0;               // that the last batch took to be written
+  std::string journal_trouble;              // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;           // of the stamp being dragged: the points that it pushed last
+  std::string recovered_view;               // of a recovered document: its view, as remember_view kept it
+  std::string refusal;                      // why the current stroke is impossible; empty: it is possible
+  ShapeState start;                         // the shape as it was opened
+  std::optional<ShapeState> before_stroke;  // before the current gesture, else before the last entry; nothing: not kept
+  // That the last entry made thin, if it was not remeshed: with an angle below 5 degrees that was larger before, or
+  // stretched more than kStrongStretch times.
+  std::size_t thin_triangles = 0;
 };
 
 // Where the document keeps its files, and whom it informs.
@@ -108,6 +113,8 @@ class Document {
   // clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer tip;
   // else its z says where the tip is.
   Placement with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
+  // Returns the profile of the shape for a twist or bend that is placed so.
+  std::shared_ptr<const ZoneProfile> profile(const ToolSettings& settings, const Placement& placement) const;
   void count_crossings(Progress& progress);
 
   // Keeps a text about the view in the journal's folder, for `recover`.
@@ -135,6 +142,7 @@ class Document {
   void show_state();
   void measure_volume();
   void measure_large_volume();
+  void count_thin_triangles();
   bool guarded(const std::function<void()>& work) const;
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;

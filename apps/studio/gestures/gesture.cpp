@@ -200,6 +200,8 @@ RelaxStroke with_images(const RelaxStroke& stroke, const std::vector<SymmetryIma
 
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
   if (!gesture.trouble.empty()) return {};
+  const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
+  if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
   const std::vector<SymmetryImage> images = images_of(settings);
   std::vector<Stroke> pieces = std::visit(Pieces{!images.empty()}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {

@@ -13,6 +13,7 @@
 #include "knead/mesh/mesh.h"
 #include "knead/remesh/remesh.h"
 #include "knead/tool/placement.h"
+#include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
 
 namespace knead::studio {
@@ -71,6 +72,8 @@ struct Placement {
   Vec3d z{0, 0, 1};
   // Of twist and bend on the shape as it was when placed: the barrel, or why there is none.
   std::optional<BarrelPlacement> barrel{};
+  // Of twist and bend on the shape as it was when placed: how far it reaches from their line. Null: not known yet.
+  std::shared_ptr<const ZoneProfile> profile{};
 
   friend bool operator==(const Placement& a, const Placement& b) {
     return a.center == b.center && a.x == b.x && a.y == b.y && a.z == b.z;
@@ -189,7 +192,9 @@ struct ToolSettings {
   bool uses_barrel = true;       // twist and bend move one part, found by Studio; else all below the plane
   std::array<bool, 3> mirror{};  // in x, y and z, through symmetry.center
   Symmetry symmetry;
-  bool remesh = false;  // when a drag ends
+  bool widens_zone = true;      // of twist and bend, where it is too thin for the angle
+  bool handles_anyway = false;  // move handles where the flow beside them is faster than kStrongSpeed
+  bool remesh = false;          // when a drag ends
   RemeshSettings remesh_settings;
 };
 

@@ -126,6 +126,7 @@ void draw_view_menu(Studio& studio) {
   item(studio, Action::references, view.references);
   item(studio, Action::influence, view.influence);
   item(studio, Action::region, view.region);
+  item(studio, Action::stretch, view.stretch != StretchView::off);
   item(studio, Action::cutting_plane, view.cut);
   ImGui::Separator();
   item(studio, Action::panels, view.panels);
@@ -153,6 +154,7 @@ void draw_menus(Studio& studio, Dialogs& dialogs) {
            studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
     }
     item(studio, Action::remesh, studio.settings().remesh);
+    item(studio, Action::remesh_last, false, !studio.shown().history.empty());
     ImGui::EndMenu();
   }
   if (ImGui::BeginMenu("View")) {

@@ -10,6 +10,7 @@
 #include "panels/widgets.h"
 #include "platform/file_list.h"
 #include "view/overlay.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -207,6 +208,8 @@ void draw_status(Studio& studio, const Gui& gui) {
     } else if (!problem.empty()) {
       ImGui::TextColored(kWarning, "%s", problem.c_str());
       help_on_hover(problem.c_str());
+    } else if (const std::string note = zone_note(studio); !note.empty()) {
+      ImGui::TextUnformatted(note.c_str());
     } else {
       const std::string hint =
           hint_of(studio.settings(), studio.placed(), turn_drag(studio.screen(), studio.settings(), studio.placed()));

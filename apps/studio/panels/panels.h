@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/tool/strain.h"
 #include "platform/gui.h"
 #include "studio.h"
 
@@ -65,6 +66,15 @@ void draw_help(Studio& studio, const Gui& gui);
 
 // A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal.
 void draw_status(Studio& studio, const Gui& gui);
+
+// What is known of stretches in the picture.
+struct Stretched {
+  bool is_known = false;                    // the stretch of the shape that is shown
+  std::optional<GreatestStretch> estimate;  // of what the tool is about to do
+};
+
+// The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke.
+void draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
 // Notices: what was done fades, what went wrong stays until it is clicked away.
 struct Messages {

@@ -54,6 +54,8 @@ void draw_stamp(Studio& studio) {
 void draw_barrel_settings(Studio& studio) {
   ImGui::Checkbox("Move one part, found automatically", &studio.settings().uses_barrel);
   const auto& placement = studio.placed().placement;
+  ImGui::Checkbox("Widen a zone that is too thin", &studio.settings().widens_zone);
+  help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
   if (!placement || !placement->barrel) return;
   if (placement->barrel->problem.empty()) {
     ImGui::TextDisabled("%s", fmt::format("The barrel has radius {:.3g}.", placement->barrel->radius).c_str());
@@ -70,6 +72,9 @@ void draw_handles(Studio& studio) {
   }
   ImGui::Checkbox("Lasso", &studio.settings().lasso);
   help_on_hover("Draw a line round what you mark. It marks through the shape.");
+  ImGui::Checkbox("Do it anyway", &studio.settings().handles_anyway);
+  help_on_hover(
+      "Moves the handles even where the shape beside them would run aside or back over more than twice the distance.");
   if (ImGui::Button("Remove the handles")) studio.clear_placed();
 }
 
@@ -176,6 +181,11 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
   ImGui::Checkbox("Influence", &view.influence);
   ImGui::Checkbox("Region at the cursor", &view.region);
   help_on_hover("shows the inner and outer region of the tool as translucent surfaces (B)");
+  constexpr std::array stretches{StretchView::off, StretchView::since_start, StretchView::last_stroke};
+  choose_one("Stretch", view.stretch, stretches, [](StretchView since) {
+    return std::array{"Off", "Since the start", "By the last stroke"}[static_cast<std::size_t>(since)];
+  });
+  help_on_hover("colours the shape by how far its triangles are stretched");
   ImGui::Checkbox("Cutting plane", &view.cut);
   if (!view.cut) return;
   const double half = 0.5 * studio.shown().diagonal;

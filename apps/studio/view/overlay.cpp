@@ -10,6 +10,7 @@
 #include "knead/render/tool_picture.h"
 #include "view/influence.h"
 #include "view/labels.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -23,8 +24,9 @@ constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
 constexpr double kInArrowRadius = 0.03;
-constexpr double kSameImage = 1e-9;        // of the radius: images that differ by less are one
-constexpr float kZeroHandleShade = 0.35f;  // shown in the outer region's green
+constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
+constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
+constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's green
 
 Box box_of(const DocumentState& shown) {
   Box box;
@@ -334,6 +336,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
     scene.background_bottom = background->bottom;
   }
   scene.wireframe = view.wireframe;
+  scene.show_stretch = view.stretch != StretchView::off && studio.settings().tool->use != ToolUse::handles;
   scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
   if (shown.opened == 0) return scene;
   if (view.references) scene.images = placed_images(studio.references(), studio.navigation().view);
@@ -384,6 +387,22 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   return scene;
 }
 
+std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
+  const DocumentState& shown = studio.shown();
+  const StretchView since = studio.view().stretch;
+  const bool is_new = influenced_version_ != shown.version || stretched_ != since || !has_influence_;
+  const bool waits = studio.gesture() && shown.state.positions.size() > kStretchedAtOnce && stretched_ == since;
+  if (!is_new || waits) return std::nullopt;
+  influenced_version_ = shown.version;
+  stretched_ = since;
+  has_influence_ = true;
+  std::optional<std::vector<float>> values = stretches_shown(shown, since);
+  knows_stretch_ = values.has_value();
+  if (!values) return std::vector<float>{};
+  for (float& value : *values) value = shade_of_stretch(value);
+  return values;
+}
+
 std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
   const bool handles = studio.settings().tool->use == ToolUse::handles;
   if (handles) {
@@ -394,7 +413,13 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
     }
     influencing_.clear();
     has_influence_ = true;
+    stretched_ = StretchView::off;
     return values;
+  }
+  if (studio.view().stretch != StretchView::off) return stretch(studio);
+  if (std::exchange(stretched_, StretchView::off) != StretchView::off) {
+    influencing_.clear();
+    influenced_version_ = 0;
   }
   if (!studio.view().influence || studio.gesture() || studio.shown().opened == 0) {
     if (!std::exchange(has_influence_, false)) return std::nullopt;
@@ -414,6 +439,8 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
 }
 
 std::string Overlay::placement_problem(const Studio& studio) {
+  const auto* handles = studio.gesture() ? std::get_if<HandlesGesture>(&studio.gesture()->kind) : nullptr;
+  if (handles != nullptr) return refusal_of(*handles, studio.settings());
   const std::optional<Placement>& placement = studio.placed().placement;
   if (!studio.settings().tool->turning.takes_barrel || !studio.settings().uses_barrel || !placement ||
       !placement->barrel)

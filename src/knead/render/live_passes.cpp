@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "knead/math/error.h"
@@ -18,7 +19,10 @@ void use_live(const gl::Program& program, const LiveFrame& frame) {
   const CameraFrame& axes = frame.view.frame;
   set_simple_light(program, frame.view);
   set(program, "fill", normalized(axes.right * 0.9 - axes.up * 0.1 - axes.forward * 0.35));
-  set(program, "influence", frame.scene.show_influence ? 1.0 : 0.0);
+  set(program, "influence", frame.scene.show_stretch ? 2.0 : frame.scene.show_influence ? 1.0 : 0.0);
+  for (std::size_t i = 0; i < kStretchColors.size(); ++i) {
+    set(program, ("stretch[" + std::to_string(i) + "]").c_str(), kStretchColors[i]);
+  }
 }
 
 void use_live_clipped(const gl::Program& program, const LiveFrame& frame) {

@@ -36,8 +36,14 @@ void main() {
 
 // Colours are multiplied by light as squares, which is near enough to what the screen does, and cheap.
 const char* const kClayLight = R"(
-uniform float influence;  // 1: shown
+uniform float influence;  // 1: shown; 2: as a stretch
+uniform vec3 stretch[5];
 vec3 with_influence(vec4 c) {
+  if (influence > 1.5) {
+    vec3 shade = stretch[0];
+    for (int i = 0; i < 4; ++i) shade = mix(shade, stretch[i + 1], clamp(4.0 * c.a - float(i), 0.0, 1.0));
+    return shade;
+  }
   vec3 hue = mix(vec3(0.16, 0.66, 0.26), vec3(0.90, 0.13, 0.09), smoothstep(0.55, 0.98, c.a));
   float strength = influence * mix(0.55, 0.72, c.a) * smoothstep(0.0, 0.3, c.a);
   return mix(c.rgb, hue, strength);

@@ -113,7 +113,6 @@ struct LiveView::State {
   Placement placement;
   LiveMesh mesh;
   LiveBuffers buffers;
-  std::vector<Bytes4> colors;  // per drawn vertex; the fourth: influence
   std::vector<ShownImage> images;
   std::vector<Bytes4> colors;        // per drawn vertex; the fourth: influence
   std::vector<Bytes4> plain_colors;  // without the mask

@@ -1,6 +1,7 @@
 // Draws one shape interactively while it deforms, in a window's framebuffer.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -44,6 +45,12 @@ struct PlacedImage {
   Vec3d up;     // and of the upper side
   float opacity = 1;
 };
+// The colours of stretches, from none to the strongest, evenly spaced: told apart by lightness alone, too.
+inline constexpr std::array<Color, 5> kStretchColors{{{0.86f, 0.86f, 0.84f, 1},
+                                                      {0.99f, 0.80f, 0.35f, 1},
+                                                      {0.93f, 0.44f, 0.20f, 1},
+                                                      {0.62f, 0.14f, 0.36f, 1},
+                                                      {0.22f, 0.05f, 0.32f, 1}}};
 
 // The camera, the material and everything that is drawn besides the shape. Colours are those on the screen.
 struct LiveScene {
@@ -54,6 +61,7 @@ struct LiveScene {
   int samples = 0;                     // per pixel; 0: the number given to the view
   bool wireframe = false;              // the polygons' edges
   bool show_influence = false;         // as set by set_influence
+  bool show_stretch = false;           // the values of set_influence along kStretchColors instead
   std::optional<Clip> clip;            // shape only
   std::vector<PlacedImage> images;
   std::vector<TranslucentSurface> surfaces;

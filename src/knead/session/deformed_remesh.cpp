@@ -11,8 +11,11 @@ namespace knead {
 
 namespace {
 
-// The vertex attribute that carries normals through a remesh, which interpolates it.
+// The vertex attributes that carry normals, and the places at the start and before the stroke, through a remesh, which
+// interpolates them.
 constexpr const char* kNormals = "knead carried normal";
+constexpr const char* kRest = "knead place at the start";
+constexpr const char* kBefore = "knead place before the stroke";
 
 // Ends a remesh whose points could not be carried.
 struct Stopped {
@@ -58,6 +61,7 @@ Provenance unchanged(const Mesh& mesh) {
   result.vertex_source.resize(mesh.vertex_count());
   std::iota(result.vertex_source.begin(), result.vertex_source.end(), 0U);
   result.touched.resize(mesh.vertex_count());
+  result.rest = mesh.positions;
   return result;
 }
 
@@ -89,6 +93,24 @@ std::vector<Vec3d> take_normals(Mesh& mesh) {
     normals[i] = norm(n) > 0 ? n * (value[3] / norm(n)) : n;
   }
   return normals;
+}
+
+void add_places(const char* name, std::span<const Vec3d> places, Mesh& mesh) {
+  Attribute attribute{name, Domain::vertex, NumberType::float64, 3, {}};
+  attribute.values.reserve(3 * places.size());
+  for (const Vec3d& p : places) attribute.values.insert(attribute.values.end(), {p.x, p.y, p.z});
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+std::vector<Vec3d> take_places(Mesh& mesh) {
+  const Attribute attribute = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<Vec3d> places(attribute.values.size() / 3);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double* const value = attribute.values.data() + 3 * i;
+    places[i] = {value[0], value[1], value[2]};
+  }
+  return places;
 }
 
 // What is known of the vertices and faces before a remesh, handed on to those after it.
@@ -173,6 +195,8 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
     }
   }
   add_normals(normals(), mesh);
+  add_places(kRest, provenance.rest, mesh);
+  add_places(kBefore, before, mesh);
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   const FlowReach reach(flow);
@@ -205,7 +229,10 @@ void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
     const std::uint32_t source = remeshed.vertex_source[i];
     if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
   }
-  provenance_ = std::make_shared<const Provenance>(after_remesh(*provenance_, remeshed, touched_before, before));
+  Provenance provenance = after_remesh(*provenance_, remeshed, touched_before, before);
+  provenance.before_stroke = take_places(remeshed.mesh);
+  provenance.rest = take_places(remeshed.mesh);
+  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   std::vector<Vec3d> normals;
   if (normals_) normals = take_normals(remeshed.mesh);
   mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));

@@ -54,9 +54,13 @@ struct RemeshPolicy {
 
 // Where the vertices and faces of a remeshed shape come from in the shape at the start.
 struct Provenance {
-  std::vector<std::uint32_t> face_source;        // for each face: the face at the start that it lies in
-  std::vector<std::uint32_t> vertex_source;      // for each vertex: the vertex at the start, or kNewVertex
-  std::vector<bool> touched;                     // for each vertex: whether it, or the surface there, has moved
+  std::vector<std::uint32_t> face_source;    // for each face: the face at the start that it lies in
+  std::vector<std::uint32_t> vertex_source;  // for each vertex: the vertex at the start, or kNewVertex
+  std::vector<bool> touched;                 // for each vertex: whether it, or the surface there, has moved
+  // For each vertex: where this point of the surface was at the start, and before the last stroke that was remeshed. A
+  // new vertex has a place between those of the old ones.
+  std::vector<Vec3d> rest;
+  std::vector<Vec3d> before_stroke;
   std::optional<std::vector<MeshEdge>> creases;  // of the shape before the first remesh, as they are now
   RemeshCounts counts;                           // sums over all strokes; crossings: after the last one
   bool is_renumbered = false;                    // vertices have other numbers than at the start

@@ -301,6 +301,12 @@ WorkResult Workbench::append(const std::vector<SessionStroke>& strokes, Progress
   return result;
 }
 
+std::optional<ShapeState> Workbench::state_before() const {
+  if (!live_.empty()) return last_state();
+  if (now_.empty()) return std::nullopt;
+  return now_.size() == 1 ? base_ : now_[now_.size() - 2]->after;
+}
+
 std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* progress) {
   return make_state(std::min(entries, now_.size()), progress);
 }

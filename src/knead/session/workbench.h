@@ -94,6 +94,10 @@ class Workbench {
   const ShapeState& state() const { return live_.empty() ? last_state() : live_state_; }
   const ShapeState& base() const { return base_; }
 
+  // Returns the shape before the current gesture, or without one before the last entry of the history; nothing if that
+  // is not kept, or there is no entry.
+  std::optional<ShapeState> state_before() const;
+
   // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
   // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
   // have no effect before finish.
