@@ -35,7 +35,7 @@ std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
   if (use == FileUse::picture) return {".png"};
   std::vector<std::string> extensions;
-  for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
+  for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
   return extensions;
 }
