@@ -196,7 +196,7 @@ std::string buffers_text(const Layout& layout, std::string_view bin, const std::
     return fmt::format(R"([{{"byteLength":{}{}}}])", size, uri ? fmt::format(R"(,"uri":"{}")", *uri) : "");
   }
   const std::string_view text = layout.buffers_text;
-  const Span buffer = members(text, {0, text.size()})[0].value;
+  const Span buffer = glb::members(text, Span{0, text.size()})[0].value;
   std::vector<Patch> patches{{*member(text, buffer, "byteLength"), size}};
   if (uri) patches.push_back({*member(text, buffer, "uri"), '"' + *uri + '"'});
   return glb::patched(text, std::move(patches));
