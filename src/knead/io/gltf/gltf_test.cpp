@@ -72,6 +72,15 @@ TEST(Gltf, EmbeddedBuffersAreReadAndWrittenEmbedded) {
   EXPECT_EQ(before, after);
 }
 
+// The fuzzed seed that ended in an exception of the standard library.
+TEST(Gltf, IndicesThatAreWrittenAsReals) {
+  for (const char* zero : {"-0", "0.0", "0e1"}) {
+    const std::string text = replaced(embedded(square_glb()), "\"POSITION\": 0", std::string("\"POSITION\": ") + zero);
+    const ShapeFile shape = parse_shape(text, "gltf", "a.gltf");
+    EXPECT_EQ(parse_shape(serialize_shape("gltf", shape, lifted(shape)), "gltf", "b").mesh.positions, lifted(shape));
+  }
+}
+
 TEST(Gltf, GlbWithADataUri) {
   GlbFile file = square_glb();
   file.json["buffers"][0] = {{"uri", "data:application/gltf-buffer;base64," + io_detail::gltf::to_base64(file.bin)},
