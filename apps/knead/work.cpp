@@ -14,10 +14,10 @@
 
 namespace knead::command {
 
-Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet) {
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
   Inputs inputs;
   inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
-  inputs.shape = read_shape(shape);
+  inputs.shape = read_shape_or_stream(shape, format);
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));

@@ -41,7 +41,7 @@ std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::picture || use == FileUse::turntable) return {".png"};
   if (use == FileUse::reference) return {".png", ".jpg", ".jpeg"};
   std::vector<std::string> extensions;
-  for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
+  for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
   return extensions;
 }
