@@ -304,7 +304,9 @@ WorkResult Workbench::append(const std::vector<SessionStroke>& strokes, Progress
 std::optional<ShapeState> Workbench::state_before() const {
   if (!live_.empty()) return last_state();
   if (now_.empty()) return std::nullopt;
-  return now_.size() == 1 ? base_ : now_[now_.size() - 2]->after;
+  if (now_.size() == 1) return base_;
+  const auto& kept = now_[now_.size() - 2]->after;
+  return kept ? std::optional(kept->state()) : std::nullopt;
 }
 
 std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* progress) {
