@@ -54,6 +54,9 @@ Studio::~Studio() { worker_.reset(); }
 
 void Studio::tell(Notice notice) {
   const std::lock_guard lock(mailbox_.mutex);
+  const bool withdraws = !notice.is_error && mailbox_.troubled.erase(notice.subject) > 0;
+  if (notice.text.empty() && !withdraws) return;
+  if (notice.is_error && notice.subject != Subject::other) mailbox_.troubled.insert(notice.subject);
   mailbox_.notices.push_back(std::move(notice));
 }
 
@@ -129,7 +132,8 @@ const PendingStrokes* Studio::pending() const {
 void Studio::frame_all() {
   if (shown_.opened == 0) return;
   const Box box = bounding_box(shown_.state.positions.copy());
-  navigation_.view = framed(navigation_.view, box, static_cast<double>(navigation_.width) / navigation_.height);
+  navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
+  navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }
 
 void Studio::handle(const Event& event) {
@@ -197,7 +201,8 @@ void Studio::begin() {
     pending_ = PendingStrokes{shown_.state, {}};
     ended_strokes_.clear();
   }
-  if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
+  withdraw(Subject::gesture);
+  if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble, Subject::gesture});
   if (settings_.tool->use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   send_live();
 }
@@ -342,12 +347,13 @@ void Studio::count_crossings() {
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {
   post([this, make](Progress& /*progress*/) {
+    withdraw(Subject::stamp);
     try {
       StampShape stamp = make();
       const std::lock_guard lock(mailbox_.mutex);
       mailbox_.stamp = std::move(stamp);
     } catch (const std::exception& error) {
-      tell({true, error.what()});
+      tell({true, error.what(), Subject::stamp});
     }
   });
 }

@@ -9,6 +9,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,8 @@ class Studio {
   std::optional<Action> take_request() { return std::exchange(request_, std::nullopt); }
   std::vector<Notice> take_notices();
   void tell(Notice notice);
+  // Withdraws the errors about it.
+  void withdraw(Subject subject) { tell({false, {}, subject}); }
 
   // Files. By its extension: a session (.knead) or a shape.
   void open(const std::filesystem::path& path);
@@ -208,6 +211,7 @@ class Studio {
     std::mutex mutex;
     DocumentState shown;
     std::vector<Notice> notices;
+    std::set<Subject> troubled;                             // of errors that were told and not withdrawn
     std::optional<std::pair<Placement, Placement>> barrel;  // as it was, and with its barrel
     std::optional<StampShape> stamp;
   };

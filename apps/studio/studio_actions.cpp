@@ -124,7 +124,8 @@ bool Studio::perform_tool(Action action) {
 
 bool Studio::perform_view(Action action) {
   if (const auto side = side_of(action)) {
-    navigation_.view = seen_from(navigation_.view, *side);
+    const View& before = navigation_.view;
+    navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, *side));
     return true;
   }
   const auto toggle = [](bool& flag) {

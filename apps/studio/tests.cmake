@@ -8,3 +8,10 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/studio_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/document/stroke_fields_test.cpp
   LIBRARIES knead_studio_core fmt::fmt)
+
+if(TARGET knead_studio_panels)
+  knead_test(knead_studio_panels_test SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/panels/interface_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/panels/layout_test.cpp
+    LIBRARIES knead_studio_panels)
+endif()

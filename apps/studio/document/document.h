@@ -20,9 +20,13 @@
 
 namespace knead::studio {
 
+// What a notice is about. A new attempt at the same withdraws the errors about it.
+enum class Subject { other, opening, saving, exporting, strokes, gesture, stamp, picture, preferences, gpu };
+
 struct Notice {
   bool is_error = false;
-  std::string text;  // a sentence or two: what happened, what to do
+  std::string text;  // a sentence or two: what happened, what to do; empty: only withdraws errors
+  Subject subject = Subject::other;
 };
 
 // The document as a person sees it at one moment.
@@ -114,7 +118,8 @@ class Document {
   void show_state();
   void measure_volume();
   void measure_large_volume();
-  bool guarded(const std::function<void()>& work) const;
+  bool guarded(Subject subject, const std::function<void()>& work) const;
+  bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
 

@@ -80,11 +80,11 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
 }
 
 void Document::open_shape(const std::filesystem::path& path, Progress& /*progress*/) {
-  guarded([&] { open(read_shape(path), path.filename().string(), path); });
+  guarded(Subject::opening, [&] { open(read_shape(path), path.filename().string(), path); });
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
     open(made_shape(kind, vertices), "new " + name, {});
   });
@@ -110,7 +110,7 @@ void Document::append(Session session, Progress& progress) {
 }
 
 void Document::open_session(const std::filesystem::path& path, Progress& progress) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     Session session = read_session(path);
     const std::filesystem::path own = session.mesh ? path.parent_path() / *session.mesh : std::filesystem::path();
     const bool fits = history_ && history_->done().empty();
@@ -126,7 +126,7 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
 }
 
 void Document::recover(const std::filesystem::path& journal, Progress& progress) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
     open(std::move(work.shape), work.title, {});
     append(std::move(work.session), progress);
@@ -152,7 +152,7 @@ Session Document::to_session(const std::filesystem::path& path) const {
 
 void Document::save(const std::filesystem::path& path) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::saving, [&] {
     if (path.extension() != ".knead") {
       throw InvalidInput(path.string() + ": a session's file ends in .knead; to write the shape, use Export");
     }
@@ -180,7 +180,7 @@ void Document::save(const std::filesystem::path& path) {
 
 void Document::export_shape(const std::filesystem::path& path, bool as_double) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::exporting, [&] {
     const ShapeState& state = history_->state();
     const bool is_remeshed = state.mesh != history_->base().mesh;
     if (is_remeshed) {
@@ -210,7 +210,7 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double) {
 // PATTERN as "out_%04d.ply": evenly spaced moments of the whole history.
 void Document::export_frames(const std::filesystem::path& pattern, int frames, Progress& progress) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::exporting, [&] {
     const std::string text = pattern.string();
     const std::size_t at = text.find("%04d");
     if (at == std::string::npos) {

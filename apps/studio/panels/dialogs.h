@@ -33,10 +33,11 @@ inline bool is_asking(const Dialogs& dialogs) {
 // Does it, or asks first where there is unsaved work.
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what);
 
-// An action that Studio handed on; false where it is about the window itself (quit, full_screen).
+// Does what Studio handed on; false if it is about the window itself (quit, full_screen).
 bool answer_request(Studio& studio, Dialogs& dialogs, Action action);
 
-void draw_menus(Studio& studio, Dialogs& dialogs);
+// Returns whether a menu is open.
+bool draw_menus(Studio& studio, Dialogs& dialogs);
 
 // Draws the dialogs that are open. picture: writes what is seen to a file.
 void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,

@@ -49,10 +49,11 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
 }
 
 void save_choices(Studio& studio) {
+  studio.withdraw(Subject::preferences);
   try {
     save_preferences(config_folder(), studio.preferences());
   } catch (const IoError& error) {
-    studio.tell({true, error.what()});
+    studio.tell({true, error.what(), Subject::preferences});
   }
 }
 
@@ -125,34 +126,34 @@ void draw_view_menu(Studio& studio) {
   draw_preferences(studio);
 }
 
+void draw_edit_menu(Studio& studio) {
+  item(studio, Action::undo, false, !studio.shown().history.empty() || studio.gesture().has_value());
+  item(studio, Action::redo, false, !studio.shown().redoable.empty());
+  ImGui::Separator();
+  for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
+    item(studio, action,
+         studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
+  }
+  item(studio, Action::remesh, studio.settings().remesh);
+}
+
 }  // namespace
 
-void draw_menus(Studio& studio, Dialogs& dialogs) {
-  if (!ImGui::BeginMainMenuBar()) return;
-  if (ImGui::BeginMenu("File")) {
-    draw_file_menu(studio, dialogs);
+bool draw_menus(Studio& studio, Dialogs& dialogs) {
+  if (!ImGui::BeginMainMenuBar()) return false;
+  bool is_open = false;
+  const auto menu = [&](const char* title, const auto& draw) {
+    if (!ImGui::BeginMenu(title)) return;
+    is_open = true;
+    draw();
     ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("Edit")) {
-    item(studio, Action::undo, false, !studio.shown().history.empty() || studio.gesture().has_value());
-    item(studio, Action::redo, false, !studio.shown().redoable.empty());
-    ImGui::Separator();
-    for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
-      item(studio, action,
-           studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
-    }
-    item(studio, Action::remesh, studio.settings().remesh);
-    ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("View")) {
-    draw_view_menu(studio);
-    ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("Help")) {
-    item(studio, Action::help, studio.view().help);
-    ImGui::EndMenu();
-  }
+  };
+  menu("File", [&] { draw_file_menu(studio, dialogs); });
+  menu("Edit", [&] { draw_edit_menu(studio); });
+  menu("View", [&] { draw_view_menu(studio); });
+  menu("Help", [&] { item(studio, Action::help, studio.view().help); });
   ImGui::EndMainMenuBar();
+  return is_open;
 }
 
 }  // namespace knead::studio

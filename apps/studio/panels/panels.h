@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "panels/layout.h"
 #include "platform/gui.h"
 #include "studio.h"
 
@@ -16,7 +17,12 @@ namespace knead::studio {
 
 // --- the left bar ----------------------------------------------------------------------------------------------------
 
-void draw_tool_bar(Studio& studio, const Gui& gui);
+// The size of an entry and the gap below it, in points.
+inline constexpr float kToolSize = 38;
+inline constexpr float kToolGap = 2;
+
+// Scrolls if not all entries fit; the chosen tool is then scrolled into view.
+void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
@@ -29,7 +35,7 @@ struct HistoryEditor {
   std::string problem;                 // why the text cannot be used; empty: it can
 };
 
-void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);
+void draw_side_panel(Studio& studio, const Layout& layout, HistoryEditor& editor);
 
 // The parts of it.
 void draw_tool_settings(Studio& studio);
@@ -57,7 +63,7 @@ struct FrameTimes {
 // The numbers of the current gesture beside the pointer.
 void draw_numbers(const Studio& studio, const Gui& gui);
 
-void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);
+void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times);
 
 // The keys, from the key map.
 void draw_help(Studio& studio, const Gui& gui);
@@ -65,7 +71,7 @@ void draw_help(Studio& studio, const Gui& gui);
 // A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal.
 void draw_status(Studio& studio, const Gui& gui);
 
-// Notices: what was done fades, what went wrong stays until it is clicked away.
+// Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {
   struct Message {
     Notice notice;
@@ -73,6 +79,11 @@ struct Messages {
   };
   std::deque<Message> messages;
 };
-void draw_messages(Studio& studio, const Gui& gui, Messages& messages);
+
+// Takes over new notices and removes those that have faded or were withdrawn. now: in seconds.
+void update_messages(Messages& messages, std::vector<Notice> notices, double now);
+
+// At the bottom of the free part of the picture.
+void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, Messages& messages);
 
 }  // namespace knead::studio

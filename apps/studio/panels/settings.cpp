@@ -180,13 +180,10 @@ void draw_view_settings(Studio& studio) {
   }
 }
 
-void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float width = std::min(308 * gui.unit(), 0.45F * size.x);
-  const float gap = 8 * gui.unit();
-  const float top = ImGui::GetFrameHeight() + gap;
-  ImGui::SetNextWindowPos({size.x - width - gap, top});
-  ImGui::SetNextWindowSize({width, size.y - top - gap - ImGui::GetFrameHeight()});
+void draw_side_panel(Studio& studio, const Layout& layout, HistoryEditor& editor) {
+  const Area& area = layout.side_panel;
+  ImGui::SetNextWindowPos({area.left, area.top});
+  ImGui::SetNextWindowSize({area.width(), area.height()});
   constexpr int flags =
       ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
