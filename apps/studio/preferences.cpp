@@ -107,13 +107,16 @@ class Reader {
         read_color(key, value, loaded_.preferences.outer_ring);
       } else if (key == "inner_ring") {
         read_color(key, value, loaded_.preferences.inner_ring);
+      } else if (key == "panels") {
+        read_panels(value);
       } else if (key == "interface_scale") {
         read_scale(value);
       } else {
-        complain(fmt::format(
-            "\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, inner_ring "
-            "and interface_scale",
-            key));
+        complain(
+            fmt::format("\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, "
+                        "outer_ring, inner_ring, "
+                        "panels and interface_scale",
+                        key));
       }
     }
   }
@@ -136,6 +139,28 @@ class Reader {
     if (!color)
       return complain(fmt::format("\"{}\" must be a colour such as \"#0073b3\", got {}", key, to_text(value)));
     target = *color;
+  }
+
+  void read_panels(const Json& value) {
+    if (!value.is_object()) return complain("\"panels\" must be an object, as in {\"width\": 360}");
+    PanelState& panels = loaded_.preferences.panels;
+    for (const auto& [key, each] : value.members()) {
+      bool* const flag = key == "shown"     ? &panels.shown
+                         : key == "history" ? &panels.history
+                         : key == "labels"  ? &panels.labels
+                                            : nullptr;
+      if (flag != nullptr && each.is_flag()) {
+        *flag = each.flag();
+      } else if (key == "width" && each.is_number() && each.number() > 0) {
+        panels.width = each.number();
+      } else if (key == "closed" && each.is_array()) {
+        for (const Json& part : each.items()) {
+          if (part.is_text()) panels.closed.push_back(part.text());
+        }
+      } else {
+        complain(fmt::format("panels: \"{}\" cannot be {}", key, to_text(each)));
+      }
+    }
   }
 
   void read_scale(const Json& value) {
@@ -173,6 +198,26 @@ class Reader {
 
 }  // namespace
 
+namespace {
+
+// What differs from the defaults; nothing if all is as by default.
+std::optional<Json> json_of(const PanelState& panels) {
+  const PanelState usual;
+  if (panels == usual) return std::nullopt;
+  Json json = Json::object();
+  if (panels.shown != usual.shown) json.set("shown", panels.shown);
+  if (panels.history != usual.history) json.set("history", panels.history);
+  if (panels.labels != usual.labels) json.set("labels", panels.labels);
+  if (panels.width != usual.width) json.set("width", panels.width);
+  if (panels.closed.empty()) return json;
+  Json closed = Json::array();
+  for (const std::string& part : panels.closed) closed.push_back(part);
+  json.set("closed", std::move(closed));
+  return json;
+}
+
+}  // namespace
+
 fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", ".config"); }
 
 fs::path state_folder() { return folder_of("XDG_STATE_HOME", ".local/state"); }
@@ -200,7 +245,7 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   const auto color = [](const render::Color& now, const render::Color& by_default) {
     return now == by_default ? std::nullopt : std::optional<Json>(text_of(now));
   };
-  const std::array<std::pair<std::string_view, std::optional<Json>>, 8> own{
+  const std::array<std::pair<std::string_view, std::optional<Json>>, 9> own{
       {{"navigation", preferences.navigation == NavigationPreset::maya ? std::optional<Json>("maya") : std::nullopt},
        {"up", preferences.up == UpAxis::z ? std::optional<Json>("z") : std::nullopt},
        {"backend", preferences.backend == BackendChoice::gpu ? std::optional<Json>("gpu") : std::nullopt},
@@ -211,6 +256,7 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
             : std::optional<Json>(std::string(kPressures[static_cast<std::size_t>(preferences.pressure)]))},
        {"outer_ring", color(preferences.outer_ring, usual.outer_ring)},
        {"inner_ring", color(preferences.inner_ring, usual.inner_ring)},
+       {"panels", json_of(preferences.panels)},
        {"interface_scale",
         preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt}}};
   Json config = Json::object();

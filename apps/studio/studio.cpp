@@ -46,11 +46,34 @@ Studio::Studio(StudioOptions options)
   for (std::string& message : loaded.messages) tell({true, std::move(message)});
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
+  saved_panels_ = preferences_.panels;
+  view_.panels = saved_panels_.shown;
+  view_.history = saved_panels_.history;
+  view_.tool_labels = saved_panels_.labels;
   recent_ = load_recent(options_.state);
   abandoned_ = abandoned_journals(journals_of(options_));
 }
 
 Studio::~Studio() { worker_.reset(); }
+
+void Studio::save_preferences() {
+  withdraw(Subject::preferences);
+  try {
+    studio::save_preferences(options_.config, preferences_);
+  } catch (const IoError& error) {
+    tell({true, error.what(), Subject::preferences});
+  }
+}
+
+void Studio::remember_panels() {
+  PanelState now = preferences_.panels;
+  now.shown = view_.panels;
+  now.history = view_.history;
+  now.labels = view_.tool_labels;
+  if (now == saved_panels_) return;
+  preferences_.panels = saved_panels_ = std::move(now);
+  save_preferences();
+}
 
 void Studio::tell(Notice notice) {
   const std::lock_guard lock(mailbox_.mutex);

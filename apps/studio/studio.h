@@ -43,6 +43,7 @@ struct ViewSettings {
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
   bool panels = true;
+  bool tool_labels = false;  // names beside the icons of the tool bar
   bool history = true;
   bool statistics = false;
   bool help = false;
@@ -115,6 +116,10 @@ class Studio {
   const ViewSettings& view() const { return view_; }
   Navigation& navigation() { return navigation_; }
   Preferences& preferences() { return preferences_; }
+  // Writes the preferences to their file; a notice says if that failed.
+  void save_preferences();
+  // Writes them if panels are shown, hidden, resized or folded otherwise than when they were last written.
+  void remember_panels();
   const Preferences& preferences() const { return preferences_; }
   const Placed& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
@@ -185,6 +190,7 @@ class Studio {
 
   StudioOptions options_;
   Preferences preferences_;
+  PanelState saved_panels_;
   Navigation navigation_;
   ToolSettings settings_;
   ViewSettings view_;

@@ -158,6 +158,8 @@ bool Studio::perform_view(Action action) {
       return toggle(view_.history);
     case Action::statistics:
       return toggle(view_.statistics);
+    case Action::tool_labels:
+      return toggle(view_.tool_labels);
     case Action::shading:
       view_.material = static_cast<render::Material>((static_cast<int>(view_.material) + 1) % 3);
       return true;

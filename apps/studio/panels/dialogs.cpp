@@ -91,8 +91,8 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
 }
 
 void draw_recovery(Studio& studio, Dialogs& dialogs) {
-  if (!begin_question("Unsaved work")) return;
-  ImGui::TextUnformatted("Studio ended unexpectedly. Its work is still there:");
+  if (!begin_question("Recover unsaved work")) return;
+  ImGui::TextUnformatted("Studio ended unexpectedly. This work was not saved:");
   ImGui::Separator();
   std::optional<fs::path> chosen;
   const std::vector<AbandonedJournal> journals = studio.abandoned();
@@ -103,7 +103,7 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
   if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
   if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
   ImGui::SameLine();
-  ImGui::TextDisabled("File > Recover... opens this dialog again.");
+  ImGui::TextDisabled("File > Recover unsaved work... opens this dialog again.");
   if (chosen) {
     dialogs.is_recovery_open = false;
     do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.recover(folder); });
@@ -162,8 +162,21 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::export_shape:
       ask_for_file(FileUse::export_shape);
       return true;
+    case Action::export_frames:
+      ask_for_file(FileUse::export_frames);
+      return true;
     case Action::picture:
       ask_for_file(FileUse::picture);
+      return true;
+    case Action::stamp_file:
+      ask_for_file(FileUse::stamp);
+      return true;
+    case Action::recover:
+      dialogs.is_recovery_open = !studio.abandoned().empty();
+      if (!dialogs.is_recovery_open) studio.tell({false, "There is no unsaved work to recover."});
+      return true;
+    case Action::search:
+      dialogs.search.is_open = true;
       return true;
     default:
       return false;
@@ -195,6 +208,7 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         break;
     }
   }
+  draw_search(studio, gui, dialogs.search);
   if (dialogs.is_new_shape_open) draw_new_shape(studio, dialogs);
   if (dialogs.is_recovery_open) draw_recovery(studio, dialogs);
   if (dialogs.pending && dialogs.is_saving) {

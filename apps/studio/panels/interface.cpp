@@ -61,7 +61,8 @@ void Interface::arrange() {
   query.item_gap = kToolGap * gui_.unit();
   query.tools = static_cast<int>(studio_tools().size());
   query.panels = studio_.view().panels;
-  query.panel_width = kPanelWidth;
+  query.labels = studio_.view().tool_labels;
+  query.panel_width = static_cast<float>(studio_.preferences().panels.width);
   layout_ = layout_of(query);
   studio_.navigation().covered = margins_of(layout_, query.width, query.height);
 }
@@ -127,13 +128,14 @@ void Interface::draw(const FrameTimes& times) {
   draw_status(studio_, gui_);
   if (studio_.view().panels) {
     draw_tool_bar(studio_, gui_, layout_);
-    draw_side_panel(studio_, layout_, editor_);
+    draw_side_panel(studio_, gui_, layout_, editor_);
   }
   if (studio_.view().statistics) draw_statistics(studio_, gui_, layout_, times);
   if (studio_.view().help) draw_help(studio_, gui_);
   draw_messages(studio_, gui_, layout_, messages_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
   answer();
+  if (!gui_.is_dragging()) studio_.remember_panels();
 }
 
 }  // namespace knead::studio

@@ -10,6 +10,7 @@
 #include "gestures/gesture_kinds.h"
 #include "knead/math/box.h"
 #include "panels/interface_fixture.h"
+#include "search.h"
 
 namespace knead::studio {
 namespace {
@@ -294,6 +295,90 @@ TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
     EXPECT_LE(keys.right, static_cast<float>(width));
     const ImDrawList& list = *ImGui::FindWindowByName("Keys")->DrawList;
     EXPECT_EQ(list.VtxBuffer.front().col >> IM_COL32_A_SHIFT, 255U) << "its background is opaque";
+    seat.studio.close();
+  }
+}
+
+TEST_F(InterfaceTest, ACommandIsFoundAndDoneWithTheKeyboard) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  seat.key("F3");
+  seat.frame();
+  ASSERT_TRUE(seat.interface.is_asking());
+  seat.frame();
+  seat.type("wiref");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_FALSE(seat.interface.is_asking());
+  EXPECT_TRUE(seat.studio.view().wireframe);
+  EXPECT_EQ(seat.studio.settings().tool, &studio_tools().front()) << "letters were words, not keys";
+  // Arrows choose among what was found.
+  const std::vector<Action> found = found_actions("mirror in");
+  ASSERT_GE(found.size(), 3u);
+  seat.key("F3");
+  seat.frame();
+  seat.frame();
+  seat.type("mirror in");
+  seat.key("Down");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_EQ(found[1], Action::mirror_y);
+  EXPECT_TRUE(seat.studio.settings().mirror[1]);
+  EXPECT_FALSE(seat.studio.settings().mirror[0]);
+  // Escape leaves everything as it was, and what opens a dialog opens it.
+  seat.key("F3");
+  seat.frame();
+  seat.key("Escape");
+  seat.frame();
+  EXPECT_FALSE(seat.interface.is_asking());
+  seat.key("F3");
+  seat.frame();
+  seat.frame();
+  seat.type("new shape");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_TRUE(ImGui::IsPopupOpen("New shape")) << "the dialog of the command";
+}
+
+TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
+  {
+    Seat seat(options(), 1440, 900);
+    open_ball(seat);
+    const Area before = Seat::area_of("Settings");
+    EXPECT_NEAR(before.width(), kPanelWidth, 1);
+    seat.drag(before.left + 2, 500, before.left - 98, 500);
+    EXPECT_TRUE(seat.studio.shown().history.empty()) << "the panel took the drag";
+    EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+    for (int i = 0; i < 20; ++i) seat.frame();
+    EXPECT_EQ(ImGui::FindWindowByName("Settings")->ScrollMax.y, 0);
+    seat.key("Shift+Tab");
+    seat.key("L");
+    seat.click(before.left + 60, before.top + 20);  // folds the tool's settings
+    seat.studio.close();
+  }
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+  EXPECT_TRUE(seat.studio.view().tool_labels);
+  EXPECT_FALSE(seat.studio.view().history);
+  EXPECT_EQ(seat.studio.preferences().panels.closed, std::vector<std::string>{"tool"});
+  EXPECT_EQ(errors(seat.studio), "");
+}
+
+TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
+  for (const double unit : {1.0, 2.0}) {
+    Seat seat(options(), 1440, 900, unit);
+    open_ball(seat);
+    const float narrow = Seat::area_of("Tools").width();
+    seat.key("Shift+Tab");
+    seat.frame();
+    EXPECT_NEAR(Seat::area_of("Tools").width(), narrow + kToolLabelWidth * unit, 1.5);
+    EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.x, 0);
+    for (const StudioTool& tool : studio_tools()) {
+      EXPECT_LT(ImGui::CalcTextSize(tool.name.c_str()).x, kToolLabelWidth * unit) << tool.name;
+    }
+    seat.key("Shift+Tab");
+    seat.frame();
     seat.studio.close();
   }
 }

@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "knead/math/error.h"
 #include "panels/dialogs.h"
 #include "panels/panels.h"
 
@@ -31,30 +30,17 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::new_shape);
   item(studio, Action::open);
   draw_recent(studio, dialogs);
-  if (ImGui::MenuItem("Recover...", nullptr, false, !studio.abandoned().empty())) dialogs.is_recovery_open = true;
+  item(studio, Action::recover, false, !studio.abandoned().empty());
   ImGui::Separator();
   item(studio, Action::save, false, open);
   item(studio, Action::save_as, false, open);
   item(studio, Action::export_shape, false, open);
-  if (ImGui::MenuItem("Export frames...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::export_frames, studio.shown().shape_path);
-  }
+  item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
   ImGui::Separator();
-  if (ImGui::MenuItem("Stamp from a file...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::stamp, studio.shown().shape_path);
-  }
+  item(studio, Action::stamp_file, false, open);
   ImGui::Separator();
   item(studio, Action::quit);
-}
-
-void save_choices(Studio& studio) {
-  studio.withdraw(Subject::preferences);
-  try {
-    save_preferences(config_folder(), studio.preferences());
-  } catch (const IoError& error) {
-    studio.tell({true, error.what(), Subject::preferences});
-  }
 }
 
 void draw_preferences(Studio& studio) {
@@ -65,7 +51,7 @@ void draw_preferences(Studio& studio) {
       const char* const name = preset == NavigationPreset::maya ? "As in Maya" : "As in Blender";
       if (ImGui::MenuItem(name, nullptr, preferences.navigation == preset)) {
         preferences.navigation = navigation.preset = preset;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
@@ -74,7 +60,7 @@ void draw_preferences(Studio& studio) {
     for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
       if (ImGui::MenuItem(up == UpAxis::y ? "y" : "z", nullptr, preferences.up == up)) {
         preferences.up = navigation.view.up = up;
-        save_choices(studio);
+        studio.save_preferences();
         studio.perform(Action::frame_all);
       }
     }
@@ -85,18 +71,18 @@ void draw_preferences(Studio& studio) {
       const char* const name = mover == BackendChoice::gpu ? "GPU" : "CPU";
       if (ImGui::MenuItem(name, nullptr, preferences.backend == mover)) {
         preferences.backend = mover;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
   }
-  if (draw_pointer_preferences(preferences)) save_choices(studio);
+  if (draw_pointer_preferences(preferences)) studio.save_preferences();
   if (ImGui::BeginMenu("Text size")) {
     for (const double scale : {0.85, 1.0, 1.25, 1.5, 2.0}) {
       const std::string name = std::to_string(static_cast<int>(100 * scale)) + "%";
       if (ImGui::MenuItem(name.c_str(), nullptr, preferences.interface_scale == scale)) {
         preferences.interface_scale = scale;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
@@ -119,6 +105,7 @@ void draw_view_menu(Studio& studio) {
   item(studio, Action::cutting_plane, view.cut);
   ImGui::Separator();
   item(studio, Action::panels, view.panels);
+  item(studio, Action::tool_labels, view.tool_labels);
   item(studio, Action::history, view.history);
   item(studio, Action::statistics, view.statistics);
   item(studio, Action::full_screen);
@@ -151,7 +138,10 @@ bool draw_menus(Studio& studio, Dialogs& dialogs) {
   menu("File", [&] { draw_file_menu(studio, dialogs); });
   menu("Edit", [&] { draw_edit_menu(studio); });
   menu("View", [&] { draw_view_menu(studio); });
-  menu("Help", [&] { item(studio, Action::help, studio.view().help); });
+  menu("Help", [&] {
+    item(studio, Action::search);
+    item(studio, Action::help, studio.view().help);
+  });
   ImGui::EndMainMenuBar();
   return is_open;
 }

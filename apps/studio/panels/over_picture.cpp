@@ -82,7 +82,7 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Cancel a drag", "right button, or Escape"},
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
-                            PointerUse{"Paint the other way", "Ctrl+left button"},
+                            PointerUse{"Invert the brush", "Ctrl+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
   if (!begin_keys(gui, "Pointer")) return;
   for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);

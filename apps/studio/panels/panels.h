@@ -35,7 +35,8 @@ struct HistoryEditor {
   std::string problem;                 // why the text cannot be used; empty: it can
 };
 
-void draw_side_panel(Studio& studio, const Layout& layout, HistoryEditor& editor);
+// Its left edge can be dragged.
+void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, HistoryEditor& editor);
 
 // The parts of it.
 void draw_tool_settings(Studio& studio);

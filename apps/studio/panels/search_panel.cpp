@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "panels/panels.h"
+#include "panels/dialogs.h"
 #include "panels/widgets.h"
 #include "search.h"
 

@@ -85,10 +85,11 @@ void scroll_to_entry() {
 }
 
 void draw_button(Studio& studio, const StudioTool& tool, float size, bool is_new) {
+  const bool has_name = studio.view().tool_labels;
   const bool chosen = studio.settings().tool == &tool;
   ImGui::PushID(&tool);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  if (ImGui::Selectable("##tool", chosen, 0, {size, size})) studio.perform(action_of(tool));
+  if (ImGui::Selectable("##tool", chosen, 0, {has_name ? 0 : size, size})) studio.perform(action_of(tool));
   if (chosen && is_new) scroll_to_entry();
   if (ImGui::IsItemHovered()) {
     ImGui::SetTooltip("%s  (%s)", tool.name.c_str(), keys_text(studio.preferences().keys, action_of(tool)).c_str());
@@ -97,6 +98,10 @@ void draw_button(Studio& studio, const StudioTool& tool, float size, bool is_new
   const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.34F * size, ink,
                 ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.25F));
   for (const IconPart& part : tool.icon) draw(part, pen);
+  if (has_name) {
+    const ImVec2 at{corner.x + 1.05F * size, corner.y + 0.5F * (size - ImGui::GetFontSize())};
+    ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), tool.name.c_str());
+  }
   ImGui::PopID();
 }
 

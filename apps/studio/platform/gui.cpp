@@ -116,6 +116,8 @@ void Gui::end_frame() { ImGui::Render(); }
 
 float Gui::bar_height() const { return std::round(kTextHeight * unit_) + 2 * ImGui::GetStyle().FramePadding.y; }
 
+bool Gui::is_dragging() const { return ImGui::IsAnyItemActive(); }
+
 bool Gui::close_lists() {
   if (!ImGui::IsPopupOpen(nullptr, ImGuiPopupFlags_AnyPopup)) return false;
   ImGui::SetWindowFocus(nullptr);  // what is open above the focus closes

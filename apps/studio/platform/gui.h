@@ -26,6 +26,9 @@ class Gui {
   // Whether the pointer is on a panel.
   bool has_pointer() const;
 
+  // Whether a panel is being changed with the pointer.
+  bool is_dragging() const;
+
   // Closes open lists and menus. Returns whether there were any. Not to be called while a dialog is open.
   bool close_lists();
 
