@@ -65,7 +65,7 @@ const std::vector<ActionInfo> kFixedActions{
     {panels, "panels", "Panels", "Window", {"Tab"}},
     {history, "history", "History", "Window", {"L"}},
     {statistics, "statistics", "Statistics", "Window", {"T"}},
-    {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+Tab"}},
+    {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
     {search, "search", "Search commands...", "Window", {"F3"}},
 };

@@ -23,11 +23,21 @@ constexpr float kStatisticsWidth = 420;  // points
 constexpr int kOverlay = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
                          ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
 
-void row(const char* name, const std::string& value) {
+void begin_row(const char* name) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
   ImGui::TextDisabled("%s", name);
   ImGui::TableNextColumn();
+}
+
+void row(const char* name, const std::string& value) {
+  begin_row(name);
+  ImGui::TextUnformatted(value.c_str());
+}
+
+// For a column that is as wide as its table leaves room.
+void wrapped_row(const char* name, const std::string& value) {
+  begin_row(name);
   ImGui::TextWrapped("%s", value.c_str());
 }
 
@@ -46,8 +56,8 @@ void draw_frame_times(const FrameTimes& times) {
     longest = std::max(longest, times.seconds[i]);
   }
   const double mean = sum / static_cast<double>(std::max<std::size_t>(known, 1));
-  row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
-                           1000 * times.drawing));
+  wrapped_row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
+                                   1000 * times.drawing));
 }
 
 // A table of what there is and how it is had, under a heading.
@@ -121,18 +131,18 @@ void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const
     ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch);
     draw_frame_times(times);
     const std::size_t faces = shown.state.mesh ? shown.state.mesh->face_count() : 0;
-    row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
+    wrapped_row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
     if (times.mover.empty()) {
-      row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
+      wrapped_row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
     } else {
-      row("Moved by", times.mover);
-      row("Read back", fmt::format("{} times in this gesture", times.read_back));
-      row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
+      wrapped_row("Moved by", times.mover);
+      wrapped_row("Read back", fmt::format("{} times in this gesture", times.read_back));
+      wrapped_row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
     }
-    row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
-    row("Sent", size_text(times.uploaded));
-    row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
-    row("Volume", volume_text(shown, times.volume));
+    wrapped_row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
+    wrapped_row("Sent", size_text(times.uploaded));
+    wrapped_row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
+    wrapped_row("Volume", volume_text(shown, times.volume));
     ImGui::EndTable();
     if (ImGui::SmallButton("Count crossings")) studio.count_crossings();
   }

@@ -72,7 +72,7 @@ void draw_handles(Studio& studio) {
     if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
   }
   ImGui::Checkbox("Lasso", &studio.settings().lasso);
-  help_on_hover("Draw a line round what you mark. It marks through the shape.");
+  help_on_hover("Draw a line round the part. It takes both sides of the shape.");
   if (ImGui::Button("Clear")) studio.clear_placed();
 }
 
