@@ -1,4 +1,4 @@
-// A drag on a large shape, as Studio does it: what one batch of the pointer costs.
+// A drag on a large shape, as Studio does it: what one batch of the pointer costs, without and with a mask.
 //   workbench_bench [MESH]   by default a ball of 438,000 vertices
 #include <fmt/format.h>
 
@@ -33,6 +33,26 @@ Figures figures(std::vector<double> values) {
   return {values[values.size() / 2], values.back()};
 }
 
+// The half of the vertices beyond the middle of the drag, with a border of 0.05 diagonals.
+MaskStroke half(const Mesh& mesh) {
+  const Box box = bounding_box(mesh.positions);
+  MaskStroke stroke;
+  stroke.width = 0.05 * box.diagonal();
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.positions[v].x >= box.center().x) stroke.vertices.push_back({v, v});
+  }
+  return stroke;
+}
+
+// What it costs to make that mask.
+void mask(const ShapeFile& shape) {
+  Workbench bench(shape.mesh);
+  const auto began = std::chrono::steady_clock::now();
+  bench.set_live({{half(shape.mesh)}});
+  const double made = milliseconds_since(began);
+  fmt::print("{:22} made in {:.2f} ms\n", "a mask of one half", made);
+}
+
 // A second of a drag by 0.2 diagonals.
 struct Drag {
   const char* name;
@@ -40,6 +60,7 @@ struct Drag {
   double outer = 0;
   Vec3d start{};                      // from the middle of the box, in diagonals
   std::vector<RigidMotion> images{};  // about the middle of the box: of every piece, after it
+  bool masked = false;                // one half of the shape
 };
 
 std::vector<SessionStroke> strokes_of(const Drag& drag, const ImplicitStroke& stroke) {
@@ -59,6 +80,10 @@ void run(const Drag& drag, const ShapeFile& shape) {
   const double diagonal = box.diagonal();
   const Vec3d start = box.center() + drag.start * diagonal;
   Workbench bench(shape.mesh);
+  if (drag.masked) {
+    bench.set_live({{half(shape.mesh)}});
+    bench.finish();
+  }
   bench.prepare();
   const auto folder = std::filesystem::temp_directory_path() / "knead_workbench_bench";
   Journal journal = Journal::create(folder, shape, "bench");
@@ -130,4 +155,8 @@ int main(int argc, char** argv) {
   run({"Studio's first ball", 0.042, 0.12, beside}, shape);
   run({"the same, mirror x3", 0.042, 0.12, beside, mirrors(center)}, shape);
   run({"the same, radial 8", 0.042, 0.12, beside, turns(center, 8)}, shape);
+  mask(shape);
+  run({.name = "whole shape, masked", .inner = 0.02, .outer = 1.2, .masked = true}, shape);
+  run({.name = "a third, masked", .inner = 0.05, .outer = 0.35, .masked = true}, shape);
+  run({.name = "a brush, masked", .inner = 0.02, .outer = 0.08, .masked = true}, shape);
 }

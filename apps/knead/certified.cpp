@@ -79,6 +79,7 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     return certified;
   }
   certified.options.frames.count = 0;
+  std::optional<std::size_t> crossings;  // of the attempt before
   for (int refinements = 0;; ++refinements) {
     certify(inputs.shape, quiet || refinements > 0, certified);
     const std::optional<Complaints> complaints = complaints_of(bounds, *certified.certificate);
@@ -88,6 +89,14 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
     if (!remeshed || refinements == kMostRefinements) {
       refuse(inputs.session.name, complaints->text, refinements, remeshed);
     }
+    const std::size_t now = certified.certificate->crossings_after;
+    if (crossings && now > *crossings) {
+      throw QualityError(
+          fmt::format("{}: {}, and refining makes them more ({} before); the coordinates may be too coarse for so fine "
+                      "a mesh: use --precision double, or move the shape to the origin",
+                      inputs.session.name, complaints->text, *crossings));
+    }
+    crossings = now;
     if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));
     refine(*complaints, certified);
   }

@@ -24,6 +24,7 @@ struct CheckOptions {
   std::string shape;
   std::string before;
   std::optional<std::string> require;
+  StreamFormat format;
   CommonOptions common;
 };
 
@@ -102,7 +103,8 @@ std::size_t count_repeated(std::vector<Vec3d> positions) {
 void run_check(const CheckOptions& options) {
   std::vector<Requirement> requirements;
   if (options.require) requirements = parse_requirements(*options.require, !options.before.empty());
-  ShapeInfo info = read_info(options.shape);
+  check_streams({options.shape}, options.format);
+  ShapeInfo info = read_info(options.shape, options.format);
   const Findings findings = find(options, info);
   if (!findings.self_intersections.complete) {
     info.notes.push_back(fmt::format("more than {} pairs of triangles intersect; the count stops there",
@@ -132,6 +134,7 @@ Subcommand check_command() {
       {"--before", &options->before, "The same mesh before it was deformed, to count flipped triangles", "FILE"},
       {"--require", &options->require, "Exit with code 4 unless all of these hold: " + known_requirements(), "LIST"},
   };
+  add_format_option(described, options->format);
   add_common_options(described, options->common);
   return {"check", "Check whether a surface is sound: self-intersections, triangles without area, folds", described,
           "  knead check scan.ply\n"

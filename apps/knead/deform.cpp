@@ -43,8 +43,10 @@ class Target {
 
 // Finds all problems with the outputs before the work begins.
 void check_outputs(const DeformOptions& options, const Target& target) {
-  require_shape_extension(target.path(0));
-  for (int i = 0; i < target.count(); ++i) require_writable(target.path(i));
+  check_streams({options.shape, target.path(0)}, options.format);
+  require_free_output(target.path(0), options.common.json, "--json");
+  require_free_output(target.path(0), options.report == "-", "--report -");
+  for (int i = 0; i < target.count(); ++i) require_shape_output(target.path(i));
   require_different(options.session, target.path(0));
   if (options.report.empty() || options.report == "-") return;
   for (const std::string& other : {options.shape, options.session, target.path(0)}) {
@@ -96,14 +98,30 @@ void print_report(const DeformOptions& options, const Target& target, const Repo
   if (!options.report.empty() && options.report != "-") write_file_atomically(options.report, to_json(report));
   if (to_output) {
     print(to_json(report));
-  } else if (!options.common.quiet) {
+  } else if (!options.common.quiet && !is_stream(target.path(0))) {
     print(summary(options, target, report));
   }
 }
 
 // Measuring a large shape takes longer than writing it, so this is done only for a report that is printed or written.
 bool is_reported(const DeformOptions& options) {
-  return !options.common.quiet || options.common.json || !options.report.empty();
+  const bool is_printed = !options.common.quiet && !is_stream(options.output);
+  return is_printed || options.common.json || !options.report.empty();
+}
+
+// Whether the report that follows the shape is asked for, so that it is worth an interruption.
+bool says_more(const DeformOptions& options) { return options.common.json || !options.report.empty(); }
+
+WriteOptions write_options_for(const DeformOptions& options, const Digits& digits, const ShapeFile& shape,
+                               const Target& target) {
+  WriteOptions result;
+  result.double_coordinates = options.precision == "double";
+  const bool is_own = format_of(format_path(target.path(0), options.format)) == shape.format;
+  const bool is_certified = options.check || options.require;  // of coordinates that are not rounded
+  if (digits.kind == DigitsKind::given || (is_own && !is_certified)) {
+    result.decimals = decimals_for(digits, shape, options.tolerance);
+  }
+  return result;
 }
 
 // To go backwards, resolves strokes that read the surface on the shape that they were made on. The replay refuses
@@ -129,21 +147,23 @@ void copy_materials(const DeformOptions& options, const ShapeFile& shape, const 
   }
 }
 
-void write_frame(const std::string& path, const ShapeFile& source, const DeformedShape& shape, bool as_double) {
+void write_frame(const std::string& path, const StreamFormat& format, const ShapeFile& source,
+                 const DeformedShape& shape, WriteOptions options) {
   if (shape.is_remeshed()) {
-    write_remeshed(path, source, shape.to_mesh(), shape.provenance()->face_source, {as_double, {}});
+    write_remeshed_or_stream(path, format, source, shape.to_mesh(), shape.provenance()->face_source, options);
   } else {
     const std::vector<Vec3d> normals = shape.normals();
-    write_shape(path, source, shape.positions(), {as_double, normals});
+    options.normals = normals;
+    write_shape_or_stream(path, format, source, shape.positions(), options);
   }
 }
 
 Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& replay, const Target& target) {
   const bool quiet = options.common.quiet;
-  Inputs inputs = read_inputs(options.shape, options.session, quiet);
+  Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet);
   check_until(options, inputs.session);
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
-  const std::string path = target.path(0);
+  const std::filesystem::path path = format_path(target.path(0), options.format);
   const std::vector<std::string> losses = will_remesh(inputs.shape.mesh, inputs.session, replay)
                                               ? remesh_losses(path, inputs.shape)
                                               : conversion_losses(path, inputs.shape);
@@ -166,6 +186,7 @@ void run_deform(const DeformOptions& options) {
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
   const Target target(options);
   check_outputs(options, target);
+  const Digits digits = digits_of(options);
   const bool quiet = options.common.quiet;
   const ChosenBackend backend = choose_backend(options.backend, quiet);
   replay.motion.backend = backend.move;
@@ -173,13 +194,15 @@ void run_deform(const DeformOptions& options) {
   const Inputs inputs = read_deform_inputs(options, replay, target);
   seconds.read = total.seconds();
 
-  replay.remesh.single_precision =
-      replay.motion.precision == Precision::float32 || stores_floats(target.path(0), inputs.shape);
+  replay.remesh.single_precision = replay.motion.precision == Precision::float32 ||
+                                   stores_floats(format_path(target.path(0), options.format), inputs.shape);
   if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
   replay.remesh.face_labels = face_labels(inputs.shape);
+  const WriteOptions write_options = write_options_for(options, digits, inputs.shape, target);
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
-    write_frame(target.path(frame.index), inputs.shape, frame.shape, replay.motion.precision == Precision::float64);
+    if (frame.index + 1 == target.count()) end_after_last_shape(target.last_path(), says_more(options));
+    write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);
     seconds.write += clock.seconds();
   };
   if (options.frames) replay.frames.deliver = write;
@@ -187,7 +210,8 @@ void run_deform(const DeformOptions& options) {
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames) write({0, certified.result.shape});
-  if (format_of(target.path(0)) == "obj") copy_materials(options, inputs.shape, target.path(0));
+  if (!is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
+    copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
   report.seconds.total = total.seconds();
@@ -205,6 +229,7 @@ Subcommand deform_command() {
           "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
           "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
+          "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"
           "If the name of a file begins with -, put it after --: knead deform -o out.ply -- -a.ply b.knead",
           [options] { run_deform(*options); }};
 }

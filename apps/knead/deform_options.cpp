@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include "backend.h"
 #include "bounds.h"
+#include "knead/math/box.h"
 
 namespace knead::command {
 namespace {
@@ -36,12 +38,38 @@ Precision precision_named(const std::string& name) {
 
 }  // namespace
 
+Digits digits_of(const DeformOptions& options) {
+  if (options.digits == "auto") return {};
+  if (options.digits == "shortest") return {DigitsKind::shortest, 0};
+  const char* const end = options.digits.data() + options.digits.size();
+  Digits digits{DigitsKind::given, 0};
+  const auto [stop, error] = std::from_chars(options.digits.data(), end, digits.count);
+  constexpr int most = 17;  // that a double can tell apart
+  if (error != std::errc{} || stop != end || digits.count < 0 || digits.count > most) {
+    throw UsageError(fmt::format("--digits {}: say auto, shortest, or a number from 0 to {}", options.digits, most));
+  }
+  if (options.check || options.require) {
+    throw UsageError(
+        fmt::format("--digits {}: the certificate judges coordinates that are not rounded; leave out "
+                    "--digits, --check or --require",
+                    options.digits));
+  }
+  return digits;
+}
+
+std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance) {
+  if (digits.kind == DigitsKind::shortest) return std::nullopt;
+  if (digits.kind == DigitsKind::given) return digits.count;
+  const std::optional<int> own = decimals_of(source);
+  constexpr int most = 17;
+  const double rounding = 0.5 * std::pow(10.0, -own.value_or(0));
+  if (!own || *own > most || rounding > tolerance * bounding_box(source.mesh.positions).diagonal()) return std::nullopt;
+  return own;
+}
+
 ReplayOptions replay_options(const DeformOptions& options) {
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));
-  }
-  if (options.threads.value_or(1) < 1) {
-    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out to use all", *options.threads));
   }
   if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
     throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
@@ -52,7 +80,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.motion.relative_tolerance = options.tolerance;
   replay.motion.integrator = integrator_named(options.integrator);
   replay.motion.precision = precision_named(options.precision);
-  replay.motion.threads = options.threads.value_or(0);
+  replay.motion.threads = threads_of(options.threads);
   if (options.inverse) replay.part.direction = Direction::backwards;
   replay.part.until = options.until;
   replay.frames.count = options.frames.value_or(0);
@@ -62,13 +90,18 @@ ReplayOptions replay_options(const DeformOptions& options) {
 
 std::vector<Option> describe(DeformOptions& options) {
   std::vector<Option> result{
-      {"SHAPE", &options.shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ", "", OptionKind::required},
+      {"SHAPE", &options.shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
+       OptionKind::required},
       {"SESSION", &options.session, "The strokes: a .knead file", "", OptionKind::required},
       {"-o,--output", &options.output, "The file to write, in the format of its extension; may be SHAPE itself", "FILE",
        OptionKind::required},
       {"--tolerance", &options.tolerance,
        "Position error of one path line over one segment, relative to the shape's box diagonal", "T",
        OptionKind::with_default},
+      {"--digits", &options.digits,
+       "Decimals of moved coordinates in text files: auto (the file's own, if the tolerance allows), shortest (of what "
+       "reads back exactly), or a number",
+       "auto|shortest|N", OptionKind::with_default},
       {"--integrator", &options.integrator,
        "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)", "NAME",
        OptionKind::with_default},
@@ -95,6 +128,7 @@ std::vector<Option> describe(DeformOptions& options) {
            "Write N evenly spaced moments, including start and end; -o is then a pattern with one %04d", "N"},
           {"--report", &options.report, "Write a JSON report to this file; - means standard output", "FILE"},
       });
+  add_format_option(result, options.format);
   add_common_options(result, options.common);
   return result;
 }

@@ -8,6 +8,7 @@
 #include "command.h"
 #include "knead/session/replay.h"
 #include "remesh_options.h"
+#include "streams.h"
 
 namespace knead::command {
 
@@ -27,8 +28,24 @@ struct DeformOptions {
   std::optional<double> until;
   std::optional<int> frames;
   std::string report;
+  std::string digits = "auto";
+  StreamFormat format;
   CommonOptions common;
 };
+
+// The value of --digits.
+enum class DigitsKind { automatic, shortest, given };
+struct Digits {
+  DigitsKind kind = DigitsKind::automatic;
+  int count = 0;  // if given
+};
+
+// Throws UsageError for values out of range, and for rounding beside a certificate.
+Digits digits_of(const DeformOptions& options);
+
+// Returns WriteOptions::decimals for an output like the source. Automatic: as many as the source's coordinates have, if
+// half a unit of the last is within the tolerance (relative to the diagonal of the box).
+std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
 
 // The options of the subcommand, whose values go to `options`.
 std::vector<Option> describe(DeformOptions& options);

@@ -11,11 +11,13 @@ namespace {
 
 struct InfoOptions {
   std::string shape;
+  StreamFormat format;
   CommonOptions common;
 };
 
 void run_info(const InfoOptions& options) {
-  const ShapeInfo info = read_info(options.shape);
+  check_streams({options.shape}, options.format);
+  const ShapeInfo info = read_info(options.shape, options.format);
   if (options.common.json) {
     print(to_indented_text(to_json(info)));
   } else if (!options.common.quiet) {
@@ -28,8 +30,10 @@ void run_info(const InfoOptions& options) {
 Subcommand info_command() {
   const auto options = std::make_shared<InfoOptions>();
   std::vector<Option> described{
-      {"SHAPE", &options->shape, "A mesh or point cloud: PLY, OBJ, STL, OFF, GLB or XYZ", "", OptionKind::required},
+      {"SHAPE", &options->shape, "A mesh or point cloud, such as a PLY, OBJ, STL, OFF, glTF or XYZ file", "",
+       OptionKind::required},
   };
+  add_format_option(described, options->format);
   add_common_options(described, options->common);
   return {"info", "Show what is in a file: counts, whether it is closed and manifold, volume, area, box", described,
           "  knead info hand.ply\n"

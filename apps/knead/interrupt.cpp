@@ -16,6 +16,10 @@ namespace {
 
 // What the next interruption cancels. A signal handler can be reached through nothing else.
 std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+// Set before the last file is written.
+std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<bool> has_more_to_say = false;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<std::size_t> files_before = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 static_assert(std::atomic<Progress*>::is_always_lock_free);
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -23,6 +27,10 @@ void on_interruption(int /*signal*/) {
   if (Progress* progress = cancellable.exchange(nullptr)) {
     progress->cancel = true;
     return;
+  }
+  if (awaits_last_output && count_files_in_place() > files_before) {
+    if (has_more_to_say.exchange(false)) return;
+    ::_exit(kDone);
   }
   discard_unfinished_files();
   constexpr std::string_view message = "knead: interrupted\n";
@@ -40,6 +48,12 @@ void handle_interruptions() {
   for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
   struct sigaction old {};
   if (::sigaction(SIGHUP, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
+}
+
+void end_after_last_output(bool more_to_say) {
+  files_before = count_files_in_place();
+  has_more_to_say = more_to_say;
+  awaits_last_output = true;
 }
 
 CancelOnInterruption::CancelOnInterruption(Progress& progress) : progress_(progress) { cancellable = &progress; }

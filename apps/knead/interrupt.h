@@ -9,6 +9,10 @@ namespace knead::command {
 // kInterrupted.
 void handle_interruptions();
 
+// Call before the last file is written: an interruption that comes when it is in place ends the program with kDone.
+// more_to_say: printing or a report follows that was asked for, so that the first such interruption is ignored.
+void end_after_last_output(bool more_to_say);
+
 // While it lives, the first interruption sets progress.cancel instead; a second one ends the program. One at a time.
 class CancelOnInterruption {
  public:

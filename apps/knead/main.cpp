@@ -40,6 +40,14 @@ CLI::Option* add_option(CLI::App& app, const Option& option) {
       option.target);
 }
 
+// What an option or argument without a value, as in --until '', is refused with.
+CLI::Validator not_empty() {
+  const auto check = [](const std::string& value) {
+    return value.empty() ? std::string("its value is empty; give one, or leave it out") : std::string();
+  };
+  return {check, ""};
+}
+
 void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
   CLI::App& app = *parent.add_subcommand(subcommand.name, subcommand.help);
   for (const Option& option : subcommand.options) {
@@ -50,6 +58,7 @@ void add_subcommand(CLI::App& parent, const Subcommand& subcommand) {
       added.check(CLI::IsMember(option.choices));
     } else if (!std::holds_alternative<bool*>(option.target)) {
       added.type_name(option.value_name);
+      added.check(not_empty());
     }
   }
   add_examples(app, subcommand.examples);

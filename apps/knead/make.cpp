@@ -11,6 +11,7 @@
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "output.h"
+#include "streams.h"
 
 namespace knead::command {
 namespace {
@@ -19,6 +20,7 @@ struct MakeOptions {
   std::string kind;
   std::optional<std::size_t> vertices;  // nothing: the default of the kind
   std::string output;
+  StreamFormat format;
   CommonOptions common;
 };
 
@@ -40,9 +42,14 @@ void check_count(ShapeKind kind, const MakeOptions& options) {
 void run_make(const MakeOptions& options) {
   const ShapeKind kind = checked_kind(options.kind);
   check_count(kind, options);
-  require_shape_extension(options.output);
-  require_writable(options.output);
+  check_streams({options.output}, options.format);
+  require_free_output(options.output, options.common.json, "--json");
+  require_shape_output(options.output);
   const Mesh mesh = make_shape(kind, options.vertices.value_or(0));
+  if (is_stream(options.output)) {
+    return print(serialize_mesh(format_of(format_path(options.output, options.format)), mesh));
+  }
+  end_after_last_shape(options.output, options.common.json);
   write_mesh(options.output, mesh);
   if (options.common.json) {
     const Json json{{"kind", options.kind}, {"vertices", mesh.vertex_count()}, {"faces", mesh.face_count()}};
@@ -62,6 +69,7 @@ Subcommand make_command() {
       {"-o,--output", &options->output, "The file: .ply (binary, float coordinates) or .obj", "FILE",
        OptionKind::required},
   };
+  add_format_option(described, options->format);
   add_common_options(described, options->common);
   return {"make", "Make a procedural shape: closed, in one piece, of triangles", described,
           "  knead make hand -o hand.ply\n"

@@ -39,6 +39,9 @@ struct Subcommand {
   std::function<void()> run;
 };
 
+// Returns the number of threads, 0 for all. Throws UsageError for a number that is none or too large.
+int threads_of(const std::optional<int>& threads);
+
 // The options that nearly every subcommand has.
 struct CommonOptions {
   bool quiet = false;

@@ -12,6 +12,7 @@
 #include <system_error>
 
 #include "command.h"
+#include "knead/io/atomic_file.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 
@@ -92,12 +93,10 @@ std::string require_extension(const fs::path& path, std::span<const std::string_
       fmt::format("{}: cannot write this kind of file; name one that ends in {}", path.string(), supported));
 }
 
-void require_shape_extension(const std::filesystem::path& path) { require_extension(path, format_names()); }
+void require_shape_extension(const std::filesystem::path& path) { require_extension(path, shape_extensions()); }
 
 void require_writable(const fs::path& path) {
-  std::error_code error;
-  fs::path target = fs::weakly_canonical(path, error);
-  if (error) target = path;
+  const fs::path target = followed_link(path);
   struct stat old {};
   if (::stat(target.c_str(), &old) == 0) {
     if (S_ISDIR(old.st_mode)) fail(path, "is a folder; name a file in it");

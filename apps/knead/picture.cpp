@@ -2,7 +2,9 @@
 #include "picture.h"
 
 #include <algorithm>
+#include <string>
 
+#include "command.h"
 #include "knead/math/box.h"
 #include "knead/render/camera.h"
 #include "knead/render/image.h"
@@ -30,21 +32,6 @@ std::vector<Scene> scenes_of(const PictureRequest& request) {
   return scenes;
 }
 
-// All shapes at the middle of `box`, which then has their largest extents.
-Box common_box(const std::vector<Scene>& scenes) {
-  Vec3d size{0, 0, 0};
-  for (const Scene& scene : scenes) {
-    const Box box = render::scene_box(scene);
-    if (box.empty()) continue;
-    const Vec3d extent = box.max - box.min;
-    size = {std::max(size.x, extent.x), std::max(size.y, extent.y), std::max(size.z, extent.z)};
-  }
-  Box box;
-  box.extend(size * -0.5);
-  box.extend(size * 0.5);
-  return box;
-}
-
 // The camera of fit_camera moved sideways and in or out.
 render::Camera close_up_camera(const render::Camera& fitted, const CloseUp& close_up) {
   render::Camera camera = fitted;
@@ -54,26 +41,38 @@ render::Camera close_up_camera(const render::Camera& fitted, const CloseUp& clos
   return camera;
 }
 
-void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene>& scenes) {
-  if (request.same_scale) {
-    const render::Camera camera = render::fit_camera(common_box(scenes), request.view, request.up, aspect);
-    for (Scene& scene : scenes) {
-      const Box box = render::scene_box(scene);
-      const Vec3d middle = box.empty() ? Vec3d{} : box.center();
-      scene.camera = camera;
-      scene.camera.eye += middle;
-      scene.camera.target += middle;
-    }
-    return;
-  }
-  Box all;
+render::Camera fitted(const PictureRequest& request, const std::vector<Vec3d>& points, double aspect) {
+  render::FitOptions how;
+  if (request.field_of_view_deg == 0) how.projection = render::Projection::orthographic;
+  how.field_of_view_deg = request.field_of_view_deg;
+  return render::fit_points(points, request.view, request.up, aspect, how);
+}
+
+// The points of each scene, each about the middle of its own box, so that one camera is right for all.
+void set_cameras_of_one_scale(const PictureRequest& request, double aspect, std::vector<Scene>& scenes) {
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> middles;
   for (const Scene& scene : scenes) {
     const Box box = render::scene_box(scene);
-    if (box.empty()) continue;
-    all.extend(box.min);
-    all.extend(box.max);
+    middles.push_back(box.empty() ? Vec3d{} : box.center());
+    for (const Vec3d& p : render::scene_points(scene)) points.push_back(p - middles.back());
   }
-  render::Camera camera = render::fit_camera(all, request.view, request.up, aspect);
+  const render::Camera camera = fitted(request, points, aspect);
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    scenes[i].camera = camera;
+    scenes[i].camera.eye += middles[i];
+    scenes[i].camera.target += middles[i];
+  }
+}
+
+void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene>& scenes) {
+  if (request.same_scale) return set_cameras_of_one_scale(request, aspect, scenes);
+  std::vector<Vec3d> points;
+  for (const Scene& scene : scenes) {
+    const std::vector<Vec3d> own = render::scene_points(scene);
+    points.insert(points.end(), own.begin(), own.end());
+  }
+  render::Camera camera = fitted(request, points, aspect);
   if (request.close_up) camera = close_up_camera(camera, *request.close_up);
   for (Scene& scene : scenes) scene.camera = camera;
 }
@@ -81,7 +80,22 @@ void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene
 render::Options options_of(const PictureRequest& request) {
   render::Options options;
   options.height = request.height;
-  if (request.transparent) options.background = {1, 1, 1, 0};
+  options.background = request.background.top;
+  options.background_bottom = request.background.bottom;
+  options.matcap = request.matcap;
+  options.relief = request.relief;
+  switch (request.quality) {
+    case PictureQuality::draft:
+      options.supersampling = 1;
+      options.light_samples = 32;
+      break;
+    case PictureQuality::normal:
+      break;
+    case PictureQuality::fine:
+      options.supersampling = 3;
+      options.light_samples = 256;
+      break;
+  }
   options.shading = request.flat ? render::Shading::flat : render::Shading::smooth;
   options.wireframe = request.wireframe;
   options.ground = request.ground;
@@ -92,7 +106,26 @@ render::Options options_of(const PictureRequest& request) {
 
 void require_renderer() {}
 
-std::string draw_picture(const PictureRequest& request) {
+std::string material_names() {
+  std::string names = "clay";
+  for (const render::Matcap matcap : render::all_matcaps()) names += ", " + std::string(name_of(matcap));
+  return names;
+}
+
+std::optional<render::Matcap> read_material(const std::string& name) {
+  const std::optional<render::Matcap> matcap = render::matcap_named(name);
+  if (!matcap && name != "clay") throw UsageError("--material " + name + ": say one of " + material_names());
+  return matcap;
+}
+
+render::Background read_background(const std::string& name) {
+  if (name == "white") return {{1, 1, 1, 1}, {1, 1, 1, 1}};
+  if (name == "transparent") return {{1, 1, 1, 0}, {1, 1, 1, 0}};
+  if (const auto background = render::background_named(name)) return *background;
+  throw UsageError("--background " + name + ": say white, transparent, light, dark, gradient, or a colour as #303540");
+}
+
+std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress) {
   std::vector<Scene> scenes = scenes_of(request);
   const int count = static_cast<int>(scenes.size());
   const int width = request.width / count;
@@ -101,6 +134,7 @@ std::string draw_picture(const PictureRequest& request) {
   std::vector<Image> images;
   for (int i = 0; i < count; ++i) {
     options.width = width + (i < request.width % count ? 1 : 0);
+    options.progress = [&, i](double part) { progress((i + part) / count); };
     images.push_back(render::render(scenes[static_cast<std::size_t>(i)], options));
   }
   const Image picture = render::side_by_side(images);

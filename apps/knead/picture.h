@@ -1,12 +1,14 @@
 // What `knead render` draws, as plain values that need no renderer.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "knead/math/vec3.h"
 #include "knead/mesh/mesh.h"
+#include "knead/render/scene.h"
 #include "knead/render/tool_picture.h"
 
 namespace knead::command {
@@ -30,6 +32,9 @@ struct CloseUp {
 
 enum class ImageFormat { png, jpeg };
 
+// How many samples a pixel has, and from how many directions light comes.
+enum class PictureQuality { draft, normal, fine };
+
 struct PictureRequest {
   std::vector<Panel> panels;  // side by side, at least one
   std::optional<CutPlane> cut;
@@ -38,18 +43,31 @@ struct PictureRequest {
   Vec3d up{0, 1, 0};
   int width = 1600;  // of the whole picture
   int height = 1200;
-  bool transparent = false;  // the background; else white
-  bool ground = true;        // the shadow on the ground
-  bool flat = false;         // one normal per face
+  double field_of_view_deg = 25;                              // from bottom to top; 0: orthographic
+  render::Background background{{1, 1, 1, 1}, {1, 1, 1, 1}};  // alpha 0: transparent
+  std::optional<render::Matcap> matcap;                       // empty: clay under the studio's light
+  render::Relief relief;
+  PictureQuality quality = PictureQuality::normal;
+  bool ground = true;  // the shadow on the ground
+  bool flat = false;   // one normal per face
   bool wireframe = false;
   bool same_scale = false;  // each shape is centred in its panel, all at one scale
   ImageFormat format = ImageFormat::png;
 };
 
+// Return what the names of a material and a background mean. Throw UsageError for unknown names. A build without a
+// renderer knows none and lets all pass.
+std::optional<render::Matcap> read_material(const std::string& name);
+render::Background read_background(const std::string& name);
+
+// Returns the names of all materials, separated by commas.
+std::string material_names();
+
 // Throws std::runtime_error in a build without a renderer.
 void require_renderer();
 
-// Returns the bytes of an image file. Throws as require_renderer, and if the machine has no OpenGL 3.3.
-std::string draw_picture(const PictureRequest& request);
+// Returns the bytes of an image file. progress: called with the part that is done, from 0 to 1. Throws as
+// require_renderer, and if the machine has no OpenGL 3.3.
+std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress);
 
 }  // namespace knead::command

@@ -42,7 +42,7 @@ void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t t
   const auto sleep = [&](std::chrono::milliseconds time) {
     wake.wait_for(lock, stop, time, [&] { return stop.stop_requested(); });
   };
-  sleep(500ms);
+  sleep(300ms);
   if (stop.stop_requested()) return;
   std::string line;
   while (!stop.stop_requested()) {

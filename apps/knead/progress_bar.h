@@ -8,7 +8,7 @@
 
 namespace knead::command {
 
-// While it lives: a bar on standard error, drawn by a thread that watches progress.done, from half a second on; erased
+// While it lives: a bar on standard error, drawn by a thread that watches progress.done, from 0.3 seconds on; erased
 // at the end. No bar where `wanted` is false, standard error is no terminal, or the terminal is dumb. The bar has no
 // colours and needs no escape codes.
 class ProgressBar {

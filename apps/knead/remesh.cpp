@@ -13,6 +13,7 @@
 #include "knead/remesh/remesh.h"
 #include "output.h"
 #include "remesh_options.h"
+#include "streams.h"
 
 namespace knead::command {
 namespace {
@@ -22,6 +23,7 @@ struct RemeshCommand {
   std::string output;
   RemeshFlags flags;
   std::optional<int> threads;
+  StreamFormat format;
   CommonOptions common;
 };
 
@@ -52,22 +54,23 @@ std::string json_of(const Remeshed& result) {
 void run_remesh(RemeshCommand command) {
   command.flags.remesh = true;
   const RemeshSettings settings = *settings_of(command.flags);
-  if (command.threads.value_or(1) < 1) {
-    throw UsageError(fmt::format("--threads {}: give 1 or more, or leave it out to use all", *command.threads));
-  }
-  require_shape_extension(command.output);
-  require_writable(command.output);
-  const ShapeFile shape = read_shape(command.shape);
+  const int threads = threads_of(command.threads);
+  check_streams({command.shape, command.output}, command.format);
+  require_free_output(command.output, command.common.json, "--json");
+  require_shape_output(command.output);
+  const ShapeFile shape = read_shape_or_stream(command.shape, command.format);
   if (shape.mesh.face_count() == 0) {
     throw InvalidInput(Place{command.shape}, "it has no faces to remesh; give a mesh");
   }
   const bool quiet = command.common.quiet;
   if (!quiet) {
     for (const std::string& note : shape.notes) print_message(fmt::format("note: {}: {}", command.shape, note));
-    print_notes(remesh_losses(command.output, shape));
+    print_notes(remesh_losses(format_path(command.output, command.format), shape));
   }
-  const Remeshed result = remeshed(shape, settings, command.threads.value_or(0));
-  write_remeshed(command.output, shape, result.mesh, result.face_source);
+  const Remeshed result = remeshed(shape, settings, threads);
+  end_after_last_shape(command.output, command.common.json);
+  write_remeshed_or_stream(command.output, command.format, shape, result.mesh, result.face_source);
+  if (is_stream(command.output)) return;
   if (format_of(command.output) == "obj") copy_material_files(shape, command.shape, command.output);
   if (command.common.json) {
     print(json_of(result));
@@ -98,6 +101,7 @@ Subcommand remesh_command() {
            fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
           {"--threads", &command->threads, "Number of threads (default: all); does not change the result", "N"},
       });
+  add_format_option(options, command->format);
   add_common_options(options, command->common);
   return {"remesh", "Refine a mesh and improve its triangles", options,
           "  knead remesh scan.ply -o even.ply\n"

@@ -17,6 +17,7 @@
 #include "output.h"
 #include "panels.h"
 #include "picture.h"
+#include "progress_bar.h"
 
 namespace knead::command {
 namespace {
@@ -32,6 +33,11 @@ struct RenderOptions {
   std::string view = "iso";
   std::string up = "y";
   std::string background = "white";
+  std::string material = "clay";
+  std::string quality = "normal";
+  double perspective = 25;
+  bool cavity = false;
+  bool occlusion = false;
   bool no_ground = false;
   bool flat = false;
   bool wireframe = false;
@@ -147,9 +153,25 @@ void set_close_up(const RenderOptions& options, PictureRequest& request) {
 void set_format(const RenderOptions& options, PictureRequest& request) {
   constexpr std::string_view extensions[] = {"png", "jpg", "jpeg"};
   request.format = require_extension(options.output, extensions) == "png" ? ImageFormat::png : ImageFormat::jpeg;
-  if (request.transparent && request.format == ImageFormat::jpeg) {
+  if (request.background.top.alpha == 0 && request.format == ImageFormat::jpeg) {
     throw UsageError("--background transparent: a JPEG has no transparent parts; write a .png file");
   }
+}
+
+void set_look(const RenderOptions& options, PictureRequest& request) {
+  request.background = read_background(options.background);
+  request.matcap = read_material(options.material);
+  constexpr std::array<std::string_view, 3> qualities{"draft", "normal", "fine"};
+  const auto* const quality = std::find(qualities.begin(), qualities.end(), options.quality);
+  if (quality == qualities.end())
+    throw UsageError(fmt::format("--quality {}: say draft, normal or fine", options.quality));
+  request.quality = static_cast<PictureQuality>(quality - qualities.begin());
+  if (options.perspective != 0 && !(options.perspective >= 1 && options.perspective <= 120)) {
+    throw UsageError(
+        fmt::format("--perspective {}: give an angle from 1 to 120 degrees, or 0 for none", options.perspective));
+  }
+  request.field_of_view_deg = options.perspective;
+  request.relief = {options.cavity, options.occlusion};
 }
 
 PictureRequest picture_request(const RenderOptions& options) {
@@ -158,10 +180,7 @@ PictureRequest picture_request(const RenderOptions& options) {
   set_view(options, request);
   set_cut(options, request);
   set_close_up(options, request);
-  if (options.background != "white" && options.background != "transparent") {
-    throw UsageError(fmt::format("--background {}: say white or transparent", options.background));
-  }
-  request.transparent = options.background == "transparent";
+  set_look(options, request);
   set_format(options, request);
   request.ground = !options.no_ground;
   request.flat = options.flat;
@@ -189,13 +208,20 @@ PanelOptions panel_options(const RenderOptions& options) {
   return panels;
 }
 
+std::string draw_watched(const PictureRequest& request, bool quiet) {
+  constexpr std::uint64_t total = 1000;
+  Progress progress;
+  const ProgressBar bar(progress, total, !quiet);
+  return draw_picture(request, [&](double part) { progress.done = static_cast<std::uint64_t>(part * total); });
+}
+
 void run_render(RenderOptions options) {
   options.panels = panel_options(options);
   PictureRequest request = picture_request(options);
   require_renderer();
   require_writable(options.output);
   request.panels = make_panels(options.panels);
-  write_file_atomically(options.output, draw_picture(request));
+  write_file_atomically(options.output, draw_watched(request, options.common.quiet));
   if (options.common.json) {
     const Json json{{"width", request.width}, {"height", request.height}};
     print(to_indented_text(json));
@@ -226,7 +252,15 @@ std::vector<Option> describe(RenderOptions& options) {
       {"--up", &options.up, "The axis that points up, y or z", "AXIS", OptionKind::with_default},
       {"--close-up", &options.close_up,
        "Look at this point; the picture is HEIGHT high there, in the units of the shape", "X,Y,Z,HEIGHT"},
-      {"--background", &options.background, "white or transparent", "COLOR", OptionKind::with_default},
+      {"--perspective", &options.perspective, "Field of view from bottom to top in degrees; 0: orthographic", "DEG",
+       OptionKind::with_default},
+      {"--material", &options.material, material_names(), "NAME", OptionKind::with_default},
+      {"--cavity", &options.cavity, "Darken grooves and brighten ridges"},
+      {"--occlusion", &options.occlusion, "Darken folds and corners"},
+      {"--background", &options.background, "white, transparent, light, dark, gradient, or a colour #RRGGBB", "COLOR",
+       OptionKind::with_default},
+      {"--quality", &options.quality, "draft, normal or fine: more samples take longer", "NAME",
+       OptionKind::with_default},
       {"--no-ground", &options.no_ground, "Draw no shadow on the ground"},
       {"--flat", &options.flat, "Shade each face evenly"},
       {"--wireframe", &options.wireframe, "Draw the edges of the faces as lines"},
@@ -246,6 +280,7 @@ Subcommand render_command() {
           "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
           "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
           "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
+          "  knead render scan.ply --material jade --cavity --background dark -o jade.png\n"
           "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png",
           [options] { run_render(*options); }};
 }

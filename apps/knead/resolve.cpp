@@ -5,6 +5,7 @@
 #include <string>
 
 #include "command.h"
+#include "interrupt.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/json.h"
 #include "knead/math/error.h"
@@ -18,6 +19,7 @@ struct ResolveOptions {
   std::string shape;
   std::string session;
   std::string output;
+  StreamFormat format;
   CommonOptions common;
 };
 
@@ -33,12 +35,14 @@ void run_resolve(const ResolveOptions& options) {
   constexpr std::string_view extensions[] = {"knead"};
   require_extension(options.output, extensions);
   require_writable(options.output);
-  const Inputs inputs = read_inputs(options.shape, options.session, options.common.quiet);
+  check_streams({options.shape}, options.format);
+  const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet);
   require_flows(inputs.session);
   const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, ReplayOptions{}, options.common.quiet);
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;
+  end_after_last_output(options.common.json);
   write_file_atomically(options.output, serialize_session(resolved));
   if (options.common.json) {
     const Json json{{"strokes", resolved.strokes.size()}, {"segments", result.segments}};
@@ -54,11 +58,11 @@ void run_resolve(const ResolveOptions& options) {
 Subcommand resolve_command() {
   const auto options = std::make_shared<ResolveOptions>();
   std::vector<Option> described{
-      {"SHAPE", &options->shape, "The shape that the session was made for: PLY, OBJ, STL, OFF, GLB or XYZ", "",
-       OptionKind::required},
+      {"SHAPE", &options->shape, "The shape that the session was made for", "", OptionKind::required},
       {"SESSION", &options->session, "The strokes: a .knead file", "", OptionKind::required},
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
   };
+  add_format_option(described, options->format);
   add_common_options(described, options->common);
   return {"resolve", "Write a session as strokes that do not read the surface", described,
           "  knead resolve hand.ply paint.knead -o flow.knead\n"

@@ -21,9 +21,9 @@ const char* yes_or_no(bool value) { return value ? "yes" : "no"; }
 
 }  // namespace
 
-ShapeInfo read_info(const std::string& shape) {
+ShapeInfo read_info(const std::string& shape, const StreamFormat& format) {
   ShapeInfo info;
-  info.file = read_shape(shape);
+  info.file = read_shape_or_stream(shape, format);
   info.measures = measure(info.file.mesh);
   info.notes = info.file.notes;
   for (std::string& note : describe_oddities(info.measures)) info.notes.push_back(std::move(note));

@@ -8,6 +8,7 @@
 #include "knead/io/json.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/measures.h"
+#include "streams.h"
 
 namespace knead::command {
 
@@ -17,8 +18,8 @@ struct ShapeInfo {
   std::vector<std::string> notes;  // from the reader, and on defects of the mesh
 };
 
-// Throws what read_shape throws.
-ShapeInfo read_info(const std::string& shape);
+// Throws what read_shape_or_stream throws.
+ShapeInfo read_info(const std::string& shape, const StreamFormat& format);
 
 // Returns the keys in the order of the documentation.
 Json to_json(const ShapeInfo& info);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+#include <vector>
+
 #include "command.h"
 #include "interrupt.h"
 #include "knead/math/error.h"
@@ -10,10 +14,10 @@
 
 namespace knead::command {
 
-Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet) {
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
   Inputs inputs;
   inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
-  inputs.shape = read_shape(shape);
+  inputs.shape = read_shape_or_stream(shape, format);
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
@@ -21,13 +25,33 @@ Inputs read_inputs(const std::string& shape, const std::string& session, bool qu
   return inputs;
 }
 
+namespace {
+
+// What is known of the strokes before anything moves.
+std::vector<std::string> first_warnings(const Session& session, const std::optional<double>& until) {
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < session.strokes.size(); ++i) {
+    if (until && static_cast<double>(i) >= *until) break;
+    const SessionStroke& stroke = session.strokes[i];
+    for (const std::string& warning : warnings(stroke.stroke)) {
+      result.push_back(to_string(Place{session.name, stroke.line}) + ": " + warning);
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {
   Progress progress;
   options.progress = &progress;
+  const std::vector<std::string> first = first_warnings(session, options.part.until);
+  if (!quiet) print_notes(first);
   ReplayResult result;
   {
     const CancelOnInterruption cancel(progress);
-    const ProgressBar bar(progress, total_work(mesh, session, options), !quiet);
+    progress.total = total_work(mesh, session, options);
+    const ProgressBar bar(progress, progress.total, !quiet);
     result = replay(borrow(mesh), session, options);
   }
   if (progress.cancel) throw Interrupted{};
@@ -37,7 +61,9 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
         ": a path line runs to infinity or needs over a million steps here; use a wider transition, a smaller angle, "
         "another gauge, or a larger --tolerance");
   }
-  if (!quiet) print_notes(result.warnings);
+  std::vector<std::string> later = result.warnings;
+  std::erase_if(later, [&](const std::string& warning) { return std::ranges::find(first, warning) != first.end(); });
+  if (!quiet) print_notes(later);
   return result;
 }
 

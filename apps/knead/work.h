@@ -7,6 +7,7 @@
 #include "knead/io/shape_file.h"
 #include "knead/session/replay.h"
 #include "knead/session/session.h"
+#include "streams.h"
 
 namespace knead::command {
 
@@ -24,7 +25,7 @@ struct Inputs {
   ShapeFile shape;
   Session session;
 };
-Inputs read_inputs(const std::string& shape, const std::string& session, bool quiet);
+Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet);
 
 // replay(), with a progress bar unless quiet, its warnings on standard error, and options.progress set to its own.
 // Returns a result whose status is done; throws Interrupted or QualityError for other statuses. The mesh must outlive

@@ -20,7 +20,9 @@
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
+#include "view/picture_quality.h"
 #include "view/shown_shape.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -38,8 +40,6 @@ constexpr double kStaysActive = 0.4;
 constexpr int kFramesToSettle = 4;
 constexpr double kWaitForStep = 0.012;  // for a step of a drag that is likely to be done by then
 constexpr double kLikelyDoneWithin = 0.010;
-constexpr double kSlow = 0.1;  // seconds that a frame takes to be drawn
-constexpr int kSlowFrames = 5;
 constexpr int kPictureScale = 2;
 constexpr int kMostWindows = 5;  // one after the other, where the driver loses them
 
@@ -72,15 +72,17 @@ class Application {
       studio_.refresh();
       const Clock::time_point now = Clock::now();
       const std::uint64_t version = studio_.shown().version;
-      if (!events.empty() || version != drawn_version_ || window_.is_closing()) {
+      if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.is_busy()) {
         last_active_ = now;
         frames_since_ = 0;
       }
       const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
-      if (has_settled && !interface_.has_messages()) {
+      if (has_settled) studio_.remember_look();
+      if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.turntable()) {
         last_frame_.reset();
         continue;
       }
+      samples_ = quality_.samples(has_settled);
       draw_frame(events);
       ++frames_since_;
       drawn_version_ = version;
@@ -100,15 +102,16 @@ class Application {
     }
     wait_for_step();
     studio_.refresh();
-    interface_.draw(times_);
+    interface_.draw(times_, {overlay_.knows_stretch(), estimate_.update(studio_)});
     draw_picture();
+    studio_.step_turntable([this](const std::filesystem::path& path) { write_view(path); });
     gui_.end_frame();
     backend_.draw();
     times_.drawing = seconds_between(began, Clock::now());
     window_.show();
     note_time();
     set_title();
-    lower_quality_if_slow();
+    quality_.note(times_.drawing, samples_);
   }
 
   // Gives a quick step of a drag the time to be in this very picture.
@@ -195,25 +198,22 @@ class Application {
     }
     if (shape_.gpu() == nullptr) follow_on_cpu();
     if (const auto influence = overlay_.influence(studio_)) view_.set_influence(*influence);
-    view_.draw(overlay_.scene(studio_), window_.width(), window_.height());
+    if (const auto mask = overlay_.mask(studio_)) view_.set_mask(*mask);
+    render::LiveScene scene = overlay_.scene(studio_);
+    scene.samples = samples_;
+    view_.draw(scene, window_.width(), window_.height());
   }
 
-  // Turns smooth edges off if pictures take long, as without a GPU.
-  void lower_quality_if_slow() {
-    slow_frames_ = times_.drawing > kSlow ? slow_frames_ + 1 : 0;
-    if (slow_frames_ < kSlowFrames || !is_smooth_) return;
-    is_smooth_ = false;
-    view_ = render::LiveView(1);
-    shape_.forget_view();
-    overlay_ = {};
+  void write_view(const std::filesystem::path& path) {
+    const render::Image image =
+        view_.picture(overlay_.scene(studio_), kPictureScale * window_.width(), kPictureScale * window_.height());
+    write_file_atomically(path, render::encode_png(image));
   }
 
   void write_picture(const std::filesystem::path& path) {
     studio_.withdraw(Subject::picture);
     try {
-      const render::Image image =
-          view_.picture(overlay_.scene(studio_), kPictureScale * window_.width(), kPictureScale * window_.height());
-      write_file_atomically(path, render::encode_png(image));
+      write_view(path);
       studio_.tell({false, fmt::format("Wrote {}.", path.filename().string())});
     } catch (const std::exception& error) {
       studio_.tell({true, error.what(), Subject::picture});
@@ -245,6 +245,7 @@ class Application {
   Interface interface_;
   render::LiveView view_;
   Overlay overlay_;
+  StretchEstimate estimate_;
   ShownShape shape_;
   std::uint64_t reads_before_ = 0;
   FrameTimes times_;
@@ -253,8 +254,8 @@ class Application {
   Clock::time_point last_active_ = Clock::now();
   int frames_since_ = 0;
   std::optional<Clock::time_point> last_frame_;
-  int slow_frames_ = 0;
-  bool is_smooth_ = true;
+  PictureQuality quality_;
+  int samples_ = 0;  // of the last picture, as LiveScene::samples
 };
 
 // What other runs left behind and nobody misses.
@@ -291,6 +292,7 @@ void run_application(const ApplicationOptions& options) {
     studio.preferences().backend = BackendChoice::cpu;
     studio.tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
   }
+  studio.remember_look();
   studio.close();
 }
 

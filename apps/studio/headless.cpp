@@ -33,6 +33,7 @@ void write_picture(const Studio& studio, const std::filesystem::path& path, Back
   const DocumentState& shown = studio.shown();
   canvas->shape.follow(shown.state, studio.pending(), shown.diagonal, canvas->view);
   if (const auto influence = canvas->overlay.influence(studio)) canvas->view.set_influence(*influence);
+  if (const auto mask = canvas->overlay.mask(studio)) canvas->view.set_mask(*mask);
   const Screen screen = studio.screen();
   const render::Image image = canvas->view.picture(canvas->overlay.scene(studio), screen.width, screen.height);
   write_file_atomically(path, render::encode_png(image));

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -30,8 +29,11 @@ constexpr std::array<std::string_view, 2> kUps{"y", "z"};
 constexpr std::array<std::string_view, 2> kBackends{"cpu", "gpu"};
 constexpr std::array<std::string_view, 4> kUnits{"", "mm", "cm", "m"};
 constexpr std::array<std::string_view, 3> kPressures{"none", "radius", "depth"};
+constexpr std::array<std::string_view, 3> kShadings{"clay", "matcap", "flat"};
+constexpr std::array<std::string_view, 2> kProjections{"orthographic", "perspective"};
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
+constexpr double kMostUndoMemory = 1e6;  // MB
 
 fs::path folder_of(const char* variable, const char* under_home) {
   const char* const value = std::getenv(variable);
@@ -68,22 +70,6 @@ void write_json(const fs::path& folder, const char* name, const Json& json) {
   write_file_atomically(folder / name, to_indented_text(json));
 }
 
-// "#rrggbb"
-std::string text_of(const render::Color& color) {
-  const auto byte = [](float part) { return std::clamp(std::lround(255 * part), 0L, 255L); };
-  return fmt::format("#{:02x}{:02x}{:02x}", byte(color.red), byte(color.green), byte(color.blue));
-}
-
-std::optional<render::Color> color_of(std::string_view text) {
-  const bool is_hex = text.size() == 7 && text[0] == '#' &&
-                      std::all_of(text.begin() + 1, text.end(), [](unsigned char c) { return std::isxdigit(c) != 0; });
-  if (!is_hex) return std::nullopt;
-  const auto part = [&](std::size_t at) {
-    return static_cast<float>(std::stoi(std::string(text.substr(at, 2)), nullptr, 16)) / 255;
-  };
-  return render::Color{part(1), part(3), part(5), 1};
-}
-
 // Reads the members of the configuration one after the other.
 class Reader {
  public:
@@ -110,13 +96,16 @@ class Reader {
       } else if (key == "panels") {
         read_panels(value);
       } else if (key == "interface_scale") {
-        read_scale(value);
-      } else {
-        complain(
-            fmt::format("\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, "
-                        "outer_ring, inner_ring, "
-                        "panels and interface_scale",
-                        key));
+        read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
+      } else if (key == "undo_memory_mb") {
+        read_number(key, value, {0, kMostUndoMemory}, loaded_.preferences.undo_memory_mb);
+      } else if (!read_look(key, value)) {
+        complain(fmt::format(
+            "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
+            "inner_ring, panels, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, background, "
+            "projection and "
+            "field_of_view_deg",
+            key));
       }
     }
   }
@@ -135,7 +124,7 @@ class Reader {
   }
 
   void read_color(const std::string& key, const Json& value, render::Color& target) {
-    const std::optional<render::Color> color = color_of(value.is_text() ? value.text() : "");
+    const std::optional<render::Color> color = render::color_from(value.is_text() ? value.text() : "");
     if (!color)
       return complain(fmt::format("\"{}\" must be a colour such as \"#0073b3\", got {}", key, to_text(value)));
     target = *color;
@@ -163,12 +152,46 @@ class Reader {
     }
   }
 
-  void read_scale(const Json& value) {
-    if (!value.is_number() || !(value.number() >= kSmallestScale && value.number() <= kLargestScale)) {
-      return complain(fmt::format("\"interface_scale\" must be a number from {} to {}, got {}", kSmallestScale,
-                                  kLargestScale, to_text(value)));
+  void read_number(const std::string& key, const Json& value, std::pair<double, double> limits, double& target) {
+    if (!value.is_number() || !(value.number() >= limits.first && value.number() <= limits.second)) {
+      return complain(fmt::format("\"{}\" must be a number from {} to {}, got {}", key, limits.first, limits.second,
+                                  to_text(value)));
     }
-    loaded_.preferences.interface_scale = value.number();
+    target = value.number();
+  }
+
+  void read_flag(const std::string& key, const Json& value, bool& target) {
+    if (!value.is_flag()) return complain(fmt::format("\"{}\" must be true or false, got {}", key, to_text(value)));
+    target = value.flag();
+  }
+
+  // Returns false for a key that is not about the look.
+  bool read_look(const std::string& key, const Json& value) {
+    Look& look = loaded_.preferences.look;
+    const std::string text = value.is_text() ? value.text() : "";
+    if (key == "shading") {
+      read_choice(key, value, kShadings, look.material);
+    } else if (key == "matcap") {
+      const auto found = render::matcap_named(text);
+      if (!found) complain(fmt::format("there is no matcap {}; docs/studio.md lists them", to_text(value)));
+      look.matcap = found.value_or(look.matcap);
+    } else if (key == "cavity") {
+      read_flag(key, value, look.relief.cavity);
+    } else if (key == "occlusion") {
+      read_flag(key, value, look.relief.occlusion);
+    } else if (key == "background") {
+      const bool is_known = render::background_named(text).has_value();
+      if (!is_known)
+        complain(fmt::format("\"background\" must be gradient, light, dark or #rrggbb, got {}", to_text(value)));
+      if (is_known) look.background = text;
+    } else if (key == "projection") {
+      read_choice(key, value, kProjections, look.projection);
+    } else if (key == "field_of_view_deg") {
+      read_number(key, value, {kSmallestFieldDeg, kLargestFieldDeg}, look.field_of_view_deg);
+    } else {
+      return false;
+    }
+    return true;
   }
 
   void read_keys(const Json& keys) {
@@ -240,25 +263,43 @@ LoadedPreferences load_preferences(const fs::path& folder) {
   return loaded;
 }
 
+namespace {
+
+using OwnMember = std::pair<std::string_view, std::optional<Json>>;  // nothing: as by default
+
+template <class T>
+OwnMember member(std::string_view key, const T& value, const T& by_default, const Json& json) {
+  return {key, value == by_default ? std::nullopt : std::optional(json)};
+}
+
+std::vector<OwnMember> own_members(const Preferences& preferences) {
+  const Preferences plain;
+  const Look& look = preferences.look;
+  return {member("navigation", preferences.navigation, plain.navigation, "maya"),
+          member("up", preferences.up, plain.up, "z"),
+          member("backend", preferences.backend, plain.backend, "gpu"),
+          member("unit", preferences.unit, plain.unit, text_of(preferences.unit)),
+          member("pen_pressure", preferences.pressure, plain.pressure,
+                 std::string(kPressures[static_cast<std::size_t>(preferences.pressure)])),
+          member("outer_ring", preferences.outer_ring, plain.outer_ring, text_of(preferences.outer_ring)),
+          member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
+          {"panels", json_of(preferences.panels)},
+          member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
+          member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
+          member("shading", look.material, plain.look.material,
+                 std::string(kShadings[static_cast<std::size_t>(look.material)])),
+          member("matcap", look.matcap, plain.look.matcap, std::string(name_of(look.matcap))),
+          member("cavity", look.relief.cavity, plain.look.relief.cavity, true),
+          member("occlusion", look.relief.occlusion, plain.look.relief.occlusion, true),
+          member("background", look.background, plain.look.background, look.background),
+          member("projection", look.projection, plain.look.projection, "orthographic"),
+          member("field_of_view_deg", look.field_of_view_deg, plain.look.field_of_view_deg, look.field_of_view_deg)};
+}
+
+}  // namespace
+
 void save_preferences(const fs::path& folder, const Preferences& preferences) {
-  const Preferences usual;
-  const auto color = [](const render::Color& now, const render::Color& by_default) {
-    return now == by_default ? std::nullopt : std::optional<Json>(text_of(now));
-  };
-  const std::array<std::pair<std::string_view, std::optional<Json>>, 9> own{
-      {{"navigation", preferences.navigation == NavigationPreset::maya ? std::optional<Json>("maya") : std::nullopt},
-       {"up", preferences.up == UpAxis::z ? std::optional<Json>("z") : std::nullopt},
-       {"backend", preferences.backend == BackendChoice::gpu ? std::optional<Json>("gpu") : std::nullopt},
-       {"unit", preferences.unit == usual.unit ? std::nullopt : std::optional<Json>(text_of(preferences.unit))},
-       {"pen_pressure",
-        preferences.pressure == usual.pressure
-            ? std::nullopt
-            : std::optional<Json>(std::string(kPressures[static_cast<std::size_t>(preferences.pressure)]))},
-       {"outer_ring", color(preferences.outer_ring, usual.outer_ring)},
-       {"inner_ring", color(preferences.inner_ring, usual.inner_ring)},
-       {"panels", json_of(preferences.panels)},
-       {"interface_scale",
-        preferences.interface_scale != 1 ? std::optional<Json>(preferences.interface_scale) : std::nullopt}}};
+  const std::vector<OwnMember> own = own_members(preferences);
   Json config = Json::object();
   const Json before = read_json(folder / kConfigFile).value_or(Json());
   if (before.is_object()) {

@@ -8,7 +8,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
-#include "knead/render/scene.h"
+#include "view/look.h"
 
 namespace knead::studio {
 
@@ -46,7 +46,9 @@ struct Preferences {
   render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
   render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
   PanelState panels;
-  double interface_scale = 1;  // of texts and panels beyond what the display asks for, from 0.5 to 3
+  Look look;
+  double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
+  double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again
 };
 
 struct LoadedPreferences {
@@ -56,8 +58,9 @@ struct LoadedPreferences {
 
 // Reads studio.json of this folder, e.g. {"keys": {"undo": "Ctrl+Z", "redo": ["Ctrl+Y", "F5"]}, "navigation": "maya",
 // "up": "z", "backend": "gpu", "interface_scale": 1.25, "unit": "mm", "outer_ring": "#0073b3", "inner_ring":
-// "#e69e00"}. What is missing is as by default. Nothing in it is fatal: what cannot be used is left out with a message,
-// and a file that is no JSON object is renamed to studio.json.broken.
+// "#e69e00", "shading": "matcap", "matcap": "jade", "cavity": true, "occlusion": true, "background": "#303540",
+// "projection": "orthographic", "field_of_view_deg": 50}. What is missing is as by default. Nothing in it is fatal:
+// what cannot be used is left out with a message, and a file that is no JSON object is renamed to studio.json.broken.
 LoadedPreferences load_preferences(const std::filesystem::path& folder);
 
 // Writes what differs from the defaults, all but the keys, into studio.json; keys and whatever else a person wrote

@@ -37,7 +37,7 @@ TEST_F(PreferencesTest, WithoutAFileEverythingIsAsByDefault) {
 TEST_F(PreferencesTest, WhatTheFileSaysIsUsed) {
   const LoadedPreferences loaded = load(
       R"({"keys": {"undo": ["Ctrl+Z", "U"], "help": "F1", "quit": null}, "navigation": "maya", "up": "z",
-          "interface_scale": 1.5})");
+          "interface_scale": 1.5, "undo_memory_mb": 64})");
   EXPECT_TRUE(loaded.messages.empty());
   EXPECT_EQ(action_of(loaded.preferences.keys, {"U", {}}), Action::undo);
   EXPECT_EQ(action_of(loaded.preferences.keys, {"H", {}}), std::nullopt);
@@ -45,13 +45,14 @@ TEST_F(PreferencesTest, WhatTheFileSaysIsUsed) {
   EXPECT_EQ(loaded.preferences.navigation, NavigationPreset::maya);
   EXPECT_EQ(loaded.preferences.up, UpAxis::z);
   EXPECT_EQ(loaded.preferences.interface_scale, 1.5);
+  EXPECT_EQ(loaded.preferences.undo_memory_mb, 64);
 }
 
 TEST_F(PreferencesTest, NothingInTheFileIsFatal) {
   const LoadedPreferences loaded = load(
       R"({"keys": {"undo": 3, "redo": ["F5", 7], "levitate": "L", "open": "Strg+O"}, "navigation": "cinema",
-          "interface_scale": 100, "up": null, "colour": "red"})");
-  EXPECT_EQ(loaded.messages.size(), 8U);
+          "interface_scale": 100, "up": null, "colour": "red", "undo_memory_mb": -1})");
+  EXPECT_EQ(loaded.messages.size(), 9U);
   for (const std::string& message : loaded.messages) EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   EXPECT_EQ(loaded.preferences.keys.of(Action::undo), default_keys().of(Action::undo));
   EXPECT_EQ(loaded.preferences.interface_scale, 1);

@@ -176,6 +176,11 @@ class Script {
       for (const auto& [key, value] : line.at("view").members()) set_view(key, value);
     } else if (line.has("show")) {
       for (const auto& [key, value] : line.at("show").members()) show(key, value);
+    } else if (line.has("mask")) {
+      const std::optional<MaskEdit> edit = mask_edit(line.at("mask").text());
+      if (!edit) fail("a mask is changed by fill, clear, invert, blur, grow or shrink");
+      studio_.change_mask(*edit);
+      if (host_.after_event) host_.after_event();
     } else if (line.has("stamp")) {
       const std::string& name = line.at("stamp").text();
       const auto names = shape_names();
@@ -208,6 +213,10 @@ class Script {
       to.axis = vector_of(value);
     } else if (key == "handle" || key == "mark") {
       to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
+    } else if (key == "mask_mode") {
+      to.mask_mode = static_cast<MaskMode>(choice(value, {"paint", "lasso", "box"}));
+    } else if (key == "mask_width") {
+      to.mask_width = value.number();
     } else if (key == "on_surface") {
       to.start = value.flag() ? PullStart::surface : PullStart::plane;
     } else if (key == "start") {
@@ -226,6 +235,10 @@ class Script {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
       to.uses_barrel = value.flag();
+    } else if (key == "widens_zone") {
+      to.widens_zone = value.flag();
+    } else if (key == "handles_anyway") {
+      to.handles_anyway = value.flag();
     } else if (key == "mirror") {
       to.mirror = flags_of(value);
     } else if (key == "remesh") {
@@ -257,6 +270,13 @@ class Script {
       studio_.navigation().home.reset();
     } else if (key == "height") {
       view.height = value.number();
+    } else if (key == "projection") {
+      view.projection = static_cast<render::Projection>(choice(value, {"orthographic", "perspective"}));
+    } else if (key == "field_of_view_deg") {
+      if (!(value.number() >= kSmallestFieldDeg && value.number() <= kLargestFieldDeg)) {
+        fail(fmt::format("field_of_view_deg is from {} to {}", kSmallestFieldDeg, kLargestFieldDeg));
+      }
+      view.field_of_view_deg = value.number();
     } else {
       fail(fmt::format("the view has no setting '{}'", key));
     }
@@ -264,14 +284,17 @@ class Script {
 
   void show(const std::string& key, const Json& value) {
     ViewSettings& view = studio_.view();
-    const std::array<std::pair<std::string_view, bool*>, 8> flags{{{"wireframe", &view.wireframe},
-                                                                   {"influence", &view.influence},
-                                                                   {"tool", &view.tool},
-                                                                   {"region", &view.region},
-                                                                   {"cut", &view.cut},
-                                                                   {"panels", &view.panels},
-                                                                   {"history", &view.history},
-                                                                   {"statistics", &view.statistics}}};
+    const std::array<std::pair<std::string_view, bool*>, 11> flags{{{"wireframe", &view.wireframe},
+                                                                    {"references", &view.references},
+                                                                    {"cavity", &view.look.relief.cavity},
+                                                                    {"occlusion", &view.look.relief.occlusion},
+                                                                    {"influence", &view.influence},
+                                                                    {"tool", &view.tool},
+                                                                    {"region", &view.region},
+                                                                    {"cut", &view.cut},
+                                                                    {"panels", &view.panels},
+                                                                    {"history", &view.history},
+                                                                    {"statistics", &view.statistics}}};
     for (const auto& [name, flag] : flags) {
       if (name == key) {
         *flag = value.flag();
@@ -279,7 +302,19 @@ class Script {
       }
     }
     if (key == "material") {
-      view.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+      view.look.material = static_cast<render::Material>(choice(value, {"clay", "matcap", "flat"}));
+    } else if (key == "matcap") {
+      const auto matcap = render::matcap_named(value.text());
+      if (!matcap) fail(fmt::format("there is no matcap {}", to_text(value)));
+      view.look.matcap = *matcap;
+      view.look.material = render::Material::matcap;
+    } else if (key == "background") {
+      if (!render::background_named(value.text())) {
+        fail(fmt::format("{}: a background is gradient, light, dark or #rrggbb", to_text(value)));
+      }
+      view.look.background = value.text();
+    } else if (key == "stretch") {
+      view.stretch = static_cast<StretchView>(choice(value, {"off", "since_start", "last_stroke"}));
     } else if (key == "cut_normal") {
       view.cut_normal = vector_of(value);
     } else if (key == "cut_offset") {
@@ -287,6 +322,41 @@ class Script {
     } else {
       fail(fmt::format("there is no '{}' to show", key));
     }
+  }
+
+  void change_layer(const Json& line) {
+    if (line.at("layer").is_null()) return studio_.select_layer(std::nullopt);
+    const std::size_t entry = line.at("layer").whole();
+    if (entry >= studio_.shown().history.size()) fail(fmt::format("the history has no entry {}", entry));
+    if (line.has("name")) studio_.change_layers(renamed(entry, line.at("name").text()));
+    if (line.has("off")) studio_.change_layers(switched(entry, line.at("off").flag()));
+    if (line.has("strength")) studio_.change_layers(with_strength(entry, line.at("strength").number()));
+    if (line.has("drag_strength")) drag_strength(entry, line.at("drag_strength"));
+    if (line.has("move_to")) studio_.change_layers(moved(entry, line.at("move_to").whole()));
+    if (line.has("join")) studio_.change_layers(joined(entry));
+    if (line.has("split")) studio_.change_layers(split(entry));
+    if (line.has("remove")) studio_.change_layers(removed(entry));
+    if (line.has("select")) studio_.select_layer(entry);
+  }
+
+  // As a slider does it, which goes through these values.
+  void drag_strength(std::size_t entry, const Json& values) {
+    for (const Json& value : values.items()) studio_.drag_layers(with_strength(entry, value.number()));
+    studio_.end_layer_drag(true);
+  }
+
+  void add_reference(const Json& line) {
+    if (line.at("reference").is_null()) return studio_.references().clear();
+    if (!studio_.add_reference(line.at("reference").text())) return;
+    Reference& reference = studio_.references().back();
+    if (line.has("plane")) {
+      reference.plane = static_cast<ReferencePlane>(choice(line.at("plane"), {"front", "right", "top"}));
+    }
+    reference.opacity = member_or(line, "opacity", reference.opacity).number();
+    reference.height = member_or(line, "height", reference.height).number();
+    if (!(reference.height > 0)) fail("the height of a reference is above 0");
+    if (line.has("center")) reference.center = vector_of(line.at("center"));
+    reference.in_every_view = member_or(line, "every_view", false).flag();
   }
 
   bool files(const Json& line) {
@@ -301,6 +371,8 @@ class Script {
       if (studio_.abandoned().empty()) fail("there is no unsaved work to recover");
       studio_.recover(studio_.abandoned().front().folder);
       settle();
+    } else if (line.has("reference")) {
+      add_reference(line);
     } else if (line.has("save")) {
       studio_.save(path("save"));
     } else if (line.has("export")) {
@@ -309,10 +381,18 @@ class Script {
       if (!host_.picture) fail("pictures cannot be written here");
       settle();
       host_.picture(path("picture"));
+    } else if (line.has("turntable")) {
+      if (!host_.picture) fail("pictures cannot be written here");
+      settle();
+      studio_.record_turntable(path("turntable"), static_cast<int>(member_or(line, "pictures", 36U).whole()));
+      while (studio_.step_turntable(host_.picture)) {
+      }
     } else if (line.has("edit")) {
       std::string session = "{\"knead\": 1}\n";
       for (const Json& stroke : line.at("strokes").items()) session += to_text(stroke) + "\n";
-      studio_.edit(line.at("edit").whole(), parse_session(session, "edit").strokes);
+      studio_.change_layers(replaced(line.at("edit").whole(), parse_session(session, "edit").strokes));
+    } else if (line.has("layer")) {
+      change_layer(line);
     } else if (line.has("look_at")) {
       const Json& entry = line.at("look_at");
       studio_.look_at(entry.is_null() ? std::nullopt : std::optional(entry.whole()));

@@ -16,9 +16,18 @@
 //            "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane", "radial": 8,
 //            "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ..., "normal": ...} |
 //            null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
-//   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3}}
+//   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3, "projection": "perspective",
+//             "field_of_view_deg": 50}}
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}
+//   {"show": {"matcap": "red-wax", "cavity": true, "occlusion": true, "background": "dark"}}
+//   {"reference": FILE, "plane": "front" | "right" | "top", "opacity": 0.5, "height": 2, "center": [0, 0, 0],
+//    "every_view": false}                      a picture behind the shape; {"reference": null} removes all
 //   {"stamp": "letter-y" | FILE} {"edit": 0, "strokes": [{"tool": ...}]} {"look_at": 1} {"look_at": null}
+//   {"layer": 0, "name": "Horn"}                an entry of the history, counted from 0; also "off": true, "strength":
+//                                               0.5, "drag_strength": [0.9, 0.5] (a slider), "move_to": 2, "join": true
+//                                               (to the entry before), "split": true, "remove": true, "select": true
+//   {"layer": null}                             no entry is selected
+//   {"turntable": "turn_%04d.png", "pictures": 36}
 //   {"save": FILE} {"export": FILE} {"picture": FILE} {"close": true}
 //   {"sleep": 0.016}                            seconds; {"wait": true}: until the worker has done everything
 #pragma once

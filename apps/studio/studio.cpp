@@ -8,6 +8,7 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "view_memory.h"
 
 namespace knead::studio {
 
@@ -20,12 +21,13 @@ constexpr double kRatioStep = 0.05;
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
 DocumentOptions document_options(const StudioOptions& options, std::function<void(const DocumentState&)> show,
-                                 std::function<void(Notice)> tell) {
+                                 std::function<void(Notice)> tell, std::function<void(std::string)> name_work) {
   DocumentOptions result;
   result.journals = journals_of(options);
   result.threads = options.threads;
   result.show = std::move(show);
   result.tell = std::move(tell);
+  result.name_work = std::move(name_work);
   return result;
 }
 
@@ -39,17 +41,22 @@ Studio::Studio(StudioOptions options)
             const std::lock_guard lock(mailbox_.mutex);
             mailbox_.shown = shown;
           },
-          [this](Notice notice) { tell(std::move(notice)); })) {
-  worker_.emplace(options_.has_worker, [this](Progress& /*progress*/) { document_.when_idle(); });
+          [this](Notice notice) { tell(std::move(notice)); },
+          [this](std::string what) { worker_->name(std::move(what)); })) {
+  worker_.emplace(options_.has_worker, [this](Progress& progress) { document_.when_idle(progress); });
   LoadedPreferences loaded = load_preferences(options_.config);
   preferences_ = std::move(loaded.preferences);
   for (std::string& message : loaded.messages) tell({true, std::move(message)});
+  document_.limit_undo_memory(static_cast<std::size_t>(preferences_.undo_memory_mb * 1e6));
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
   saved_panels_ = preferences_.panels;
   view_.panels = saved_panels_.shown;
   view_.history = saved_panels_.history;
   view_.tool_labels = saved_panels_.labels;
+  navigation_.view.projection = preferences_.look.projection;
+  navigation_.view.field_of_view_deg = preferences_.look.field_of_view_deg;
+  view_.look = preferences_.look;
   recent_ = load_recent(options_.state);
   abandoned_ = abandoned_journals(journals_of(options_));
 }
@@ -88,8 +95,8 @@ std::vector<Notice> Studio::take_notices() {
   return std::exchange(mailbox_.notices, {});
 }
 
-void Studio::post(Worker::Job job) {
-  worker_->post(std::move(job));
+void Studio::post(Worker::Job job, std::string what) {
+  worker_->post(std::move(job), std::move(what));
   refresh();
 }
 
@@ -103,12 +110,21 @@ void Studio::refresh() {
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
+  if (!worker_->is_busy() && !layer_drag_) follow(layers_, shown_);
+  if (layers_.entry && *layers_.entry >= shown_.history.size()) layers_ = {};
   if (!gesture_ && shown_.ended == ended_) pending_.reset();
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
+  remember_view();
+  refresh_mask();
 }
 
 void Studio::after_opening() {
   gesture_.reset();
+  layers_ = {};
+  layer_drag_.reset();
+  turntable_.reset();
+  remembered_view_.clear();
+  masking_.reset();
   pending_.reset();
   ended_ = shown_.ended;
   const std::optional<StampShape> stamp = placed_.stamp;
@@ -116,6 +132,8 @@ void Studio::after_opening() {
   settings_.radius = kFirstRadius * shown_.diagonal;
   view_.cut = false;
   frame_all();
+  load_own_references();
+  if (!shown_.recovered_view.empty()) restore_view(*this, shown_.recovered_view);
   if (stamp) set_stamp([this, stamp] { return document_.add_stamp(stamp->name, *stamp->mesh); });
   if (shown_.shape_path.empty()) return;
   add_recent(recent_, std::filesystem::absolute(shown_.shape_path));
@@ -166,7 +184,7 @@ void Studio::handle(const Event& event) {
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   set_pivot(event);
-  const bool in_hand = gesture_ || adjusting_;
+  const bool in_hand = gesture_ || adjusting_ || layer_drag_ || masking_;
   if (!in_hand && navigate(navigation_, event)) return;
   struct Handler {
     Studio& studio;
@@ -182,7 +200,12 @@ void Studio::handle(const Event& event) {
 }
 
 void Studio::drop_files(const std::vector<std::filesystem::path>& files) {
-  for (const std::filesystem::path& file : files) open(file);
+  for (const std::filesystem::path& file : files) {
+    const std::string extension = file.extension().string();
+    const bool is_picture = extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+    if (!is_picture) open(file);
+    if (is_picture) add_reference(file);
+  }
 }
 
 // --- the pointer -----------------------------------------------------------------------------------------------------
@@ -197,15 +220,18 @@ void Studio::place_pointer(double x, double y, const Modifiers& modifiers) {
 void Studio::press(const ButtonChanged& button) {
   place_pointer(button.x, button.y, button.modifiers);
   if (adjusting_) return stop_adjusting(button.button != MouseButton::right);
+  if (layer_drag_ && button.button == MouseButton::right) return end_handle_drag(false);
+  if (layer_drag_) return;
   if (gesture_ && button.button == MouseButton::right) return end(false);
-  if (gesture_ || button.button != MouseButton::left || shown_.opened == 0) return;
+  if (masking_ && button.button == MouseButton::right) return end_masking(false);
+  if (gesture_ || masking_ || button.button != MouseButton::left || shown_.opened == 0) return;
   if (shown_.looked_at) {
     look_at(std::nullopt);
     tell({false, "This is the present shape again."});
     return;
   }
   if (picking_ != PlanePick::none && pick_plane()) return;
-  begin();
+  if (!begin_handle_drag()) begin();
 }
 
 void Studio::begin() {
@@ -218,6 +244,7 @@ void Studio::begin() {
     tell({false, "One moment: Studio is still preparing the shape."});
     return;
   }
+  if (settings_.tool->use == ToolUse::mask) return begin_masking();
   gesture_ = begin_gesture(pointer_, around, placed_);
   sent_strokes_.clear();
   if (!pending_) {
@@ -232,12 +259,16 @@ void Studio::begin() {
 
 void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (adjusting_) adjust();
+  if (layer_drag_) move_handle();
+  if (masking_) move_masking();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
 }
 
 void Studio::release(const ButtonChanged& button) {
+  if (layer_drag_ && button.button == MouseButton::left) return end_handle_drag(true);
+  if (masking_ && button.button == MouseButton::left) return end_masking(true);
   if (!gesture_ || button.button != MouseButton::left) return;
   place_pointer(button.x, button.y, button.modifiers);
   accept();
@@ -247,6 +278,10 @@ void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
   Surroundings around = surroundings();
   end_gesture(pointer_, around, placed_, *gesture_);
+  if (const auto* handles = std::get_if<HandlesGesture>(&gesture_->kind)) {
+    const std::string refusal = refusal_of(*handles, settings_);
+    if (!refusal.empty()) tell({true, refusal});
+  }
   send_live();
   end(true);
 }
@@ -279,7 +314,7 @@ void Studio::end(bool is_kept) {
   if (did_something) ++ended_;
   if (did_something && is_kept) {
     ended_strokes_ = pending_->strokes;
-    post([this](Progress& progress) { document_.finish(progress); });
+    post([this](Progress& progress) { document_.finish(progress); }, "Ending the stroke");
   } else if (did_something) {
     pending_->strokes = ended_strokes_;
     post([this](Progress& progress) { document_.give_up(progress); });
@@ -289,14 +324,20 @@ void Studio::end(bool is_kept) {
 
 void Studio::find_barrel(bool may_turn) {
   const Turning& turning = settings_.tool->turning;
-  if (!turning.takes_barrel || !settings_.uses_barrel || !placed_.placement) return;
+  if (!turning.takes_barrel || !placed_.placement) return;
   const Placement placement = *placed_.placement;
   const bool bends = turning.axis == &Placement::x;
-  post([this, placement, bends, may_turn](Progress& /*progress*/) {
-    const Placement found = document_.with_barrel(placement, bends, may_turn);
-    const std::lock_guard lock(mailbox_.mutex);
-    mailbox_.barrel = {placement, found};
-  });
+  const auto find = [this, placement, bends, may_turn, settings = settings_](Progress& progress) {
+    try {
+      Placement found = settings.uses_barrel ? document_.with_barrel(placement, bends, may_turn, progress) : placement;
+      found.profile = document_.profile(settings, found);
+      const std::lock_guard lock(mailbox_.mutex);
+      mailbox_.barrel = {placement, found};
+    } catch (const Cancelled&) {
+      tell({false, "The search for the part was stopped; the tool moves everything below its plane."});
+    }
+  };
+  post(find, "Looking for the part to move");
 }
 
 void Studio::turn_wheel(const WheelTurned& wheel) {
@@ -311,32 +352,34 @@ void Studio::turn_wheel(const WheelTurned& wheel) {
 
 void Studio::open(const std::filesystem::path& path) {
   if (path.extension() == ".knead") {
-    post([this, path](Progress& progress) { document_.open_session(path, progress); });
+    post([this, path](Progress& progress) { document_.open_session(path, progress); }, "Opening the session");
   } else {
-    post([this, path](Progress& progress) { document_.open_shape(path, progress); });
+    post([this, path](Progress& progress) { document_.open_shape(path, progress); }, "Opening the shape");
   }
 }
 
 void Studio::open_made(ShapeKind kind, std::size_t vertices) {
-  post([this, kind, vertices](Progress& progress) { document_.open_made(kind, vertices, progress); });
+  post([this, kind, vertices](Progress& progress) { document_.open_made(kind, vertices, progress); },
+       "Making the shape");
 }
 
 void Studio::save(const std::filesystem::path& path) {
-  post([this, path](Progress& /*progress*/) { document_.save(path); });
+  post([this, path](Progress& /*progress*/) { document_.save(path); }, "Saving");
 }
 
 void Studio::export_shape(const std::filesystem::path& path, bool as_double) {
-  post([this, path, as_double](Progress& /*progress*/) { document_.export_shape(path, as_double); });
+  post([this, path, as_double](Progress& progress) { document_.export_shape(path, as_double, progress); }, "Exporting");
 }
 
 void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
-  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); });
+  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); },
+       "Exporting frames");
 }
 
 // The path may be one of those that are erased.
 void Studio::recover(std::filesystem::path journal) {
   std::erase_if(abandoned_, [&](const AbandonedJournal& one) { return one.folder == journal; });
-  post([this, journal](Progress& progress) { document_.recover(journal, progress); });
+  post([this, journal](Progress& progress) { document_.recover(journal, progress); }, "Recovering");
 }
 
 void Studio::discard(std::filesystem::path journal) {
@@ -346,39 +389,48 @@ void Studio::discard(std::filesystem::path journal) {
 
 void Studio::undo() {
   if (gesture_) return end(false);
-  post([this](Progress& progress) { document_.undo(progress); });
+  if (masking_) return end_masking(false);
+  post([this](Progress& progress) { document_.undo(progress); }, "Undo");
 }
 
 void Studio::redo() {
-  if (gesture_) return;
-  post([this](Progress& progress) { document_.redo(progress); });
-}
-
-void Studio::edit(std::size_t entry, std::vector<SessionStroke> strokes) {
-  if (gesture_) end(false);
-  post([this, entry, strokes = std::move(strokes)](Progress& progress) { document_.edit(entry, strokes, progress); });
+  if (gesture_ || masking_) return;
+  post([this](Progress& progress) { document_.redo(progress); }, "Redo");
 }
 
 void Studio::look_at(std::optional<std::size_t> entries) {
   if (gesture_) end(false);
-  post([this, entries](Progress& progress) { document_.look_at(entries, progress); });
+  post([this, entries](Progress& progress) { document_.look_at(entries, progress); }, "Making the earlier shape");
 }
 
 void Studio::count_crossings() {
-  post([this](Progress& /*progress*/) { document_.count_crossings(); });
+  post([this](Progress& progress) { document_.count_crossings(progress); }, "Counting crossings");
+}
+
+void Studio::remesh_last() {
+  if (gesture_) end(false);
+  refresh();
+  if (shown_.history.empty()) return;
+  std::vector<SessionStroke> strokes = shown_.history.back()->strokes;
+  for (SessionStroke& stroke : strokes) stroke.remesh = settings_.remesh_settings;
+  change_layers(replaced(shown_.history.size() - 1, std::move(strokes)));
 }
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {
-  post([this, make](Progress& /*progress*/) {
+  const auto load = [this, make](Progress& progress) {
     withdraw(Subject::stamp);
     try {
       StampShape stamp = make();
+      stop_if_cancelled(&progress);
       const std::lock_guard lock(mailbox_.mutex);
       mailbox_.stamp = std::move(stamp);
+    } catch (const Cancelled&) {
+      tell({false, "The stamp was not loaded."});
     } catch (const std::exception& error) {
       tell({true, error.what(), Subject::stamp});
     }
-  });
+  };
+  post(load, "Loading the stamp");
 }
 
 void Studio::use_stamp(ShapeKind kind) {
@@ -403,6 +455,64 @@ void Studio::clear_placed() {
 std::vector<Stroke> Studio::preview() const {
   if (!gesture_) return {};
   return strokes_of(*gesture_, settings_, image_file);
+}
+
+namespace {
+
+// The file of the document, by which its references are found again; empty if there is none.
+std::filesystem::path file_of(const DocumentState& shown) {
+  return shown.shape_path.empty() ? shown.session_path : shown.shape_path;
+}
+
+}  // namespace
+
+// References of a shape without a file stay while Studio runs.
+void Studio::load_own_references() {
+  if (file_of(shown_).empty() && saved_references_.empty()) return;
+  LoadedReferences loaded = load_references(options_.state, file_of(shown_));
+  references_ = std::move(loaded.references);
+  saved_references_ = references_;
+  for (std::string& message : loaded.messages) tell({true, std::move(message)});
+}
+
+bool Studio::add_reference(const std::filesystem::path& file) {
+  if (shown_.opened == 0) return false;
+  Reference reference;
+  reference.file = std::filesystem::absolute(file);
+  try {
+    reference.image = read_reference(file);
+  } catch (const std::exception& error) {
+    tell({true, error.what()});
+    return false;
+  }
+  const Box box = bounding_box(shown_.state.positions.copy());
+  reference.plane = plane_of(navigation_.view);
+  reference.center = box.center();
+  const Vec3d up = frame_of(reference.plane, navigation_.view.up).up;
+  reference.height = std::abs(dot(box.max - box.min, up));
+  if (!(reference.height > 0)) reference.height = shown_.diagonal;
+  references_.push_back(std::move(reference));
+  view_.references = true;
+  return true;
+}
+
+void Studio::remember_look() {
+  try {
+    if (references_ != saved_references_) save_references(options_.state, file_of(shown_), references_);
+    saved_references_ = references_;
+  } catch (const IoError& error) {
+    tell({true, error.what()});
+  }
+  Look look = view_.look;
+  look.projection = navigation_.view.projection;
+  look.field_of_view_deg = navigation_.view.field_of_view_deg;
+  if (look == preferences_.look) return;
+  preferences_.look = look;
+  try {
+    save_preferences(options_.config, preferences_);
+  } catch (const IoError& error) {
+    tell({true, error.what()});
+  }
 }
 
 void Studio::close() {

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "document/document.h"
+#include "document/layers.h"
+#include "document/masking.h"
 #include "gestures/gesture.h"
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
@@ -22,6 +24,9 @@
 #include "platform/event.h"
 #include "platform/worker.h"
 #include "preferences.h"
+#include "turntable.h"
+#include "view/look.h"
+#include "view/reference.h"
 
 namespace knead::studio {
 
@@ -32,14 +37,19 @@ struct StudioOptions {
   int threads = 0;  // of the deformation; 0: all
 };
 
+// What the colours of stretches refer to.
+enum class StretchView { off, since_start, last_stroke };
+
 // How the shape is looked at.
 struct ViewSettings {
-  render::Material material = render::Material::clay;
+  Look look;  // but for the projection, which is the navigation's
   bool wireframe = false;
   bool influence = false;  // the region of influence as colour on the shape
   bool tool = true;        // the cursor on the surface, and the picture of what is placed
   bool region = false;     // the region of influence at the cursor as translucent surfaces
+  bool references = true;  // the pictures behind the shape
   bool cut = false;        // the cutting plane
+  StretchView stretch = StretchView::off;
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
   bool panels = true;
@@ -56,6 +66,15 @@ double snap_length(double diagonal);
 struct PendingStrokes {
   ShapeState start;
   std::vector<SessionStroke> strokes;
+};
+
+// A handle of a past entry that is being dragged.
+struct LayerDrag {
+  std::size_t entry = 0;
+  LayerHandle handle;
+  Vec3d start;                         // where the handle was
+  Vec3d offset;                        // from where the pointer took hold of it
+  std::vector<SessionStroke> strokes;  // of the entry, as they were
 };
 
 class Studio {
@@ -91,12 +110,21 @@ class Studio {
   void recover(std::filesystem::path journal);
   void discard(std::filesystem::path journal);
 
-  // The history. edit without strokes removes the entry.
+  // The history. Changes of its entries (document/layers.h) are made in the background: what is seen stays until they
+  // are done, and Escape stops them. The steps of a drag are one change.
   void undo();
   void redo();
-  void edit(std::size_t entry, std::vector<SessionStroke> strokes);
+  void change_layers(const LayerChange& change);
+  void drag_layers(const LayerChange& change);
+  void end_layer_drag(bool is_kept);
+  void select_layer(std::optional<std::size_t> entry);
+  LayerEditor& layers() { return layers_; }
+  const LayerEditor& layers() const { return layers_; }
+  // Returns the handle of the selected entry that the pointer is on, or drags.
+  std::optional<LayerHandle> pointed_handle() const;
   void look_at(std::optional<std::size_t> entries);
   void count_crossings();
+  void remesh_last();  // applies the last stroke again, and remeshes it
 
   // The next click on the shape (`face`), or the next three, give one more mirror's plane. A second call gives that up.
   enum class PlanePick { none, face, three_points };
@@ -104,6 +132,18 @@ class Studio {
   PlanePick picking_mirror() const { return picking_; }
   // Moves the mirrors x, y and z and the axis to the middle of the shape's box.
   void center_symmetry();
+  // Records a turntable: every step_turntable shows the next view and has it written. It returns false at the end.
+  void record_turntable(const std::filesystem::path& pattern, int pictures);
+  bool step_turntable(const std::function<void(const std::filesystem::path&)>& write);
+  const std::optional<Turntable>& turntable() const { return turntable_; }
+
+  // Changes the whole mask, as a stroke of its own.
+  void change_mask(MaskEdit edit);
+  // How much each vertex is masked, as painted so far; empty: no vertex is.
+  const MaskValues& mask_values() const { return mask_values_; }
+  // The line that is being drawn round what will be masked; empty: none is.
+  std::vector<Pixel> mask_line() const { return masking_ ? masking_->line : std::vector<Pixel>{}; }
+  bool is_masking() const { return masking_.has_value(); }
 
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
@@ -115,12 +155,15 @@ class Studio {
   ViewSettings& view() { return view_; }
   const ViewSettings& view() const { return view_; }
   Navigation& navigation() { return navigation_; }
+  const Navigation& navigation() const { return navigation_; }
   Preferences& preferences() { return preferences_; }
   // Writes the preferences to their file; a notice says if that failed.
   void save_preferences();
   // Writes them if panels are shown, hidden, resized or folded otherwise than when they were last written.
   void remember_panels();
   const Preferences& preferences() const { return preferences_; }
+  std::vector<Reference>& references() { return references_; }
+  const std::vector<Reference>& references() const { return references_; }
   const Placed& placed() const { return placed_; }
   const DocumentState& shown() const { return shown_; }
   // Returns the strokes of the current gesture and of earlier ones that are not completed; null if there are none.
@@ -135,6 +178,8 @@ class Studio {
   std::optional<Amount> amount() const;
   const std::string& typed() const { return typed_; }
   bool is_busy() const { return worker_->is_busy(); }
+  // Returns what the worker does; nothing if that is nothing.
+  std::optional<WorkStatus> work() const { return worker_->status(); }
   void cancel_work() { worker_->cancel(); }
   void wait() { worker_->wait(); }
 
@@ -146,6 +191,14 @@ class Studio {
   // none.
   std::vector<Stroke> preview() const;
 
+  // Puts the picture in a PNG or JPEG file behind the shape, in the plane that the view looks at. Returns false if it
+  // cannot be read, and tells why.
+  bool add_reference(const std::filesystem::path& file);
+
+  // Takes over into the preferences how the shape is drawn, and saves them if that differs from what they were.
+  // Saves the references of the document likewise.
+  void remember_look();
+
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
 
@@ -154,6 +207,14 @@ class Studio {
     Action what = Action::radius;
     double start_x = 0;
     double start_value = 0;
+  };
+
+  // The mask being painted, or drawn round.
+  struct Masking {
+    MaskValues before;
+    bool erases = false;
+    std::vector<Pixel> line;
+    Screen screen;
   };
 
   Surroundings surroundings() const;
@@ -176,6 +237,18 @@ class Studio {
   void begin();
   void send_live();
   void end(bool is_kept);
+  bool begin_handle_drag();
+  void move_handle();
+  void end_handle_drag(bool is_kept);
+  void stop_turntable();
+  void remember_view();
+  void refresh_mask();
+  void begin_masking();
+  void move_masking();
+  void paint_mask();
+  void end_masking(bool is_kept);
+  void apply_mask();
+  bool perform_mask(Action action);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
   void find_barrel(bool may_turn);
@@ -184,9 +257,10 @@ class Studio {
   void frame_stroke();
   bool pick_plane();
   void set_pivot(const Event& event);
+  void load_own_references();
   bool perform_view(Action action);
   bool perform_tool(Action action);
-  void post(Worker::Job job);
+  void post(Worker::Job job, std::string what = {});
 
   StudioOptions options_;
   Preferences preferences_;
@@ -194,6 +268,8 @@ class Studio {
   Navigation navigation_;
   ToolSettings settings_;
   ViewSettings view_;
+  std::vector<Reference> references_;
+  std::vector<Reference> saved_references_;
   Placed placed_;
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
@@ -205,8 +281,16 @@ class Studio {
   std::optional<PendingStrokes> pending_;
   std::vector<SessionStroke> ended_strokes_;  // of pending_, those of gestures that have ended
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done
+  MaskValues mask_values_;
+  Mask values_mask_;                         // the document's when the values were made
+  std::shared_ptr<const Mesh> values_mesh_;  // likewise
+  std::optional<Masking> masking_;
   HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
+  LayerEditor layers_;
+  std::optional<LayerDrag> layer_drag_;
+  std::optional<Turntable> turntable_;
+  std::string remembered_view_;  // as the journal has it
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;
   std::vector<AbandonedJournal> abandoned_;

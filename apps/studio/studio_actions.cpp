@@ -24,6 +24,16 @@ std::optional<StandardView> side_of(Action action) {
   return std::nullopt;
 }
 
+render::Matcap next_matcap(render::Matcap matcap) {
+  return render::all_matcaps()[(static_cast<std::size_t>(matcap) + 1) % render::kMatcapCount];
+}
+
+// After a colour comes the first.
+std::string next_background(const std::string& background) {
+  if (background == "gradient") return "light";
+  return background == "light" ? "dark" : "gradient";
+}
+
 }  // namespace
 
 void Studio::press_key(const KeyChanged& key) {
@@ -34,6 +44,7 @@ void Studio::press_key(const KeyChanged& key) {
 
 void Studio::choose(const StudioTool& tool) {
   if (gesture_) end(false);
+  if (masking_) end_masking(false);
   settings_.tool = &tool;
   if (tool.use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   find_barrel(false);
@@ -41,7 +52,7 @@ void Studio::choose(const StudioTool& tool) {
 
 void Studio::perform(Action action) {
   refresh();
-  if (perform_view(action) || perform_tool(action)) return;
+  if (perform_view(action) || perform_tool(action) || perform_mask(action)) return;
   switch (action) {
     case Action::undo:
       return undo();
@@ -60,6 +71,12 @@ void Studio::perform(Action action) {
         stop_adjusting(false);
       } else if (gesture_) {
         end(false);
+      } else if (layer_drag_) {
+        end_handle_drag(false);
+      } else if (turntable_) {
+        stop_turntable();
+      } else if (masking_) {
+        end_masking(false);
       } else if (worker_->is_busy()) {
         worker_->cancel();
       } else if (shown_.looked_at) {
@@ -117,6 +134,9 @@ bool Studio::perform_tool(Action action) {
     case Action::remesh:
       settings_.remesh = !settings_.remesh;
       return true;
+    case Action::remesh_last:
+      remesh_last();
+      return true;
     default:
       return false;
   }
@@ -148,6 +168,9 @@ bool Studio::perform_view(Action action) {
       return toggle(view_.influence);
     case Action::region:
       return toggle(view_.region);
+    case Action::stretch:
+      view_.stretch = static_cast<StretchView>((static_cast<int>(view_.stretch) + 1) % 3);
+      return true;
     case Action::cutting_plane:
       return toggle(view_.cut);
     case Action::help:
@@ -161,7 +184,20 @@ bool Studio::perform_view(Action action) {
     case Action::tool_labels:
       return toggle(view_.tool_labels);
     case Action::shading:
-      view_.material = static_cast<render::Material>((static_cast<int>(view_.material) + 1) % 3);
+      view_.look.material = static_cast<render::Material>((static_cast<int>(view_.look.material) + 1) % 3);
+      return true;
+    case Action::next_matcap:
+      if (view_.look.material == render::Material::matcap) view_.look.matcap = next_matcap(view_.look.matcap);
+      view_.look.material = render::Material::matcap;
+      return true;
+    case Action::cavity:
+      return toggle(view_.look.relief.cavity);
+    case Action::occlusion:
+      return toggle(view_.look.relief.occlusion);
+    case Action::references:
+      return toggle(view_.references);
+    case Action::background:
+      view_.look.background = next_background(view_.look.background);
       return true;
     default:
       return false;

@@ -166,6 +166,15 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"tool": "rotate"}
 {"click": [0.5, 0.5, 0.7]}
 {"drag": [[-0.9, -0.9, 0], [-0.2, -0.9, 0]]})",
-                                       2}};
+                                       2},
+                                      {"relax", R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "modifiers": ["shift"]})",
+                                       1},
+                                      {"mirrored_relax", R"({"tool": "ball"}
+{"set": {"mirror": [true, true, false]}}
+{"drag": [[0.2, 0.2, 0.95], [0.5, 0.5, 1]]}
+{"drag": [[0.2, 0.2, 0.95], [0.4, 0.1, 0.9]], "modifiers": ["ctrl", "shift"]})",
+                                       1}};
 
 }  // namespace knead::studio

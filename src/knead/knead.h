@@ -28,6 +28,7 @@
 
 // The velocity field of one tool at one point: inner motion, region and blend.
 #include "knead/field/field.h"
+#include "knead/field/mask.h"
 #include "knead/field/motion.h"
 #include "knead/field/region.h"
 
@@ -61,6 +62,7 @@
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/stamp.h"
+#include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
 #include "knead/tool/tool.h"
 

@@ -167,9 +167,21 @@ Stroke relax(const Draw& draw) {
   return stroke;
 }
 
+Stroke mask(const Draw& draw) {
+  MaskStroke stroke;
+  const Vec3d p = draw.mesh.positions[draw.vertex()];
+  stroke.width = draw.uniform(0.03, 0.1) * draw.size;
+  for (const std::size_t v : draw.vertices_between(p, 0, draw.uniform(0.1, 0.4) * draw.size, 400)) {
+    stroke.points.push_back(draw.mesh.positions[v]);
+    stroke.values.push_back(draw.uniform(0, 1) < 0.7 ? 1 : draw.uniform(0, 1));
+  }
+  return stroke;
+}
+
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
-    {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
-    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend},       {"relax", relax}};
+    {"implicit", implicit}, {"paint", paint}, {"points", points},   {"handles", handles},
+    {"stamp", stamp},       {"rotate", turn}, {"stretch", stretch}, {"twist", twist},
+    {"bend", bend},         {"relax", relax}, {"mask", mask}};
 
 }  // namespace
 
@@ -177,7 +189,7 @@ const std::vector<std::string>& tool_names() {
   static const std::vector<std::string> kNames = [] {
     std::vector<std::string> names;
     for (const auto& tool : kTools) {
-      if (find_tool(tool.first)->is_flow) names.push_back(tool.first);
+      if (!find_tool(tool.first)->is_event) names.push_back(tool.first);
     }
     return names;
   }();

@@ -198,6 +198,7 @@ void expect_complete(const json& report) {
                                                         {"area_before", is_number},
                                                         {"area_after", is_number},
                                                         {"max_displacement", is_number},
+                                                        {"greatest_stretch", is_number},
                                                         {"flipped_triangles", is_count},
                                                         {"self_intersections_before", is_null},
                                                         {"self_intersections_after", is_null}};

@@ -77,7 +77,11 @@ Process::Process(const std::vector<std::string>& arguments, const fs::path& fold
     streams.err = open_for_writing(streams_ / "err");
   }
   id_ = ::fork();
-  if (id_ == 0) become_command(arguments, folder, options, streams);
+  if (id_ == 0) {
+    const int in = options.stdin_path.empty() ? -1 : ::open(options.stdin_path.c_str(), O_RDONLY);
+    if (in >= 0) ::dup2(in, STDIN_FILENO);
+    become_command(arguments, folder, options, streams);
+  }
   ::close(streams.out);
   ::close(streams.err);
 }

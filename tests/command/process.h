@@ -18,6 +18,7 @@ struct Outcome {
 
 struct RunOptions {
   std::vector<std::string> environment{};  // "NAME=value", added to this process's own
+  std::string stdin_path{};                // a file that is its standard input; empty: this process's own
   std::string stdout_path{};               // instead of being caught
   bool stderr_is_terminal = false;         // a pseudo-terminal
   bool closed_pipe = false;                // standard output is a pipe that nobody reads

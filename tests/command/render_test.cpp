@@ -103,10 +103,45 @@ TEST_F(RenderTest, OptionsChangeThePicture) {
   const std::string plain = picture({});
   EXPECT_EQ(picture({"--view", "iso"}), plain);
   EXPECT_EQ(picture({"--view", "35,25"}), plain);
-  for (const Words& words : {Words{"--flat"}, Words{"--wireframe"}, Words{"--background", "transparent"},
-                             Words{"--no-ground"}, Words{"--view", "top"}, Words{"--view", "-30,-20"},
-                             Words{"--session", "s.knead"}, Words{"--session", "s.knead", "--stroke", "2"}}) {
+  for (const Words& words :
+       {Words{"--flat"}, Words{"--wireframe"}, Words{"--background", "transparent"}, Words{"--background", "dark"},
+        Words{"--background", "#204060"}, Words{"--material", "jade"}, Words{"--cavity"}, Words{"--occlusion"},
+        Words{"--perspective", "60"}, Words{"--perspective", "0"}, Words{"--quality", "draft"},
+        Words{"--quality", "fine"}, Words{"--no-ground"}, Words{"--view", "top"}, Words{"--view", "-30,-20"},
+        Words{"--session", "s.knead"}, Words{"--session", "s.knead", "--stroke", "2"}}) {
     EXPECT_NE(picture(words), plain) << ::testing::PrintToString(words);
+  }
+}
+
+// Shape and tools together reach 85% of a panel's width or height, in one panel, in several, and at one scale.
+TEST_F(RenderTest, TheFramingFillsThePanel) {
+  write("pull.knead", kOneStroke);
+  const auto reach = [](const Picture& picture, int from, int to) {
+    int left = to;
+    int right = from;
+    int top = picture.height;
+    int bottom = 0;
+    for (int y = 0; y < picture.height; ++y) {
+      for (int x = from; x < to; ++x) {
+        const std::uint8_t* p = &picture.pixels[3 * static_cast<std::size_t>(y * picture.width + x)];
+        if (std::min({p[0], p[1], p[2]}) > 250) continue;  // white
+        left = std::min(left, x);
+        right = std::max(right, x + 1);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y + 1);
+      }
+    }
+    return std::max(static_cast<double>(right - left) / (to - from),
+                    static_cast<double>(bottom - top) / picture.height);
+  };
+  for (const std::string view : {"iso", "front", "top"}) {
+    const Picture alone = picture_of({"a.ply", "--view", view, "--size", "160x100"});
+    EXPECT_GE(reach(alone, 0, 160), 0.85) << view;
+    const Picture tool = picture_of({"a.ply", "--view", view, "--size", "120x160", "--session", "pull.knead"});
+    EXPECT_GE(reach(tool, 0, 120), 0.85) << view;
+    EXPECT_LT(reach(tool, 0, 120), 0.95) << view;
+    const Picture scale = picture_of({"a.ply", "a.ply", "--view", view, "--size", "240x120", "--same-scale"});
+    for (const int panel : {0, 1}) EXPECT_GE(reach(scale, 120 * panel, 120 * panel + 120), 0.85) << view;
   }
 }
 

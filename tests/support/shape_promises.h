@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/cloud/ptx.h"
+#include "knead/io/gltf/gltf.h"
 #include "knead/io/remeshed.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
@@ -15,7 +17,7 @@
 
 namespace knead {
 
-inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "glb", "stl"};  // the last two may refuse
+inline constexpr const char* kEveryFormat[] = {"ply", "obj", "off", "xyz", "pcd", "ptx", "glb", "gltf", "stl"};
 
 inline std::string broken_mesh(const Mesh& mesh) {
   if (mesh.face_begin.front() != 0 || mesh.face_begin.back() != mesh.corner_vertex.size()) return "face_begin";
@@ -41,12 +43,22 @@ inline std::string broken_mesh(const Mesh& mesh) {
   return measure(mesh).components > mesh.face_count() ? "more components than faces" : "";
 }
 
+inline bool is_gltf(const std::string& format) { return format == "glb" || format == "gltf"; }
+
 // Whether the file holds coordinates as floats whatever the options.
 inline bool holds_floats(const ShapeFile& shape) { return stores_floats("shape." + shape.format, shape); }
 
-// Whether each position is read as the file holds it: in a GLB file, where its node leaves it.
+// Whether each position is read as the file holds it: in a GLB file, where its node leaves it; in a PTX file, where its
+// scan does.
 inline std::vector<bool> held_positions(const ShapeFile& shape) {
   std::vector<bool> held(shape.mesh.vertex_count(), true);
+  if (const io_detail::ptx::Layout* ptx = io_detail::find_layout<io_detail::ptx::Layout>(shape)) {
+    for (const io_detail::ptx::Scan& scan : ptx->scans) {
+      if (!scan.is_identity()) held.assign(held.size(), false);
+    }
+    return held;
+  }
+  if (const auto* gltf = io_detail::find_layout<io_detail::gltf::Layout>(shape)) return held_positions(gltf->glb);
   const io_detail::glb::Layout* glb = io_detail::find_layout<io_detail::glb::Layout>(shape);
   if (glb == nullptr) return held;
   for (const io_detail::glb::Block& block : glb->blocks) {
@@ -70,7 +82,7 @@ inline std::vector<Vec3d> corner_positions(const Mesh& mesh, bool as_floats) {
 // What differs between a mesh and what was read back of it; empty if nothing does.
 inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_floats) {
   const bool same_faces = back.mesh.face_begin == mesh.face_begin && back.mesh.corner_vertex == mesh.corner_vertex;
-  if (back.format == "stl" || (back.format == "glb" && !same_faces)) {  // GLB: cut into triangles, or split at seams
+  if (back.format == "stl" || (is_gltf(back.format) && !same_faces)) {  // GLB: cut into triangles, or split at seams
     return corner_positions(back.mesh, false) == corner_positions(mesh, as_floats) ? "" : "corners";
   }
   if (back.mesh.vertex_count() != mesh.vertex_count()) return "the number of vertices";
@@ -80,7 +92,7 @@ inline std::string difference(const Mesh& mesh, const ShapeFile& back, bool as_f
     const Vec3d p = as_floats ? Vec3d(Vec3f(mesh.positions[i])) : mesh.positions[i];
     if (!(back.mesh.positions[i] == p)) return "the position of vertex " + std::to_string(i);
   }
-  return back.format == "xyz" || same_faces ? "" : "faces";
+  return back.format == "xyz" || back.format == "pcd" || back.format == "ptx" || same_faces ? "" : "faces";
 }
 
 // What Knead wrote, read back; never refused.
@@ -107,7 +119,7 @@ inline std::string remade_difference(const ShapeFile& source, const Remade& rema
     if (expected.size() != found.size()) return "the corners of face " + std::to_string(k);
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const std::uint32_t v = expected[i];
-      const bool is_exact = v < source.mesh.vertex_count() || source.format != "glb";
+      const bool is_exact = v < source.mesh.vertex_count() || !is_gltf(source.format);
       if (is_exact && !(back.mesh.positions[found[i]] == remade.mesh.positions[v])) {
         return "a position of face " + std::to_string(k);
       }
@@ -141,9 +153,10 @@ inline std::string broken_promise(const ShapeFile& shape) {
   count_flipped(shape.mesh, shape.mesh.positions, moved.positions);
   for (const std::string format : kEveryFormat) {
     const bool is_own = format == shape.format;
-    if (format == "stl" && !is_own && moved.face_count() == 0) continue;
+    const bool may_refuse = (format == "stl" && moved.face_count() == 0) || format == "ptx";
+    if (may_refuse && !is_own) continue;
     const std::string bytes = serialize_shape(format, shape, moved.positions, {.double_coordinates = true});
-    const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || format == "glb";
+    const bool as_floats = is_own ? holds_floats(shape) : format == "stl" || is_gltf(format);
     if (std::string what = broken_file(format, bytes, moved, as_floats); !what.empty()) return what;
   }
   return broken_remesh(shape);

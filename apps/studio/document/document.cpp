@@ -1,13 +1,16 @@
 #include "document/document.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "gestures/gesture.h"
 #include "knead/io/remeshed.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
@@ -16,6 +19,7 @@
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/tool/placement.h"
+#include "knead/tool/strain.h"
 
 namespace knead::studio {
 
@@ -37,6 +41,8 @@ bool Document::guarded(Subject subject, const std::function<void()>& work) const
   try {
     work();
     return true;
+  } catch (const Cancelled&) {
+    options_.tell({false, "Stopped."});
   } catch (const std::bad_alloc&) {
     options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape.", subject});
   } catch (const std::exception& error) {
@@ -53,6 +59,8 @@ void Document::show() {
 
 void Document::show_state() {
   shown_.state = history_->state();
+  shown_.start = history_->base();
+  shown_.before_stroke = history_->state_before();
   shown_.looked_at.reset();
   shown_.history = history_->done();
   shown_.redoable = history_->redoable();
@@ -86,7 +94,10 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   }
   source_ = std::move(next);
   history_.emplace(std::move(history));
+  history_->limit_memory(undo_memory_);
   journal_ = std::move(journal);
+  is_dragging_layers_ = false;
+  dragged_lines_ = {};
   const Measures measures = measure(source_->mesh);
   is_measurable_ = measures.closed() && measures.oriented();
   const std::uint64_t version = shown_.version;
@@ -97,6 +108,7 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   shown_.ended = ended;
   shown_.opened = opened + 1;
   shown_.title = title;
+  shown_.recovered_view = std::exchange(view_to_recover_, {});
   shown_.shape_path = path;
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
@@ -107,13 +119,20 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   show_state();
 }
 
+void Document::limit_undo_memory(std::size_t bytes) {
+  undo_memory_ = bytes;
+  if (history_) history_->limit_memory(bytes);
+}
+
 void Document::close() {
   if (journal_) journal_->discard();
   journal_.reset();
   history_.reset();
 }
 
-void Document::journal(const LineChange& change) {
+void Document::journal(const LineChange& now) {
+  const LineChange change = joined_changes(std::exchange(dragged_lines_, {}), now);
+  is_dragging_layers_ = false;
   if (!journal_ || change.empty()) return;
   const auto began = std::chrono::steady_clock::now();
   if (change.taken_back == 0) {
@@ -128,9 +147,13 @@ void Document::journal(const LineChange& change) {
   shown_.is_changed = true;
 }
 
-// Tells why something was not done; true where it was.
 bool Document::take(const WorkResult& result, const char* what) {
   journal(result.lines);
+  return tell_failure(result, what);
+}
+
+// Tells why something was not done; true where it was.
+bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
     options_.tell({true, fmt::format("{}: {}", what, result.refusal), Subject::strokes});
@@ -182,10 +205,32 @@ void Document::finish(Progress& progress) {
 
 void Document::end_gesture(Progress& progress) {
   const std::size_t before = history_->done().size();
-  if (!take(history_->finish(&progress), "The stroke")) journal(history_->set_live({}).lines);
+  if (!take(history_->finish_later(&progress), "The stroke")) journal(history_->set_live({}).lines);
   const auto done = history_->done();
-  if (done.size() > before) tell_warnings(*done.back());
+  if (done.size() > before && history_->is_settled()) tell_warnings(*done.back());
   picker_is_stale_ = true;
+}
+
+// Does what finished strokes have left: false if it was stopped. Not during a gesture.
+bool Document::settle(Progress& progress) {
+  if (history_->is_settled()) return true;
+  if (!history_->live().empty()) return false;
+  if (options_.name_work) options_.name_work("Remeshing");
+  const auto before = history_->done();
+  WorkResult result = history_->settle(&progress);
+  journal(result.lines);
+  if (!result.refusal.empty()) options_.tell({true, fmt::format("The stroke: {}", result.refusal)});
+  if (result.status == AdvectStatus::step_limit) {
+    options_.tell({true, "A point needs too many steps there; make the stroke weaker."});
+  }
+  const auto after = history_->done();
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    const bool is_new = i >= before.size() || before[i] != after[i];
+    if (is_new && result.status == AdvectStatus::done) tell_warnings(*after[i]);
+  }
+  picker_is_stale_ = true;
+  show_state();
+  return history_->is_settled();
 }
 
 void Document::give_up(Progress& progress) {
@@ -211,10 +256,38 @@ void Document::redo(Progress& progress) {
   });
 }
 
-void Document::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress) {
-  if (!history_ || entry >= history_->done().size()) return;
+void Document::arrange(const LayerChange& change, bool is_step, Progress& progress) {
+  Layers layers;
+  for (const auto& entry : history_->done()) layers.push_back(entry->strokes);
+  change(layers);
+  WorkResult result = history_->arrange(layers, is_step && is_dragging_layers_, &progress);
+  if (is_step) {
+    if (!tell_failure(result, "The change")) return;
+    dragged_lines_ = joined_changes(std::move(dragged_lines_), std::move(result.lines));
+    is_dragging_layers_ = is_dragging_layers_ || !dragged_lines_.empty();
+    shown_.is_changed = shown_.is_changed || is_dragging_layers_;
+  } else {
+    take(result, "The change");
+  }
+  picker_is_stale_ = true;
+  show_state();
+}
+
+void Document::change_layers(const LayerChange& change, Progress& progress) {
+  if (!history_) return;
+  guarded([&] { arrange(change, false, progress); });
+}
+
+void Document::drag_layers(const LayerChange& change, Progress& progress) {
+  if (!history_) return;
+  guarded([&] { arrange(change, true, progress); });
+}
+
+// What gives a drag up needs no work that could be cancelled: the states before it are known.
+void Document::end_layer_drag(bool is_kept) {
+  if (!history_ || !is_dragging_layers_) return;
   guarded([&] {
-    take(history_->edit(entry, std::move(strokes), &progress), "The change");
+    journal(is_kept ? LineChange{} : history_->undo().lines);
     picker_is_stale_ = true;
     show_state();
   });
@@ -249,25 +322,76 @@ void Document::measure_large_volume() {
   show();
 }
 
-void Document::when_idle() {
-  if (!history_) return;
-  if (!picker_is_stale_) return measure_large_volume();
-  guarded(Subject::other, [&] {
-    picker_is_stale_ = false;
-    history_->prepare();
-    measure_volume();
-    if (journal_) journal_->sync();
-    shown_.picker = pickers_.make(history_->state());
-    show();
+namespace {
+
+constexpr double kThinAngle = 5;  // degrees
+
+bool is_remeshed(const HistoryEntry& entry) {
+  return std::ranges::all_of(entry.strokes, [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+}
+
+// By the cosines: an angle is below the bound where the cosine is above.
+bool has_thin_angle(const std::array<Vec3d, 3>& p) {
+  const double bound = std::cos(kThinAngle * std::numbers::pi / 180);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3d a = p[(i + 1) % 3] - p[i];
+    const Vec3d b = p[(i + 2) % 3] - p[i];
+    if (!(dot(a, b) <= bound * norm(a) * norm(b))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void Document::count_thin_triangles() {
+  shown_.thin_triangles = 0;
+  const std::vector<std::shared_ptr<const HistoryEntry>> done = history_->done();
+  const std::optional<ShapeState> before = history_->state_before();
+  const ShapeState& now = history_->state();
+  if (done.empty() || is_remeshed(*done.back()) || !before || before->mesh != now.mesh) return;
+  const std::vector<IndexRange> changes = now.positions.changes_since(before->positions);
+  std::vector<bool> moved(now.positions.size());
+  for (const IndexRange& range : changes) std::fill(moved.begin() + range.begin, moved.begin() + range.end, true);
+  const std::vector<Vec3d> after = now.positions.copy();
+  for_each_triangle(*now.mesh, after, [&](const Triangle& t) {
+    if (!moved[t[0]] && !moved[t[1]] && !moved[t[2]]) return;
+    const auto at = [&](const auto& from) { return std::array<Vec3d, 3>{from[t[0]], from[t[1]], from[t[2]]}; };
+    const std::array<Vec3d, 3> here = at(after);
+    const std::array<Vec3d, 3> there = at(before->positions);
+    const bool is_stretched = triangle_stretch(there, here).value_or(1) > kStrongStretch;
+    if (is_stretched || (has_thin_angle(here) && !has_thin_angle(there))) ++shown_.thin_triangles;
   });
 }
 
-void Document::count_crossings() {
+void Document::when_idle(Progress& progress) {
+  if (!history_) return;
+  if (!picker_is_stale_ && history_->is_settled()) return measure_large_volume();
+  guarded(Subject::other, [&] {
+    if (picker_is_stale_) get_ready();
+    const bool was_settled = history_->is_settled();
+    if (settle(progress) && !was_settled) get_ready();
+  });
+}
+
+void Document::get_ready() {
+  picker_is_stale_ = false;
+  history_->prepare();
+  measure_volume();
+  count_thin_triangles();
+  if (journal_) journal_->sync();
+  shown_.picker = pickers_.make(history_->state());
+  show();
+}
+
+void Document::count_crossings(Progress& progress) {
   if (!history_) return;
   guarded(Subject::other, [&] {
+    if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
-    const SelfIntersections found =
-        self_intersections(triangulate(*state.mesh), state.positions.copy(), {options_.threads});
+    SelfIntersectionOptions options;
+    options.threads = options_.threads;
+    options.progress = &progress;
+    const SelfIntersections found = self_intersections(triangulate(*state.mesh), state.positions.copy(), options);
     options_.tell({false, found.count == 1 ? "1 pair of triangles crosses."
                                            : fmt::format("{} pairs of triangles cross.", found.count)});
   });
@@ -318,7 +442,11 @@ const Placement& best_of(const std::vector<FoundBarrel>& found) {
 
 }  // namespace
 
-Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn) const {
+std::shared_ptr<const ZoneProfile> Document::profile(const ToolSettings& settings, const Placement& placement) const {
+  return history_ ? profile_at(settings, placement, history_->state()) : nullptr;
+}
+
+Placement Document::with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const {
   Placement result = placement;
   result.barrel.emplace();
   result.barrel->problem = "No shape is open.";
@@ -339,7 +467,7 @@ Placement Document::with_barrel(const Placement& placement, bool bends, bool may
       query.axis = here.x;
       query.angle_deg = kBendAngle;
     }
-    here.barrel = place_barrel(query, positions, triangles);
+    here.barrel = place_barrel(query, positions, triangles, &progress);
     if (i == 0) result = here;
     if (here.barrel->problem.empty()) found.push_back({here, tip_of(*here.barrel, here.center, positions)});
   }

@@ -29,6 +29,10 @@ struct Notice {
   Subject subject = Subject::other;
 };
 
+// The entries of the history, each as its strokes, and a change of them (document/layers.h).
+using Layers = std::vector<std::vector<SessionStroke>>;
+using LayerChange = std::function<void(Layers&)>;
+
 // The document as a person sees it at one moment.
 struct DocumentState {
   std::uint64_t version = 0;  // grows with every change
@@ -41,18 +45,24 @@ struct DocumentState {
   std::vector<std::shared_ptr<const HistoryEntry>> redoable;  // next first
   std::optional<std::size_t> looked_at;                       // that many entries done, where the past is looked at
   std::string title;
-  std::filesystem::path shape_path;     // empty: the shape was made, not read
-  std::filesystem::path session_path;   // empty: never saved
-  bool is_changed = false;              // since it was saved
-  double diagonal = 1;                  // of the box of the shape as it was opened
-  std::optional<double> volume_before;  // of a closed shape as it was opened
-  std::optional<double> volume;         // as it is, when last measured: during a drag, and at its end
-  double live_seconds = 0;              // that the last step of a drag took
-  std::uint64_t live_steps = 0;         // accepted steps of the last entry
-  double journal_seconds = 0;           // that the last batch took to be written
-  std::string journal_trouble;          // one line while the disk refuses the journal
-  std::optional<Stroke> contacts;       // of the stamp being dragged: the points that it pushed last
-  std::string refusal;                  // why the current stroke is impossible; empty: it is possible
+  std::filesystem::path shape_path;         // empty: the shape was made, not read
+  std::filesystem::path session_path;       // empty: never saved
+  bool is_changed = false;                  // since it was saved
+  double diagonal = 1;                      // of the box of the shape as it was opened
+  std::optional<double> volume_before;      // of a closed shape as it was opened
+  std::optional<double> volume;             // as it is, when last measured: during a drag, and at its end
+  double live_seconds = 0;                  // that the last step of a drag took
+  std::uint64_t live_steps = 0;             // accepted steps of the last entry
+  double journal_seconds = 0;               // that the last batch took to be written
+  std::string journal_trouble;              // one line while the disk refuses the journal
+  std::optional<Stroke> contacts;           // of the stamp being dragged: the points that it pushed last
+  std::string recovered_view;               // of a recovered document: its view, as remember_view kept it
+  std::string refusal;                      // why the current stroke is impossible; empty: it is possible
+  ShapeState start;                         // the shape as it was opened
+  std::optional<ShapeState> before_stroke;  // before the current gesture, else before the last entry; nothing: not kept
+  // That the last entry made thin, if it was not remeshed: with an angle below 5 degrees that was larger before, or
+  // stretched more than kStrongStretch times.
+  std::size_t thin_triangles = 0;
 };
 
 // Where the document keeps its files, and whom it informs.
@@ -61,6 +71,7 @@ struct DocumentOptions {
   int threads = 0;
   std::function<void(const DocumentState&)> show;  // called after every change
   std::function<void(Notice)> tell;                // a notice for the person
+  std::function<void(std::string)> name_work;      // says what is being done, for the progress bar; may be empty
 };
 
 // Returns a procedural shape, for new shapes and for stamps.
@@ -72,6 +83,9 @@ class Document {
 
   // Opens a shape or a session. Closes the work before it and removes its journal. If the file cannot be read, a notice
   // says why and everything stays as it was.
+  // Limits what undo keeps (Workbench::limit_memory), also of shapes that are opened later.
+  void limit_undo_memory(std::size_t bytes);
+
   void open_shape(const std::filesystem::path& path, Progress& progress);
   void open_session(const std::filesystem::path& path, Progress& progress);  // on the shape that is open, or its own
   void open_made(ShapeKind kind, std::size_t vertices, Progress& progress);
@@ -83,12 +97,16 @@ class Document {
   void give_up(Progress& progress);
   void undo(Progress& progress);
   void redo(Progress& progress);
-  void edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress& progress);
+  void change_layers(const LayerChange& change, Progress& progress);
+  // The same for the steps of a drag, of a slider or a handle. All its steps until the end are one change, which undo
+  // takes back and the journal has from its end on.
+  void drag_layers(const LayerChange& change, Progress& progress);
+  void end_layer_drag(bool is_kept);
   void look_at(std::optional<std::size_t> entries, Progress& progress);
 
   // Write files. A notice says when they are done.
   void save(const std::filesystem::path& path);
-  void export_shape(const std::filesystem::path& path, bool as_double);
+  void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& pattern, int frames, Progress& progress);
 
   // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
@@ -98,11 +116,17 @@ class Document {
   // Returns the placement with the barrel of the part that a twist or bend there moves. With may_turn (it was just
   // clicked) it may turn about its x towards the thinnest part there, and of equally thin ones towards the nearer tip;
   // else its z says where the tip is.
-  Placement with_barrel(const Placement& placement, bool bends, bool may_turn) const;
-  void count_crossings();
+  Placement with_barrel(const Placement& placement, bool bends, bool may_turn, const Progress& progress) const;
+  // Returns the profile of the shape for a twist or bend that is placed so.
+  std::shared_ptr<const ZoneProfile> profile(const ToolSettings& settings, const Placement& placement) const;
+  void count_crossings(Progress& progress);
 
-  // Does what can wait until there is no other work: builds the tree for picking, flushes the journal to disk.
-  void when_idle();
+  // Keeps a text about the view in the journal's folder, for `recover`.
+  void remember_view(const std::string& view) const;
+
+  // Does what can wait until there is no other work: remeshes after strokes, builds the tree for picking, flushes the
+  // journal to disk. Cancelled, it goes on with that when it is called again.
+  void when_idle(Progress& progress);
 
   // Closes the document and removes its journal.
   void close();
@@ -111,13 +135,18 @@ class Document {
   void open(ShapeFile source, const std::string& title, const std::filesystem::path& path);
   void append(Session session, Progress& progress);
   bool take(const WorkResult& result, const char* what);
+  bool tell_failure(const WorkResult& result, const char* what) const;
   void end_gesture(Progress& progress);
+  void arrange(const LayerChange& change, bool is_step, Progress& progress);
+  bool settle(Progress& progress);
+  void get_ready();
   void journal(const LineChange& change);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();
   void show_state();
   void measure_volume();
   void measure_large_volume();
+  void count_thin_triangles();
   bool guarded(Subject subject, const std::function<void()>& work) const;
   bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;
@@ -133,6 +162,10 @@ class Document {
   bool picker_is_stale_ = false;
   bool volume_is_stale_ = false;
   std::chrono::steady_clock::time_point measured_{};  // when the volume was measured last
+  bool is_dragging_layers_ = false;                   // the last change of the history is a step of the drag
+  LineChange dragged_lines_;                          // of its steps
+  std::string view_to_recover_;
+  std::size_t undo_memory_ = std::size_t{1} << 30;
 };
 
 // Returns the mesh mirrored in the planes of a bit mask (1: x = 0, 2: y = 0, 4: z = 0), its faces facing outwards

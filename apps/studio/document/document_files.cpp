@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <iterator>
 #include <numeric>
 #include <set>
 
@@ -24,6 +26,14 @@ std::filesystem::path stamps_beside(const std::filesystem::path& session) {
 std::string file_text(const std::filesystem::path& path) {
   const ShapeFile file = read_shape(path);
   return file.bytes;
+}
+
+constexpr const char* kViewFile = "view.script";
+
+// Empty for a file that cannot be read.
+std::string text_of_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 // Calls change(stamp) for every stroke that names a file.
@@ -79,8 +89,12 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
   return {name, file, std::make_shared<const Mesh>(std::move(plain))};
 }
 
-void Document::open_shape(const std::filesystem::path& path, Progress& /*progress*/) {
-  guarded(Subject::opening, [&] { open(read_shape(path), path.filename().string(), path); });
+void Document::open_shape(const std::filesystem::path& path, Progress& progress) {
+  guarded(Subject::opening, [&] {
+    ShapeFile file = read_shape(path);
+    stop_if_cancelled(&progress);
+    open(std::move(file), path.filename().string(), path);
+  });
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
@@ -128,12 +142,23 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
 void Document::recover(const std::filesystem::path& journal, Progress& progress) {
   guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
+    view_to_recover_ = text_of_file(journal / kViewFile);
     open(std::move(work.shape), work.title, {});
     append(std::move(work.session), progress);
     shown_.is_changed = true;
     show();
     discard_journal(journal);
   });
+}
+
+// Replaced as a whole, but not flushed to the disk: a kill does not lose it, and a view is not worth a wait.
+void Document::remember_view(const std::string& view) const {
+  if (!journal_) return;
+  const std::filesystem::path path = journal_->folder() / kViewFile;
+  const std::filesystem::path next = journal_->folder() / "view.next";
+  std::ofstream(next, std::ios::binary) << view;
+  std::error_code ignored;  // without it only the view is lost
+  std::filesystem::rename(next, path, ignored);
 }
 
 // The session as it is to be saved at a path: the shape and stamps named relative to it.
@@ -178,9 +203,10 @@ void Document::save(const std::filesystem::path& path) {
   });
 }
 
-void Document::export_shape(const std::filesystem::path& path, bool as_double) {
+void Document::export_shape(const std::filesystem::path& path, bool as_double, Progress& progress) {
   if (!history_) return;
   guarded(Subject::exporting, [&] {
+    if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
     const bool is_remeshed = state.mesh != history_->base().mesh;
     if (is_remeshed) {
@@ -196,8 +222,10 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double) {
         session.strokes = history_->strokes();
         ReplayOptions options;
         options.normals = std::move(normals);
+        options.progress = &progress;
         normals = replay(borrow(source_->mesh), session, options).shape.normals();
       }
+      stop_if_cancelled(&progress);
       write_shape(path, *source_, state.positions.copy(), {as_double, normals});
     }
     if (format_of(path) == "obj" && !shown_.shape_path.empty()) {
@@ -232,6 +260,7 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
         write_shape(name, *source_, frame.shape.positions());
       }
     };
+    progress.total = total_work(source_->mesh, session, options);
     const ReplayResult result = replay(borrow(source_->mesh), session, options);
     options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
                                                               : std::string("The export of frames was cancelled.")});

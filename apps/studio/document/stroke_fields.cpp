@@ -1,7 +1,5 @@
 #include "document/stroke_fields.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string_view>
 #include <variant>
@@ -56,20 +54,6 @@ void set_field(std::span<SessionStroke> strokes, const std::string& name, double
       is_first = false;
     });
   }
-}
-
-std::string description_of(std::span<const SessionStroke> strokes) {
-  if (strokes.empty()) return "nothing";
-  const Stroke& first = strokes.front().stroke;
-  const std::string name = tool_name(first);
-  std::string text = strokes.size() == 1 ? name : fmt::format("{} x {}", strokes.size(), name);
-  if (const auto* implicit = std::get_if<ImplicitStroke>(&first)) {
-    const std::size_t pieces = implicit->path.size() - 1;
-    text += pieces == 1 ? ", 1 piece" : fmt::format(", {} pieces", pieces);
-  } else if (const auto* paint = std::get_if<PaintStroke>(&first)) {
-    text += fmt::format(", {} dabs", paint->samples.size() + paint->path.size());
-  }
-  return text;
 }
 
 }  // namespace knead::studio

@@ -22,7 +22,4 @@ std::vector<StrokeField> fields_of(std::span<const SessionStroke> strokes);
 // images have their own signs. Does nothing where no stroke has such a field.
 void set_field(std::span<SessionStroke> strokes, const std::string& name, double value);
 
-// "implicit, 12 pieces", "2 x bend".
-std::string description_of(std::span<const SessionStroke> strokes);
-
 }  // namespace knead::studio

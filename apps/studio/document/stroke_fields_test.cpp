@@ -42,10 +42,5 @@ TEST(StrokeFields, MirrorImagesKeepTheirSigns) {
   EXPECT_EQ(strokes, before);
 }
 
-TEST(StrokeFields, EntriesAreDescribed) {
-  EXPECT_EQ(description_of(std::vector{implicit(1, 2)}), "implicit, 2 pieces");
-  EXPECT_EQ(description_of(std::vector{bend(1), bend(2)}), "2 x bend");
-}
-
 }  // namespace
 }  // namespace knead::studio

@@ -1,4 +1,6 @@
 // Gestures that carry a tool along a path: ball, capsule, points, stamp, handles.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -237,6 +239,7 @@ namespace {
 
 // At most about so many vertices of a handle, evenly over space.
 constexpr std::size_t kMostHandlePoints = 250;
+constexpr std::size_t kMostLookedAt = 2000;  // vertices, for the speed beside the handles
 
 std::vector<Vec3d> handle_points(const Placed& placed, std::uint8_t handle, const ShapeState& state) {
   std::vector<Vec3d> all;
@@ -281,11 +284,25 @@ std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surrou
   const Vec3d start = hit ? hit->point : gesture.stroke.full.front();
   gesture.drag = begin_drag(pointer, start, hit ? hit->normal : -forward_of(around), around);
   gesture.stroke.motion = HandlesTranslation{{0, 0, 0}};
+  const std::size_t stride = around.state.positions.size() / kMostLookedAt + 1;
+  for (std::size_t i = 0; i < around.state.positions.size(); i += stride) {
+    gesture.looked_at.push_back(around.state.positions[i]);
+  }
   return gesture;
 }
 
 void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture) {
-  gesture.stroke.motion = HandlesTranslation{gesture.drag.at(pointer, around) - gesture.drag.start};
+  const Vec3d by = gesture.drag.at(pointer, around) - gesture.drag.start;
+  gesture.stroke.motion = HandlesTranslation{by};
+  gesture.speed = norm2(by) > 0 ? relative_speed(flow_of(gesture.stroke), gesture.looked_at) : 0;
+}
+
+std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings) {
+  if (settings.handles_anyway || gesture.speed <= kStrongSpeed) return {};
+  return fmt::format(
+      "Not moved: beside the handles the shape would run {:.2g} times as far as they do, and tear. Leave a wider gap "
+      "between what moves and what stays, move fewer places at once, or choose \"Do it anyway\".",
+      gesture.speed);
 }
 
 }  // namespace knead::studio

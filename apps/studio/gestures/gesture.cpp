@@ -58,6 +58,10 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
 }
 
 std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+  if (pointer.modifiers.shift) {
+    if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to relax.");
+    return made(begin_relax(pointer, around));
+  }
   switch (around.settings.tool->use) {
     case ToolUse::pull:
       return Gesture{begin_implicit(pointer, around)};
@@ -72,6 +76,8 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
     case ToolUse::stamp:
     case ToolUse::turn:
       return begin_placed(pointer, around, placed);
+    case ToolUse::mask:
+      break;  // changes no shape: studio_masks.cpp
   }
   return std::nullopt;
 }
@@ -100,6 +106,7 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
     void operator()(HandlePaintGesture& g) const { move_handle_paint(pointer, around, g, placed); }
     void operator()(LassoGesture& g) const { move_lasso(pointer, g); }
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
+    void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
     void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
   };
   std::visit(Move{pointer, around, placed}, gesture.kind);
@@ -153,6 +160,7 @@ struct Pieces {
     if (g.stroke.motion == std::variant<HandlesTranslation, HandlesRotation>(HandlesTranslation{})) return {};
     return {g.stroke};
   }
+  std::vector<Stroke> operator()(const RelaxGesture& g) const { return {g.stroke}; }
   std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
@@ -173,10 +181,27 @@ struct Pieces {
 
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
 
+// Places that are relaxed have their images after them, so that all sides become smooth together.
+RelaxStroke with_images(const RelaxStroke& stroke, const std::vector<SymmetryImage>& images) {
+  RelaxStroke result = stroke;
+  result.points.clear();
+  for (const Vec3d& point : stroke.points) {
+    result.points.push_back(point);
+    for (const SymmetryImage& image : images) {
+      RelaxStroke one = stroke;
+      one.points = {point};
+      result.points.push_back(std::get<RelaxStroke>(image_of(one, image, {})).points.front());
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
   if (!gesture.trouble.empty()) return {};
+  const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
+  if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
   const std::vector<SymmetryImage> images = images_of(settings);
   std::vector<Stroke> pieces = std::visit(Pieces{!images.empty()}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
@@ -188,6 +213,10 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
     const Stroke& piece = pieces[i];
     if (const auto* paint = std::get_if<PaintStroke>(&piece)) {
       result.emplace_back(with_images(*paint, images));
+      continue;
+    }
+    if (const auto* relax = std::get_if<RelaxStroke>(&piece)) {
+      result.emplace_back(with_images(*relax, images));
       continue;
     }
     std::vector<Stroke> same = with_images(piece, images, kSameImage * settings.radius, image_file);
@@ -223,6 +252,7 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
     Result operator()(const DrawGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const HandlePaintGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const LassoGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const RelaxGesture& /*g*/) const { return std::nullopt; }
   };
   if (!gesture.trouble.empty()) return std::nullopt;
   return std::visit(Measure{settings}, gesture.kind);

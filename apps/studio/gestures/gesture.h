@@ -86,6 +86,12 @@ struct PaintGesture {
   Vec3d last_point;
 };
 
+// Places along the pointer's path where the surface is relaxed.
+struct RelaxGesture {
+  RelaxStroke stroke;
+  Vec3d last_point;
+};
+
 // A line drawn on the surface, to be moved later; a click sets a point.
 struct DrawGesture {
   std::vector<Vec3d> points;
@@ -129,6 +135,8 @@ struct LassoGesture {
 struct HandlesGesture {
   Drag drag;
   HandlesStroke stroke;
+  std::vector<Vec3d> looked_at{};  // some vertices of the shape as it was
+  double speed = 0;                // relative_speed there
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -141,7 +149,7 @@ struct GizmoGesture {
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, GizmoGesture>
+               LassoGesture, HandlesGesture, GizmoGesture, RelaxGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -175,6 +183,16 @@ TurnDrag turn_drag(const Screen& screen, const ToolSettings& settings, const Pla
 // The stroke of a tool that turns, by an amount as in TurnGesture. Nothing for an amount that does nothing, and for a
 // twist or bend with a barrel where none was found.
 std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount);
+
+// Returns the profile of the shape for a placed twist or bend; null for other tools, and where a barrel is missing.
+std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, const Placement& placement,
+                                              const ShapeState& state);
+
+// Returns the width of the zone of the turning stroke if it was widened.
+std::optional<double> widened_zone(const ToolSettings& settings, const Placement& placement, double amount);
+
+// Returns why the handles are not moved; empty: they are.
+std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);

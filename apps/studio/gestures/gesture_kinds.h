@@ -15,6 +15,9 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
 void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture);
 void end_paint(PaintGesture& gesture);
 
+std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around);
+void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture);
+
 // Whether the pointer is on a placed point or curve.
 bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around);
 PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, const Placed& placed);

@@ -49,7 +49,7 @@ Axes axes_of(const View& view) {
   return {right, up, back};
 }
 
-double distance_of(const View& view) { return view.height / (2 * std::tan(kFieldOfViewDeg * kPi / 360)); }
+double distance_of(const View& view) { return view.height / (2 * std::tan(view.field_of_view_deg * kPi / 360)); }
 
 // The rectangle that a box fills in the picture, in pixels: its middle and its size.
 struct SeenBox {
@@ -174,7 +174,7 @@ View framed(const View& view, const Box& box, const Picture& picture) {
   const double x = std::min(covered.left, picture.width) + 0.5 * free_width;
   const double y = std::min(covered.top, picture.height) + 0.5 * free_height;
   const Axes axes = axes_of(view);
-  const render::FitOptions options{view.projection, kFieldOfViewDeg, kFramingMargin};
+  const render::FitOptions options{view.projection, view.field_of_view_deg, kFramingMargin};
   const render::Camera camera = render::fit_camera(box, -axes.back, camera_of(view).up, width / height, options);
   View result = view;
   result.target = camera.target;

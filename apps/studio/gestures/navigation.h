@@ -20,13 +20,14 @@ struct View {
   double pitch = 0.30;  // radians above the horizon, from -pi/2 to pi/2
   double height = 2;    // units from the bottom of the picture to its top, in the plane through the target; > 0
   render::Projection projection = render::Projection::perspective;
+  double field_of_view_deg = 30;  // from bottom to top, in perspective; from kSmallestFieldDeg to kLargestFieldDeg
   UpAxis up = UpAxis::y;
 
   friend bool operator==(const View&, const View&) = default;
 };
 
-// In perspective the picture spans this angle from bottom to top.
-inline constexpr double kFieldOfViewDeg = 30;
+inline constexpr double kSmallestFieldDeg = 5;
+inline constexpr double kLargestFieldDeg = 100;
 
 render::Camera camera_of(const View& view);
 
@@ -89,7 +90,7 @@ struct Navigation {
   int height = 1;
   Margins covered{};
   std::optional<Vec3d> home{};  // the middle of what was framed last
-  double x = 0;                  // of the pointer
+  double x = 0;                 // of the pointer
   double y = 0;
   NavigationDrag drag = NavigationDrag::none;
   MouseButton button = MouseButton::left;  // that drags

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "gestures/screen.h"
+
 namespace knead::studio {
 namespace {
 
@@ -37,6 +39,8 @@ View random_view(std::mt19937& random) {
   view.height = 1.5 + number(random);
   if (number(random) > 0) view.projection = render::Projection::orthographic;
   if (number(random) > 0) view.up = UpAxis::z;
+  view.field_of_view_deg =
+      0.5 * (kSmallestFieldDeg + kLargestFieldDeg) + 0.5 * (kLargestFieldDeg - kSmallestFieldDeg) * number(random);
   return view;
 }
 
@@ -123,6 +127,53 @@ TEST_F(NavigationTest, StandardViewsLookAlongTheAxes) {
   EXPECT_TRUE(near(forward(UpAxis::z, StandardView::top).up, {0, 1, 0}));
   for (const StandardView side : {StandardView::front, StandardView::top, StandardView::bottom}) {
     EXPECT_TRUE(near(forward(UpAxis::y, side).right, {1, 0, 0}));
+  }
+}
+
+TEST_F(NavigationTest, RaysAndPixelsAreEachOthersInverse) {
+  for (int i = 0; i < 500; ++i) {
+    const View view = random_view(random_);
+    const Screen screen{camera_of(view), static_cast<int>(kWidth), static_cast<int>(kHeight)};
+    const double x = 400 + 400 * number();
+    const double y = 300 + 300 * number();
+    const Ray ray = ray_through(screen, x, y);
+    EXPECT_NEAR(norm(ray.direction), 1, 1e-12);
+    // From just before the eye to far behind the target.
+    const Vec3d p = ray.origin + ray.direction * (view.height * (1.1 + number()));
+    const auto pixel = pixel_of(screen, p);
+    ASSERT_TRUE(pixel);
+    EXPECT_NEAR(pixel->x, x, 1e-6);
+    EXPECT_NEAR(pixel->y, y, 1e-6);
+    const auto known = seen(view, p);
+    EXPECT_NEAR(known[0], x, 1e-6);
+    EXPECT_NEAR(known[1], y, 1e-6);
+    // A step of pixel_size across the view is a pixel.
+    const Vec3d aside = p + render::camera_frame(screen.camera).right * pixel_size(screen, p);
+    EXPECT_NEAR(pixel_of(screen, aside)->x, x + 1, 1e-6);
+  }
+}
+
+TEST_F(NavigationTest, WhatIsBehindTheEyeHasNoPixelInPerspective) {
+  View view;
+  const render::Camera camera = camera_of(view);
+  const Vec3d behind = camera.eye * 2.0 - camera.target;
+  EXPECT_FALSE(pixel_of({camera, 800, 600}, behind));
+  view.projection = render::Projection::orthographic;
+  EXPECT_TRUE(pixel_of({camera_of(view), 800, 600}, behind));
+}
+
+TEST_F(NavigationTest, TheFieldOfViewChangesTheDepthOfThePictureOnly) {
+  for (int i = 0; i < 100; ++i) {
+    View view = random_view(random_);
+    view.projection = render::Projection::perspective;
+    const auto before = seen(view, view.target);
+    const Vec3d right = render::camera_frame(camera_of(view)).right;
+    const auto aside = seen(view, view.target + right * (0.2 * view.height));
+    view.field_of_view_deg = 20;
+    EXPECT_NEAR(seen(view, view.target)[0], before[0], 1e-8);
+    EXPECT_NEAR(seen(view, view.target + right * (0.2 * view.height))[0], aside[0], 1e-8);
+    const double distance = norm(camera_of(view).eye - view.target);
+    EXPECT_NEAR(2 * distance * std::tan(10 * kPi / 180), view.height, 1e-9);
   }
 }
 

@@ -160,7 +160,19 @@ const std::vector<StudioTool> kTools{
      .icon = {{halo, {-0.45F, -0.3F, 0.5F}},
               {disc, {-0.45F, -0.3F, 0.26F}},
               {circle, {0.45F, 0.45F, 0.4F}},
-              {line, {0.17F, 0.73F, 0.73F, 0.17F}}}}};
+              {line, {0.17F, 0.73F, 0.73F, 0.17F}}}},
+    {.name = "Mask",
+     .key = "M",
+     .use = ToolUse::mask,
+     .has_inner = true,
+     .sliders = {{"Border", &ToolSettings::mask_width, 0.05, 2, "of the radius: from what stays to what is free"}},
+     .hint = "Paint what stays as it is; Ctrl erases.",
+     .second_hint = "Draw round what stays as it is; with Ctrl what is free.",
+     .icon = {{wave, {-0.8F, -0.4F, -0.2F, -0.75F, 0.2F, -0.75F, 0.8F, -0.4F}},
+              {wave, {-0.8F, -0.4F, -0.8F, 0.3F, -0.4F, 0.8F, 0, 0.3F}},
+              {wave, {0, 0.3F, 0.4F, 0.8F, 0.8F, 0.3F, 0.8F, -0.4F}},
+              {disc, {-0.35F, -0.1F, 0.17F}},
+              {disc, {0.35F, -0.1F, 0.17F}}}}};
 
 }  // namespace
 
@@ -219,6 +231,18 @@ const char* name_of(HandleMode mode) {
   return "";
 }
 
+const char* name_of(MaskMode mode) {
+  switch (mode) {
+    case MaskMode::paint:
+      return "Paint";
+    case MaskMode::lasso:
+      return "Lasso";
+    case MaskMode::box:
+      return "Box";
+  }
+  return "";
+}
+
 namespace {
 
 std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
@@ -244,7 +268,8 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
-                         (tool.use == ToolUse::handles && settings.handle == HandleMode::move);
+                         (tool.use == ToolUse::handles && settings.handle == HandleMode::move) ||
+                         (tool.use == ToolUse::mask && settings.mask_mode != MaskMode::paint);
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;
 }

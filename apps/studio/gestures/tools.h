@@ -13,6 +13,7 @@
 #include "knead/mesh/mesh.h"
 #include "knead/remesh/remesh.h"
 #include "knead/tool/placement.h"
+#include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
 
 namespace knead::studio {
@@ -31,6 +32,9 @@ enum class PullStart { inside, surface, plane };
 enum class PenPressure { none, radius, depth };
 
 enum class HandleMode { full, zero, erase, move };
+
+// paint: a brush; lasso: a line drawn round; box: a rectangle.
+enum class MaskMode { paint, lasso, box };
 
 struct Placed;
 struct ToolSettings;
@@ -68,6 +72,8 @@ struct Placement {
   Vec3d z{0, 0, 1};
   // Of twist and bend on the shape as it was when placed: the barrel, or why there is none.
   std::optional<BarrelPlacement> barrel{};
+  // Of twist and bend on the shape as it was when placed: how far it reaches from their line. Null: not known yet.
+  std::shared_ptr<const ZoneProfile> profile{};
 
   friend bool operator==(const Placement& a, const Placement& b) {
     return a.center == b.center && a.x == b.x && a.y == b.y && a.z == b.z;
@@ -83,6 +89,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
+  mask,     // drags paint, or go round, what stays as it is
 };
 
 // Which way the z axis of a placement points after a click.
@@ -152,6 +159,7 @@ const StudioTool& studio_tool(ToolUse use);
 const char* name_of(DragMode mode);
 const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
+const char* name_of(MaskMode mode);
 
 // How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
 enum class TurnDrag {
@@ -179,10 +187,14 @@ struct ToolSettings {
   HandleMode handle = HandleMode::full;
   bool lasso = false;  // handles are marked within a line that is drawn round them, through the shape
   PenPressure pressure = PenPressure::depth;
+  MaskMode mask_mode = MaskMode::paint;
+  double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
   bool uses_barrel = true;       // twist and bend move one part, found by Studio; else all below the plane
   std::array<bool, 3> mirror{};  // in x, y and z, through symmetry.center
   Symmetry symmetry;
-  bool remesh = false;  // when a drag ends
+  bool widens_zone = true;      // of twist and bend, where it is too thin for the angle
+  bool handles_anyway = false;  // move handles where the flow beside them is faster than kStrongSpeed
+  bool remesh = false;          // when a drag ends
   RemeshSettings remesh_settings;
 };
 

@@ -103,7 +103,12 @@ std::optional<Placement> placement_at(const Pointer& pointer, const Surroundings
   return frame_about(middle, frame.up, frame.forward);
 }
 
-std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
+namespace {
+
+constexpr std::size_t kManyVertices = 20'000;  // whose edges show nothing more of a profile
+
+// The stroke with the zone as it is set.
+std::optional<Stroke> plain_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
   const Turning& turning = settings.tool->turning;
   if (amount == 0 || turning.stroke == nullptr) return std::nullopt;
   const bool has_barrel = placement.barrel && placement.barrel->problem.empty();
@@ -112,11 +117,44 @@ std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placeme
   return turning.stroke(settings, placement, amount, needs_barrel ? &*placement.barrel : nullptr);
 }
 
+// The gizmo may have been moved, or the barrel switched on or off, since the profile was made.
+bool is_profiled(const ToolSettings& settings, const Placement& placement) {
+  const std::optional<Stroke> stroke = plain_stroke(settings, placement, 1);
+  return !stroke || (placement.profile && check_zone(*stroke, *placement.profile));
+}
+
+}  // namespace
+
+std::optional<Stroke> turning_stroke(const ToolSettings& settings, const Placement& placement, double amount) {
+  std::optional<Stroke> stroke = plain_stroke(settings, placement, amount);
+  if (!stroke || !settings.widens_zone || !placement.profile) return stroke;
+  return with_safe_zone(*stroke, *placement.profile);
+}
+
+std::shared_ptr<const ZoneProfile> profile_at(const ToolSettings& settings, const Placement& placement,
+                                              const ShapeState& state) {
+  const std::optional<Stroke> stroke = plain_stroke(settings, placement, 1);
+  if (!stroke || !settings.tool->turning.takes_barrel || state.mesh == nullptr) return nullptr;
+  const std::vector<Triangle> triangles =
+      state.positions.size() < kManyVertices ? triangulate(*state.mesh) : std::vector<Triangle>{};
+  return std::make_shared<const ZoneProfile>(zone_profile(*stroke, state.positions.copy(), triangles));
+}
+
+std::optional<double> widened_zone(const ToolSettings& settings, const Placement& placement, double amount) {
+  const std::optional<Stroke> plain = plain_stroke(settings, placement, amount);
+  if (!plain || !settings.widens_zone || !placement.profile) return std::nullopt;
+  const std::optional<ZoneCheck> check = check_zone(*plain, *placement.profile);
+  return check && check->safe > check->width ? std::optional(check->safe) : std::nullopt;
+}
+
 void move_turn(const Pointer& pointer, const Surroundings& around, TurnGesture& gesture) {
   const bool is_click = std::hypot(pointer.x - gesture.start.x, pointer.y - gesture.start.y) < kClick;
   gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
   if (!gesture.placement || !gesture.has_gone) return;
   const Turning& turning = around.settings.tool->turning;
+  if (turning.takes_barrel && !is_profiled(around.settings, *gesture.placement)) {
+    gesture.placement->profile = profile_at(around.settings, *gesture.placement, around.state);
+  }
   if (pointer.typed) {
     gesture.amount = amount_of_typed(*pointer.typed, turning);
     return;

@@ -65,8 +65,9 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
 
 std::string description_of(const AbandonedJournal& journal) {
   const std::time_t changed = std::chrono::system_clock::to_time_t(journal.changed);
-  return fmt::format("{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
-                     journal.strokes == 1 ? "1 stroke" : fmt::format("{} strokes", journal.strokes));
+  return fmt::format(
+      "{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
+      journal.entries == 1 ? "1 entry of the history" : fmt::format("{} entries of the history", journal.entries));
 }
 
 // Returns the journal that is to be opened.
@@ -194,6 +195,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
       case FileUse::stamp:
         studio.use_stamp(*file);
         break;
+      case FileUse::reference:
+        studio.add_reference(*file);
+        break;
       case FileUse::save:
         studio.save(*file);
         break;
@@ -205,6 +209,9 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         break;
       case FileUse::picture:
         picture(*file);
+        break;
+      case FileUse::turntable:
+        studio.record_turntable(*file, dialogs.file.frames);
         break;
     }
   }

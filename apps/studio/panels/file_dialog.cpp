@@ -19,23 +19,29 @@ namespace fs = std::filesystem;
 
 namespace {
 
-bool writes(FileUse use) { return use != FileUse::open && use != FileUse::stamp; }
+bool writes(FileUse use) { return use > FileUse::reference; }
+
+// Whether several numbered files are written.
+bool is_counted(FileUse use) { return use == FileUse::export_frames || use == FileUse::turntable; }
 
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
+                              "Choose a picture to model after",
                               "Save the session",
                               "Export the shape",
                               "Export frames",
-                              "Picture"};
+                              "Picture",
+                              "Record a turntable"};
   return titles[static_cast<std::size_t>(use)];
 }
 
 std::vector<std::string> extensions_of(FileUse use) {
   if (use == FileUse::save) return {".knead"};
-  if (use == FileUse::picture) return {".png"};
+  if (use == FileUse::picture || use == FileUse::turntable) return {".png"};
+  if (use == FileUse::reference) return {".png", ".jpg", ".jpeg"};
   std::vector<std::string> extensions;
-  for (const std::string_view name : format_names()) extensions.push_back(fmt::format(".{}", name));
+  for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
   return extensions;
 }
@@ -45,6 +51,7 @@ std::string proposed_name(FileUse use, const fs::path& near) {
   switch (use) {
     case FileUse::open:
     case FileUse::stamp:
+    case FileUse::reference:
       return {};
     case FileUse::save:
       return stem + ".knead";
@@ -55,6 +62,8 @@ std::string proposed_name(FileUse use, const fs::path& near) {
       return stem + "_%04d.ply";
     case FileUse::picture:
       return stem + ".png";
+    case FileUse::turntable:
+      return stem + "_%04d.png";
   }
   return {};
 }
@@ -167,14 +176,15 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   bool chosen = enter_pressed();
   draw_places(dialog);
   const float below = ImGui::GetFrameHeightWithSpacing() *
-                      (dialog.use == FileUse::export_shape || dialog.use == FileUse::export_frames ? 3.2F : 2.2F);
+                      (dialog.use == FileUse::export_shape || is_counted(dialog.use) ? 3.2F : 2.2F);
   if (draw_list(dialog, -below)) chosen = true;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
-  if (dialog.use == FileUse::export_frames) ImGui::SliderInt("Frames", &dialog.frames, 2, 600);
+  if (is_counted(dialog.use))
+    ImGui::SliderInt(dialog.use == FileUse::turntable ? "Pictures" : "Frames", &dialog.frames, 2, 600);
   std::optional<fs::path> result;
   if (draw_choice(dialog, chosen)) {
     result = chosen_path(dialog);

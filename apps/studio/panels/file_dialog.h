@@ -11,7 +11,7 @@
 
 namespace knead::studio {
 
-enum class FileUse { open, stamp, save, export_shape, export_frames, picture };
+enum class FileUse { open, stamp, reference, save, export_shape, export_frames, picture, turntable };
 
 struct FileDialog {
   FileUse use = FileUse::open;
@@ -22,7 +22,7 @@ struct FileDialog {
   FileList list;
   bool is_sure = false;    // that the file may be replaced
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
-  int frames = 24;         // of export_frames
+  int frames = 24;         // of export_frames and turntable
 };
 
 // `near`: a file or folder to begin at; its name is proposed for what is written.

@@ -1,12 +1,13 @@
-// The history: what was done, looking back, and changing what was done.
+// The history as layers: what was done, by name; looking back, switching off, moving, renaming, changing.
 #include <fmt/format.h>
 #include <imgui.h>
 #include <imgui_stdlib.h>
 
 #include <algorithm>
+#include <utility>
 
+#include "document/layers.h"
 #include "document/stroke_fields.h"
-#include "knead/math/error.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 
@@ -14,83 +15,153 @@ namespace knead::studio {
 
 namespace {
 
-std::string lines_of(const std::vector<SessionStroke>& strokes) {
-  std::string text;
-  for (const SessionStroke& stroke : strokes) text += stroke_line(stroke.stroke) + "\n";
-  return text;
-}
+constexpr const char* kDragged = "layer";  // what is carried by drag and drop: the number of an entry
 
-// The strokes of the lines as typed, remeshed as those before were.
-std::vector<SessionStroke> strokes_of_lines(const std::string& text, const std::optional<RemeshSettings>& remesh) {
-  Session session = parse_session(header_line({}, {}) + "\n" + text, "history");
-  for (SessionStroke& stroke : session.strokes) stroke.remesh = remesh;
-  if (session.strokes.empty()) throw InvalidInput("no stroke is left; use \"Remove\" instead");
-  return session.strokes;
-}
-
-void start_editing(HistoryEditor& editor, const DocumentState& shown, std::size_t entry) {
-  editor.entry = entry;
-  editor.opened = shown.opened;
-  editor.strokes = shown.history[entry]->strokes;
-  editor.text = lines_of(editor.strokes);
-  editor.problem.clear();
-}
-
-void draw_numbers(HistoryEditor& editor) {
-  for (const StrokeField& field : fields_of(editor.strokes)) {
+void draw_numbers(LayerEditor& layers) {
+  for (const StrokeField& field : fields_of(layers.strokes)) {
     double value = field.value;
     if (!type_number(field.name.c_str(), value, {-1e9, 1e9}, field.help.c_str())) continue;
-    set_field(editor.strokes, field.name, value);
-    editor.text = lines_of(editor.strokes);
-    editor.problem.clear();
+    std::vector<SessionStroke> strokes = layers.strokes;
+    set_field(strokes, field.name, value);
+    set_strokes(layers, std::move(strokes));
   }
 }
 
-void draw_text(HistoryEditor& editor) {
+void draw_text(LayerEditor& layers) {
   if (!ImGui::TreeNode("Edit as session lines")) return;
   const ImVec2 size{-1, ImGui::GetTextLineHeight() * 7};
-  if (ImGui::InputTextMultiline("##lines", &editor.text, size)) {
-    try {
-      const auto remesh = editor.strokes.empty() ? std::nullopt : editor.strokes.front().remesh;
-      editor.strokes = strokes_of_lines(editor.text, remesh);
-      editor.problem.clear();
-    } catch (const InvalidInput& error) {
-      editor.problem = error.what();
-    }
-  }
+  std::string text = layers.text;
+  if (ImGui::InputTextMultiline("##lines", &text, size)) set_text(layers, std::move(text));
   ImGui::TreePop();
 }
 
-void draw_editor(Studio& studio, HistoryEditor& editor) {
-  ImGui::Indent();
-  draw_numbers(editor);
-  draw_text(editor);
-  if (!editor.problem.empty()) text_in_colour(kWarning, editor.problem);
-  const bool changed = editor.strokes != studio.shown().history[*editor.entry]->strokes;
-  ImGui::BeginDisabled(!changed || !editor.problem.empty());
-  if (ImGui::Button("Apply and redo the rest")) studio.edit(*editor.entry, editor.strokes);
-  ImGui::EndDisabled();
-  if (ImGui::Button("Show")) studio.look_at(*editor.entry + 1);
-  ImGui::SameLine();
-  if (ImGui::Button("Remove")) {
-    studio.edit(*editor.entry, {});
-    editor.entry.reset();
+// In percent. The shape follows while the slider is dragged; the whole drag is one change.
+void draw_strength(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  const double most = 100 * kMostStrength;
+  const double least = 0;
+  double percent = editor.percent.value_or(100 * strength_of(studio.shown().history[entry]->strokes));
+  if (ImGui::SliderScalar("Strength", ImGuiDataType_Double, &percent, &least, &most, "%.0f%%",
+                          ImGuiSliderFlags_AlwaysClamp)) {
+    editor.percent = percent;
+    studio.drag_layers(with_strength(entry, percent / 100));
   }
-  ImGui::Unindent();
+  help_on_hover("how much of it is applied; above 100% it goes on beyond its end");
+  if (ImGui::IsItemDeactivatedAfterEdit()) studio.end_layer_drag(true);
+  if (!ImGui::IsItemActive()) editor.percent.reset();
 }
 
-// "12  implicit, 34 pieces, 18 ms".
-std::string label_of(const HistoryEntry& entry, std::size_t number) {
-  const std::string what = entry.strokes.empty() ? "nothing" : description_of(entry.strokes);
-  return fmt::format("{}  {}, {:.0f} ms###entry{}", number, what, 1000 * entry.seconds, number);
+// Buttons that change where an entry stands. They deselect nothing: the selection follows.
+void draw_order(Studio& studio, std::size_t entry) {
+  const std::size_t count = studio.shown().history.size();
+  const auto button = [&](const char* label, bool is_possible, const LayerChange& change, const char* help) {
+    ImGui::BeginDisabled(!is_possible);
+    if (ImGui::Button(label)) studio.change_layers(change);
+    ImGui::EndDisabled();
+    help_on_hover(help);
+  };
+  button("Up", entry > 0, moved(entry, entry == 0 ? 0 : entry - 1), "before the entry above");
+  ImGui::SameLine();
+  button("Down", entry + 1 < count, moved(entry, entry + 1), "after the entry below");
+  ImGui::SameLine();
+  button("Join", entry > 0, joined(entry), "makes one group of this entry and the one above");
+  ImGui::SameLine();
+  button("Split", studio.shown().history[entry]->strokes.size() > 1, split(entry), "into its strokes");
+}
+
+void draw_editor(Studio& studio, HistoryEditor& editor) {
+  LayerEditor& layers = studio.layers();
+  const std::size_t entry = *layers.entry;
+  ImGui::Indent();
+  draw_strength(studio, editor, entry);
+  draw_order(studio, entry);
+  draw_numbers(layers);
+  draw_text(layers);
+  if (!layers.problem.empty()) text_in_colour(kWarning, layers.problem);
+  const bool changed = layers.strokes != studio.shown().history[entry]->strokes;
+  ImGui::BeginDisabled(!changed || !layers.problem.empty());
+  if (ImGui::Button("Apply and redo the rest")) studio.change_layers(replaced(entry, layers.strokes));
+  ImGui::EndDisabled();
+  if (ImGui::Button("Show")) studio.look_at(entry + 1);
+  ImGui::SameLine();
+  if (ImGui::Button("Remove")) {
+    studio.change_layers(removed(entry));
+    studio.select_layer(std::nullopt);
+  }
+  ImGui::Unindent();
 }
 
 void draw_past_banner(Studio& studio) {
   const DocumentState& shown = studio.shown();
   if (!shown.looked_at) return;
   text_in_colour(kWarning,
-                 fmt::format("This is the shape after {} of {} strokes.", *shown.looked_at, shown.history.size()));
+                 fmt::format("This is the shape after {} of {} entries.", *shown.looked_at, shown.history.size()));
   if (ImGui::Button("Back to the present")) studio.look_at(std::nullopt);
+}
+
+// The field in which the name is typed; Enter or a click elsewhere ends it, Escape gives it up.
+void draw_renaming(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  ImGui::SetNextItemWidth(-1);
+  if (std::exchange(editor.is_beginning, false)) ImGui::SetKeyboardFocusHere();
+  const bool is_entered = ImGui::InputText("##name", &editor.name,
+                                           ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  if (!is_entered && !ImGui::IsItemDeactivated()) return;
+  const bool is_given_up = !is_entered && escape_pressed();
+  editor.renaming.reset();
+  if (!is_given_up) studio.change_layers(renamed(entry, editor.name));
+}
+
+void carry(Studio& studio, std::size_t entry) {
+  if (ImGui::BeginDragDropSource()) {
+    ImGui::SetDragDropPayload(kDragged, &entry, sizeof entry);
+    ImGui::TextUnformatted(name_of(studio.shown().history[entry]->strokes).c_str());
+    ImGui::EndDragDropSource();
+  }
+  if (!ImGui::BeginDragDropTarget()) return;
+  if (const ImGuiPayload* const payload = ImGui::AcceptDragDropPayload(kDragged)) {
+    studio.change_layers(moved(*static_cast<const std::size_t*>(payload->Data), entry));
+  }
+  ImGui::EndDragDropTarget();
+}
+
+void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  const HistoryEntry& shown = *studio.shown().history[entry];
+  const std::string label = fmt::format("{}  {}###name", entry + 1, name_of(shown.strokes));
+  const bool is_open = studio.layers().entry == entry;
+  const bool is_lit = is_open || studio.shown().looked_at == entry + 1;
+  const double strength = strength_of(shown.strokes);
+  const float room = strength == 1 ? 0.0F : ImGui::GetFontSize() * 2.6F;
+  const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
+  if (ImGui::Selectable(label.c_str(), is_lit, ImGuiSelectableFlags_AllowDoubleClick, size)) {
+    if (ImGui::IsMouseDoubleClicked(0)) {
+      editor.renaming = entry;
+      editor.name = name_of(shown.strokes);
+      editor.is_beginning = true;
+    } else {
+      studio.select_layer(is_open ? std::nullopt : std::optional(entry));
+    }
+  }
+  help_on_hover(fmt::format("{}, {:.0f} ms. Double click to rename, drag to move.", description_of(shown.strokes),
+                            1000 * shown.seconds)
+                    .c_str());
+  carry(studio, entry);
+  if (strength == 1) return;
+  ImGui::SameLine();
+  ImGui::TextDisabled("%.0f%%", 100 * strength);
+}
+
+void draw_entry(Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  ImGui::PushID(static_cast<int>(entry));
+  bool is_on = !is_off(studio.shown().history[entry]->strokes);
+  if (ImGui::Checkbox("##on", &is_on)) studio.change_layers(switched(entry, !is_on));
+  help_on_hover("switched on or off");
+  ImGui::SameLine();
+  if (editor.renaming == entry) {
+    draw_renaming(studio, editor, entry);
+  } else {
+    draw_name(studio, editor, entry);
+  }
+  if (studio.layers().entry == entry) draw_editor(studio, editor);
+  ImGui::PopID();
 }
 
 }  // namespace
@@ -98,27 +169,17 @@ void draw_past_banner(Studio& studio) {
 void draw_history(Studio& studio, HistoryEditor& editor) {
   const DocumentState& shown = studio.shown();
   if (shown.opened == 0) return;
-  if (editor.entry && (editor.opened != shown.opened || *editor.entry >= shown.history.size())) editor.entry.reset();
   draw_past_banner(studio);
-  if (ImGui::Selectable("0  as it was opened", shown.looked_at == 0U)) {
+  if (ImGui::Selectable("0  As it was opened", shown.looked_at == 0U)) {
     studio.look_at(std::size_t{0});
-    editor.entry.reset();
+    studio.select_layer(std::nullopt);
   }
-  for (std::size_t i = 0; i < shown.history.size(); ++i) {
-    const bool open = editor.entry == i;
-    if (ImGui::Selectable(label_of(*shown.history[i], i + 1).c_str(), open || shown.looked_at == i + 1)) {
-      if (open) {
-        editor.entry.reset();
-      } else {
-        start_editing(editor, shown, i);
-      }
-    }
-    if (editor.entry == i) draw_editor(studio, editor);
-  }
-  for (std::size_t i = 0; i < shown.redoable.size(); ++i) {
-    ImGui::BeginDisabled();
-    ImGui::Selectable(label_of(*shown.redoable[i], shown.history.size() + i + 1).c_str());
-    ImGui::EndDisabled();
+  // A change without a worker is made at once, so the number of entries is asked for again.
+  for (std::size_t i = 0; i < studio.shown().history.size(); ++i) draw_entry(studio, editor, i);
+  const std::size_t done = studio.shown().history.size();
+  for (std::size_t i = 0; i < studio.shown().redoable.size(); ++i) {
+    const std::string name = name_of(studio.shown().redoable[i]->strokes);
+    ImGui::TextDisabled("%s", fmt::format("{}  {}", done + i + 1, name).c_str());
   }
 }
 

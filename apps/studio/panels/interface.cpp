@@ -121,7 +121,7 @@ void Interface::close() {
   do_or_ask(studio_, dialogs_, [this] { has_ended_ = true; });
 }
 
-void Interface::draw(const FrameTimes& times) {
+void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   arrange();
   draw_numbers(studio_, gui_);
   gui_.set_menu_open(draw_menus(studio_, dialogs_));
@@ -132,6 +132,7 @@ void Interface::draw(const FrameTimes& times) {
   }
   if (studio_.view().statistics) draw_statistics(studio_, gui_, layout_, times);
   if (studio_.view().help) draw_help(studio_, gui_);
+  draw_stretch(studio_, gui_, stretched);
   draw_messages(studio_, gui_, layout_, messages_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
   answer();

@@ -35,7 +35,7 @@ class Interface {
   void handle(const std::vector<Event>& events);
 
   // Makes all panels and dialogs.
-  void draw(const FrameTimes& times);
+  void draw(const FrameTimes& times, const Stretched& stretched);
 
   // The person wants to close the window. Asks first if there is unsaved work; then has_ended().
   void close();

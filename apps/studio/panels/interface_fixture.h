@@ -33,7 +33,7 @@ class Seat {
     gui.begin_frame();
     interface.handle(events);
     studio.refresh();
-    interface.draw({});
+    interface.draw({}, {});
     gui.end_frame();
   }
 

@@ -37,8 +37,14 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::export_shape, false, open);
   item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
+  if (ImGui::MenuItem("Record turntable...", nullptr, false, open)) {
+    open_file_dialog(dialogs.file, FileUse::turntable, studio.shown().shape_path);
+  }
   ImGui::Separator();
   item(studio, Action::stamp_file, false, open);
+  if (ImGui::MenuItem("Reference image...", nullptr, false, open)) {
+    open_file_dialog(dialogs.file, FileUse::reference, studio.shown().shape_path);
+  }
   ImGui::Separator();
   item(studio, Action::quit);
 }
@@ -100,8 +106,14 @@ void draw_view_menu(Studio& studio) {
   ImGui::Separator();
   item(studio, Action::wireframe, view.wireframe);
   item(studio, Action::shading);
+  item(studio, Action::next_matcap);
+  item(studio, Action::cavity, view.look.relief.cavity);
+  item(studio, Action::occlusion, view.look.relief.occlusion);
+  item(studio, Action::background);
+  item(studio, Action::references, view.references);
   item(studio, Action::influence, view.influence);
   item(studio, Action::region, view.region);
+  item(studio, Action::stretch, view.stretch != StretchView::off);
   item(studio, Action::cutting_plane, view.cut);
   ImGui::Separator();
   item(studio, Action::panels, view.panels);
@@ -122,6 +134,7 @@ void draw_edit_menu(Studio& studio) {
          studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
   }
   item(studio, Action::remesh, studio.settings().remesh);
+  item(studio, Action::remesh_last, false, !studio.shown().history.empty());
 }
 
 }  // namespace

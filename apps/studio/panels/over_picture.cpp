@@ -10,6 +10,7 @@
 #include "panels/widgets.h"
 #include "platform/file_list.h"
 #include "view/overlay.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -93,6 +94,8 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
                             PointerUse{"Invert the brush", "Ctrl+left button"},
+                            PointerUse{"Relax the surface", "Shift+left button"},
+                            PointerUse{"Relax the triangles only", "Ctrl+Shift+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
   if (!begin_keys(gui, "Pointer")) return;
   for (const PointerUse& gesture : preset == NavigationPreset::maya ? maya : blender) row(gesture.what, gesture.how);
@@ -176,6 +179,27 @@ void draw_help(Studio& studio, const Gui& gui) {
   if (!open) studio.view().help = false;
 }
 
+namespace {
+
+constexpr double kSecondsWithoutBar = 0.3;
+constexpr float kBarWidth = 150;
+
+// What is being done, and a bar where it is known how much of it is.
+void draw_work(const WorkStatus& work, const Gui& gui, float width) {
+  const std::string what = work.what.empty() ? "Working" : work.what;
+  const std::string text = fmt::format("{}... (Escape stops)", what);
+  const float left = width - (kBarWidth + 10) * gui.unit() - ImGui::CalcTextSize(text.c_str()).x;
+  ImGui::SameLine(std::max(left, 0.0F));
+  ImGui::TextDisabled("%s", text.c_str());
+  ImGui::SameLine(width - kBarWidth * gui.unit());
+  const std::string part =
+      work.fraction ? fmt::format("{:.0f}%", 100 * *work.fraction) : fmt::format("{:.0f} s", work.seconds);
+  ImGui::ProgressBar(static_cast<float>(work.fraction.value_or(0)),
+                     {(kBarWidth - 10) * gui.unit(), ImGui::GetTextLineHeight()}, part.c_str());
+}
+
+}  // namespace
+
 void draw_status(Studio& studio, const Gui& gui) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   const float height = ImGui::GetFrameHeight();
@@ -186,14 +210,24 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
   if (ImGui::Begin("Status", nullptr, kOverlay & ~ImGuiWindowFlags_AlwaysAutoResize)) {
     const DocumentState& shown = studio.shown();
-    const float room = size.x - (studio.is_busy() ? 110 : 10) * gui.unit();
+    const std::optional<WorkStatus> work = studio.work();
+    const bool is_long = work && work->seconds > kSecondsWithoutBar;
+    const float room = size.x - (is_long ? 2 * kBarWidth : 10) * gui.unit();
     ImGui::PushClipRect({0, size.y - height}, {room, size.y}, true);
     const std::string problem = shown.refusal.empty() ? Overlay::placement_problem(studio) : shown.refusal;
-    if (!shown.journal_trouble.empty()) {
+    if (const auto& turntable = studio.turntable()) {
+      ImGui::ProgressBar(static_cast<float>(turntable->next) / static_cast<float>(turntable->pictures),
+                         {220 * gui.unit(), 0},
+                         fmt::format("picture {} of {}", turntable->next, turntable->pictures).c_str());
+      ImGui::SameLine();
+      ImGui::TextDisabled("Recording a turntable. Escape stops it.");
+    } else if (!shown.journal_trouble.empty()) {
       ImGui::TextColored(kError, "%s", shown.journal_trouble.c_str());
     } else if (!problem.empty()) {
       ImGui::TextColored(kWarning, "%s", problem.c_str());
       help_on_hover(problem.c_str());
+    } else if (const std::string note = zone_note(studio); !note.empty()) {
+      ImGui::TextUnformatted(note.c_str());
     } else {
       const std::string hint =
           hint_of(studio.settings(), studio.placed(), turn_drag(studio.screen(), studio.settings(), studio.placed()));
@@ -201,10 +235,7 @@ void draw_status(Studio& studio, const Gui& gui) {
       ImGui::TextDisabled("%s", shown.opened != 0 ? text.c_str() : "No shape is open: File > New shape... or Open...");
     }
     ImGui::PopClipRect();
-    if (studio.is_busy()) {
-      ImGui::SameLine(size.x - 100 * gui.unit());
-      ImGui::TextDisabled("Working...");
-    }
+    if (is_long) draw_work(*work, gui, size.x);
   }
   ImGui::End();
   ImGui::PopStyleVar(3);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/tool/strain.h"
 #include "panels/layout.h"
 #include "platform/gui.h"
 #include "studio.h"
@@ -26,13 +27,12 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
-// An entry of the history whose strokes are being changed.
+// What is being typed or dragged in the history.
 struct HistoryEditor {
-  std::optional<std::size_t> entry;
-  std::uint64_t opened = 0;            // the shape it is of
-  std::vector<SessionStroke> strokes;  // as changed so far
-  std::string text;                    // the same as lines of a session, as typed
-  std::string problem;                 // why the text cannot be used; empty: it can
+  std::optional<std::size_t> renaming;  // the entry whose name is typed
+  std::string name;                     // as typed so far
+  bool is_beginning = false;            // the field is drawn for the first time
+  std::optional<double> percent;        // strength, while its slider is dragged
 };
 
 // Its left edge can be dragged.
@@ -41,7 +41,9 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, Histo
 // The parts of it.
 void draw_tool_settings(Studio& studio);
 void draw_symmetry(Studio& studio);
-void draw_view_settings(Studio& studio);
+void draw_view_settings(Studio& studio, const Gui& gui);
+void draw_look_settings(Studio& studio, const Gui& gui);
+void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
 
 // The part of the preferences' menu that is about the pointer. Returns whether something was changed.
@@ -71,6 +73,15 @@ void draw_help(Studio& studio, const Gui& gui);
 
 // A line at the bottom: what the tool is waiting for, whether work is under way, and what is wrong with the journal.
 void draw_status(Studio& studio, const Gui& gui);
+
+// What is known of stretches in the picture.
+struct Stretched {
+  bool is_known = false;                    // the stretch of the shape that is shown
+  std::optional<GreatestStretch> estimate;  // of what the tool is about to do
+};
+
+// The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke.
+void draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
 // Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {

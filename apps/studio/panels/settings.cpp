@@ -16,7 +16,7 @@ namespace {
 
 constexpr float kEdge = 7;  // points at the left of the panel that can be dragged
 
-bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn; }
+bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
 void draw_drag(ToolSettings& settings) {
   ImGui::TextUnformatted("Drag");
@@ -57,6 +57,8 @@ void draw_barrel_settings(Studio& studio) {
   ImGui::Checkbox("Automatic limb", &studio.settings().uses_barrel);
   help_on_hover("Moves only the finger, arm or leg that was clicked: what lies in the grey barrel. Off: everything.");
   const auto& placement = studio.placed().placement;
+  ImGui::Checkbox("Widen a zone that is too thin", &studio.settings().widens_zone);
+  help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
   if (!placement || !placement->barrel) return;
   if (placement->barrel->problem.empty()) {
     ImGui::TextDisabled("%s", fmt::format("The barrel has radius {:.3g}.", placement->barrel->radius).c_str());
@@ -73,7 +75,26 @@ void draw_handles(Studio& studio) {
   }
   ImGui::Checkbox("Lasso", &studio.settings().lasso);
   help_on_hover("Draw a line round the part. It takes both sides of the shape.");
+  ImGui::Checkbox("Do it anyway", &studio.settings().handles_anyway);
+  help_on_hover(
+      "Moves the handles even where the shape beside them would run aside or back over more than twice the distance.");
   if (ImGui::Button("Clear")) studio.clear_placed();
+}
+
+void draw_mask(Studio& studio) {
+  MaskMode& mode = studio.settings().mask_mode;
+  for (const MaskMode each : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
+    if (each != MaskMode::paint) ImGui::SameLine();
+    if (ImGui::RadioButton(name_of(each), mode == each)) mode = each;
+  }
+  constexpr std::array actions{std::pair{Action::mask_fill, "Fill"},     std::pair{Action::mask_clear, "Clear"},
+                               std::pair{Action::mask_invert, "Invert"}, std::pair{Action::mask_blur, "Blur"},
+                               std::pair{Action::mask_grow, "Grow"},     std::pair{Action::mask_shrink, "Shrink"}};
+  for (std::size_t i = 0; i < actions.size(); ++i) {
+    if (i % 3 != 0) ImGui::SameLine();
+    if (ImGui::Button(actions[i].second)) studio.perform(actions[i].first);
+    help_on_hover(keys_text(studio.preferences().keys, actions[i].first).c_str());
+  }
 }
 
 void draw_own_settings(Studio& studio) {
@@ -90,6 +111,7 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
+  if (tool.use == ToolUse::mask) draw_mask(studio);
 }
 
 // A length that may be left to be chosen by itself.
@@ -175,12 +197,9 @@ void draw_tool_settings(Studio& studio) {
   draw_remeshing(studio);
 }
 
-void draw_view_settings(Studio& studio) {
+void draw_view_settings(Studio& studio, const Gui& gui) {
   ViewSettings& view = studio.view();
-  constexpr std::array materials{render::Material::clay, render::Material::matcap, render::Material::flat};
-  choose_one("Shading", view.material, materials, [](render::Material material) {
-    return std::array{"Clay", "Matcap", "Flat"}[static_cast<std::size_t>(material)];
-  });
+  draw_look_settings(studio, gui);
   ImGui::Checkbox("Wireframe", &view.wireframe);
   ImGui::SameLine();
   ImGui::Checkbox("Tool", &view.tool);
@@ -188,6 +207,11 @@ void draw_view_settings(Studio& studio) {
   ImGui::Checkbox("Influence", &view.influence);
   ImGui::Checkbox("Region at the cursor", &view.region);
   help_on_hover("shows the inner and outer region of the tool as translucent surfaces (B)");
+  constexpr std::array stretches{StretchView::off, StretchView::since_start, StretchView::last_stroke};
+  choose_one("Stretch", view.stretch, stretches, [](StretchView since) {
+    return std::array{"Off", "Since the start", "By the last stroke"}[static_cast<std::size_t>(since)];
+  });
+  help_on_hover("colours the shape by how far its triangles are stretched");
   ImGui::Checkbox("Cutting plane", &view.cut);
   if (!view.cut) return;
   const double half = 0.5 * studio.shown().diagonal;
@@ -216,7 +240,8 @@ void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, Histo
     draw_edge(studio, gui, area);
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
     if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);
-    if (begin_part(studio, "view", "View")) draw_view_settings(studio);
+    if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
+    if (!studio.references().empty() && begin_part(studio, "references", "Reference images")) draw_references(studio);
     if (studio.view().history && begin_part(studio, "history", "History")) draw_history(studio, editor);
     ImGui::PopItemWidth();
   }

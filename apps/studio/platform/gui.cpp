@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <variant>
+
+#include "knead/render/live_view.h"
 
 namespace knead::studio {
 
@@ -37,6 +40,27 @@ void load_font(float height) {
     }
   }
   fonts.AddFontDefault(&config);
+}
+
+// Puts pictures of all matcaps beside the letters.
+std::array<int, render::kMatcapCount> load_balls(int size) {
+  std::array<int, render::kMatcapCount> rectangles{};
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  for (int& rectangle : rectangles) rectangle = fonts.AddCustomRectRegular(size, size);
+  unsigned char* pixels = nullptr;
+  int width = 0;
+  int height = 0;
+  fonts.GetTexDataAsRGBA32(&pixels, &width, &height);
+  for (std::size_t i = 0; i < rectangles.size(); ++i) {
+    const ImFontAtlasCustomRect& place = *fonts.GetCustomRectByIndex(rectangles[i]);
+    const render::Image ball = render::matcap_ball(render::all_matcaps()[i], size);
+    const std::size_t row = 4 * static_cast<std::size_t>(size);
+    for (int y = 0; y < size; ++y) {
+      unsigned char* const to = pixels + 4 * (static_cast<std::ptrdiff_t>(place.Y + y) * width + place.X);
+      std::memcpy(to, ball.pixels.data() + row * static_cast<std::size_t>(y), row);
+    }
+  }
+  return rectangles;
 }
 
 ImVec4 gray(float value, float alpha = 1) { return {value, value * 1.01F, value * 1.03F, alpha}; }
@@ -105,7 +129,7 @@ Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   ImGui::GetIO().MouseDoubleClickTime = 0.5F;  // also where pictures are slow
   set_style(unit_);
   load_font(kTextHeight * unit_);
-  ImGui::GetIO().Fonts->Build();
+  balls_ = load_balls(static_cast<int>(std::round(kTextHeight * unit_)));
 }
 
 Gui::~Gui() { ImGui::DestroyContext(); }
@@ -122,6 +146,16 @@ bool Gui::close_lists() {
   if (!ImGui::IsPopupOpen(nullptr, ImGuiPopupFlags_AnyPopup)) return false;
   ImGui::SetWindowFocus(nullptr);  // what is open above the focus closes
   return true;
+}
+
+void Gui::draw_ball(render::Matcap matcap) const {
+  ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
+  ImVec2 from;
+  ImVec2 to;
+  const ImFontAtlasCustomRect& place = *fonts.GetCustomRectByIndex(balls_[static_cast<std::size_t>(matcap)]);
+  fonts.CalcCustomRectUV(&place, &from, &to);
+  const float size = ImGui::GetFontSize();
+  ImGui::Image(fonts.TexID, {size, size}, from, to);
 }
 
 bool Gui::has_pointer() const { return ImGui::GetIO().WantCaptureMouse; }

@@ -1,9 +1,11 @@
 // Dear ImGui as Studio uses it: how it looks, and which events are for a panel. Needs no window (gui_backend.h).
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
+#include "knead/render/scene.h"
 #include "platform/event.h"
 
 namespace knead::studio {
@@ -35,6 +37,10 @@ class Gui {
   // Says whether a menu is open: then a click beside it only closes it, while a click beside an open list also acts.
   void set_menu_open(bool is_open) { is_menu_open_ = is_open; }
 
+  // A ball of the material, as high as a line of text, at the cursor.
+  void draw_ball(render::Matcap matcap) const;
+
+  // Pixels for one point of the design; texts are 15 points high.
   float unit() const { return unit_; }
 
   // Height of the menu bar, in pixels; known before the first frame.
@@ -45,7 +51,8 @@ class Gui {
 
   float unit_ = 1;
   bool is_menu_open_ = false;
-  std::vector<MouseButton> buttons_;  // held since they were pressed outside of the panels
+  std::array<int, render::kMatcapCount> balls_{};  // in the font's texture
+  std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;
 };
 

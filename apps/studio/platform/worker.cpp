@@ -1,5 +1,6 @@
 #include "platform/worker.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace knead::studio {
@@ -18,15 +19,16 @@ Worker::~Worker() {
   thread_.join();
 }
 
-void Worker::post(Job job) {
+void Worker::post(Job job, std::string what) {
   if (!has_thread_) {
-    perform({std::move(job)});
+    perform({std::move(job), 0, std::move(what)});
     when_idle_(progress_);
     return;
   }
   {
     const std::lock_guard lock(mutex_);
-    queue_.push_back({std::move(job)});
+    queue_.push_back({std::move(job), 0, std::move(what)});
+    if (is_idling_) progress_.cancel = true;
   }
   changed_.notify_all();
 }
@@ -41,18 +43,41 @@ std::uint64_t Worker::post_latest(Job job) {
   }
   if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
   queue_.push_back({std::move(job), number});
+  if (is_idling_) progress_.cancel = true;
   lock.unlock();
   changed_.notify_all();
   return number;
 }
 
 void Worker::perform(const Waiting& waiting) {
+  begin(waiting.what);
   if (waiting.latest != 0) {
     const std::lock_guard lock(mutex_);
     begun_latest_ = waiting.latest;
   }
-  progress_.done = 0;
   waiting.job(progress_);
+}
+
+void Worker::begin(std::string what) {
+  progress_.done = 0;
+  progress_.total = 0;
+  const std::lock_guard lock(mutex_);
+  what_ = std::move(what);
+  began_ = std::chrono::steady_clock::now();
+}
+
+void Worker::name(std::string what) {
+  const std::lock_guard lock(mutex_);
+  what_ = std::move(what);
+}
+
+std::optional<WorkStatus> Worker::status() const {
+  const std::lock_guard lock(mutex_);
+  if (!is_performing_) return std::nullopt;
+  WorkStatus status{what_, std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count(), {}};
+  const auto total = static_cast<double>(progress_.total.load());
+  if (total > 0) status.fraction = std::min(static_cast<double>(progress_.done.load()) / total, 1.0);
+  return status;
 }
 
 void Worker::run() {
@@ -64,7 +89,9 @@ void Worker::run() {
     if (queue_.empty()) {
       idle_is_due_ = false;
       progress_.cancel = false;
+      is_idling_ = true;
       lock.unlock();
+      begin({});
       when_idle_(progress_);
     } else {
       const Waiting waiting = std::move(queue_.front());
@@ -75,7 +102,7 @@ void Worker::run() {
     }
     lock.lock();
     is_performing_ = false;
-    if (queue_.empty() && !idle_is_due_) progress_.cancel = false;
+    if (std::exchange(is_idling_, false) || (queue_.empty() && !idle_is_due_)) progress_.cancel = false;
     changed_.notify_all();
   }
 }

@@ -1,16 +1,26 @@
 // One thread that does what takes time, so that the window never waits.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
 #include <functional>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "knead/flow/advect.h"
 
 namespace knead::studio {
+
+// What a thread is doing.
+struct WorkStatus {
+  std::string what;                // "Remeshing"; empty: nothing worth a name
+  double seconds = 0;              // since it began
+  std::optional<double> fraction;  // of it that is done, from 0 to 1; nothing: not known
+};
 
 // Jobs are done one after the other, in the order in which they were posted. They do not throw.
 class Worker {
@@ -18,13 +28,14 @@ class Worker {
   using Job = std::function<void(Progress&)>;
 
   // Without a thread every job is done where it is posted, for tests and scripts. `when_idle` is called whenever
-  // nothing is left to be done.
+  // nothing is left to be done; it is cancelled when another job is posted, and called again after that.
   explicit Worker(bool has_thread, Job when_idle);
   ~Worker();  // what was posted is done first
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  void post(Job job);
+  // `what` names the job for people.
+  void post(Job job, std::string what = {});
 
   // A job that replaces the one posted last where that is of this kind too and has not begun: of a drag, only the
   // latest place counts. Returns a number that grows.
@@ -34,6 +45,12 @@ class Worker {
   std::uint64_t begun() const;
 
   bool is_busy() const;
+
+  // Returns what is being done; nothing if that is nothing.
+  std::optional<WorkStatus> status() const;
+
+  // Names what is being done, from then on. For jobs that find out only when they have begun.
+  void name(std::string what);
 
   // Asks the job that is being done, and those waiting, to give up as soon as they can.
   void cancel();
@@ -45,16 +62,21 @@ class Worker {
   struct Waiting {
     Job job;
     std::uint64_t latest = 0;  // 0: not to be replaced
+    std::string what{};
   };
 
   void run();
   void perform(const Waiting& waiting);
+  void begin(std::string what);
 
   Job when_idle_;
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::deque<Waiting> queue_;
   bool is_performing_ = false;
+  bool is_idling_ = false;  // performing when_idle_
+  std::string what_;
+  std::chrono::steady_clock::time_point began_;
   bool is_ending_ = false;
   bool idle_is_due_ = false;
   std::uint64_t posted_latest_ = 0;

@@ -36,6 +36,9 @@ double half_weight_radius(double outer) {
 
 std::optional<Radii> radii_of(const ToolSettings& settings) {
   switch (settings.tool->use) {
+    case ToolUse::mask:
+      if (settings.mask_mode != MaskMode::paint) return std::nullopt;
+      return Radii{settings.radius, settings.inner_ratio * settings.radius};
     case ToolUse::pull:
       return Radii{settings.radius, settings.inner_ratio * settings.radius};
     case ToolUse::paint:

@@ -32,9 +32,12 @@ void extend(Box& box, const Vec3d& center, double radius) {
   box.extend(center + Vec3d{radius, radius, radius});
 }
 
-bool can_preview(const std::vector<SessionStroke>& strokes) {
-  return std::none_of(strokes.begin(), strokes.end(),
-                      [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
+// The GPU evaluates no mask.
+bool can_preview(const PendingStrokes& pending) {
+  return pending.start.mask.is_empty() &&
+         std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
+           return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke);
+         });
 }
 
 gpu::GpuOptions here(gpu::GpuOptions options) {
@@ -49,7 +52,7 @@ GpuPreview::GpuPreview(const gpu::GpuOptions& options) : gpu_(here(options)) {}
 bool GpuPreview::follow(const ShapeState& state, const PendingStrokes* pending, double diagonal,
                         render::LiveView& view) {
   if (state.mesh == nullptr) return false;
-  const bool previews = pending != nullptr && can_preview(pending->strokes);
+  const bool previews = pending != nullptr && can_preview(*pending);
   const ShapeState& base = previews ? pending->start : state;
   bool has_changed = take_state(base);
   if (!has_view_) {

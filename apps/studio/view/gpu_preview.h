@@ -32,9 +32,6 @@ class GpuPreview {
   // anything has changed since the last call.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
-  // Makes the next call of follow send everything, as a new view needs.
-  void forget_view() { has_view_ = false; }
-
   // Returns whether the picture shows strokes that the CPU has not applied.
   bool is_ahead() const { return !strokes_.empty(); }
 

@@ -10,6 +10,7 @@
 #include "knead/render/tool_picture.h"
 #include "view/influence.h"
 #include "view/labels.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 
@@ -17,12 +18,15 @@ namespace {
 
 constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
 constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
+constexpr render::Color kLayerPath{0.16f, 0.45f, 0.80f, 1};
+constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};
 constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
 constexpr double kInArrowRadius = 0.03;
-constexpr double kSameImage = 1e-9;        // of the radius: images that differ by less are one
-constexpr float kZeroHandleShade = 0.35f;  // shown in the outer region's green
+constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
+constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
+constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's green
 
 Box box_of(const DocumentState& shown) {
   Box box;
@@ -96,6 +100,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       break;
     case ToolUse::stamp:
     case ToolUse::handles:
+    case ToolUse::mask:
       break;
   }
   if (!stroke) return {};
@@ -160,6 +165,7 @@ unsigned planes_of_file(const std::string& file, const std::string& original) {
 }
 
 void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet) {
+  if (!is_flow(stroke)) return;
   render::DrawnTool tool;
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) {
     const std::optional<StampShape>& shape = studio.placed().stamp;
@@ -181,6 +187,25 @@ void add_placed_points(const Placed& placed, double radius, std::vector<render::
   };
   for (const Vec3d& p : placed.points) add({p, p + Vec3d{0, 1e-3 * radius, 0}});
   for (const auto& curve : placed.curves) add(curve);
+}
+
+// The paths of the selected entry, with its handles; the one under the pointer lighter.
+void add_layer_handles(const Studio& studio, double radius, std::vector<render::Line>& lines) {
+  if (!studio.layers().entry || studio.shown().looked_at) return;
+  const std::vector<LayerPath>& paths = studio.layers().paths;
+  const std::optional<LayerHandle> lit = studio.pointed_handle();
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (paths[i].points.size() > 1) {
+      lines.push_back({.points = paths[i].points, .radius = 0.35 * radius, .color = kLayerPath});
+    }
+    for (std::size_t k = 0; k < paths[i].handles.size(); ++k) {
+      const Vec3d place = paths[i].points[paths[i].handles[k]];
+      const bool is_lit = lit == LayerHandle{i, k};
+      lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}},
+                       .radius = (is_lit ? 1.6 : 1.2) * radius,
+                       .color = is_lit ? kLitHandle : kLayerPath});
+    }
+  }
 }
 
 void add_placed_stamp(const Studio& studio, const Sheet& sheet) {
@@ -255,21 +280,75 @@ void fade(render::Scene& parts) {
 
 }  // namespace
 
+namespace {
+
+// The line round what will be masked, as a curve in front of the shape.
+void add_mask_line(const Studio& studio, std::vector<render::Line>& lines) {
+  const std::vector<Pixel> line = studio.mask_line();
+  if (line.size() < 2) return;
+  const Screen screen = studio.screen();
+  const Vec3d forward = render::camera_frame(screen.camera).forward;
+  const Vec3d before = screen.camera.target - forward * studio.shown().diagonal;
+  render::Line drawn{.points = {}, .radius = 1.2 * pixel_size(screen, before), .color = kPlaced};
+  for (std::size_t i = 0; i <= line.size(); ++i) {
+    const Pixel& at = line[i % line.size()];
+    if (const auto p = on_plane(ray_through(screen, at.x, at.y), before, forward)) drawn.points.push_back(*p);
+  }
+  if (drawn.points.size() > 1) lines.push_back(std::move(drawn));
+}
+
+}  // namespace
+
+std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
+  const ShapeState& state = studio.shown().state;
+  if (studio.shown().opened == 0) return std::nullopt;
+  const bool is_same = mask_version_ == studio.shown().version && mask_mesh_ == state.mesh && !was_masking_;
+  if (is_same && !studio.is_masking()) return std::nullopt;
+  mask_version_ = studio.shown().version;
+  was_masking_ = studio.is_masking();
+  if (!was_masking_ && state.mask.shares(mask_) && mask_mesh_ == state.mesh && state.mask.is_empty()) {
+    if (!std::exchange(has_mask_, false)) return std::nullopt;
+  }
+  mask_ = state.mask;
+  mask_mesh_ = state.mesh;
+  std::vector<float> shades(state.positions.size());
+  const MaskValues& painted = studio.mask_values();
+  for (std::size_t v = 0; v < shades.size(); ++v) {
+    if (was_masking_ && v < painted.size()) shades[v] = static_cast<float>(painted[v]) / 255.0F;
+    if (!was_masking_ && !state.mask.is_empty()) {
+      shades[v] = static_cast<float>(1 - state.mask.at(state.positions[v]).value);
+    }
+  }
+  has_mask_ = std::any_of(shades.begin(), shades.end(), [](float shade) { return shade > 0; });
+  return shades;
+}
+
 render::LiveScene Overlay::scene(const Studio& studio) {
   const ViewSettings& view = studio.view();
   const DocumentState& shown = studio.shown();
   render::LiveScene scene;
   scene.camera = studio.screen().camera;
-  scene.material = view.material;
+  scene.material = view.look.material;
+  scene.matcap = view.look.matcap;
+  scene.relief = view.look.relief;
+  if (const auto background = render::background_named(view.look.background)) {
+    scene.background_top = background->top;
+    scene.background_bottom = background->bottom;
+  }
   scene.wireframe = view.wireframe;
+  scene.show_stretch = view.stretch != StretchView::off && studio.settings().tool->use != ToolUse::handles;
   scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
   if (shown.opened == 0) return scene;
+  if (view.references) scene.images = placed_images(studio.references(), studio.navigation().view);
   const Box box = box_of(shown);
   if (view.cut) {
     const Vec3d normal = normalized(view.cut_normal);
     scene.clip = render::Clip{normal, dot(normal, box.center()) + view.cut_offset};
   }
+  if (studio.turntable()) return scene;
   add_symmetry(studio, box, scene);
+  add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
+  add_mask_line(studio, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};
@@ -308,6 +387,22 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   return scene;
 }
 
+std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
+  const DocumentState& shown = studio.shown();
+  const StretchView since = studio.view().stretch;
+  const bool is_new = influenced_version_ != shown.version || stretched_ != since || !has_influence_;
+  const bool waits = studio.gesture() && shown.state.positions.size() > kStretchedAtOnce && stretched_ == since;
+  if (!is_new || waits) return std::nullopt;
+  influenced_version_ = shown.version;
+  stretched_ = since;
+  has_influence_ = true;
+  std::optional<std::vector<float>> values = stretches_shown(shown, since);
+  knows_stretch_ = values.has_value();
+  if (!values) return std::vector<float>{};
+  for (float& value : *values) value = shade_of_stretch(value);
+  return values;
+}
+
 std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
   const bool handles = studio.settings().tool->use == ToolUse::handles;
   if (handles) {
@@ -318,7 +413,13 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
     }
     influencing_.clear();
     has_influence_ = true;
+    stretched_ = StretchView::off;
     return values;
+  }
+  if (studio.view().stretch != StretchView::off) return stretch(studio);
+  if (std::exchange(stretched_, StretchView::off) != StretchView::off) {
+    influencing_.clear();
+    influenced_version_ = 0;
   }
   if (!studio.view().influence || studio.gesture() || studio.shown().opened == 0) {
     if (!std::exchange(has_influence_, false)) return std::nullopt;
@@ -338,6 +439,8 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
 }
 
 std::string Overlay::placement_problem(const Studio& studio) {
+  const auto* handles = studio.gesture() ? std::get_if<HandlesGesture>(&studio.gesture()->kind) : nullptr;
+  if (handles != nullptr) return refusal_of(*handles, studio.settings());
   const std::optional<Placement>& placement = studio.placed().placement;
   if (!studio.settings().tool->turning.takes_barrel || !studio.settings().uses_barrel || !placement ||
       !placement->barrel)

@@ -7,11 +7,6 @@ bool ShownShape::follow(const ShapeState& state, const PendingStrokes* pending, 
   return gpu_ ? gpu_->follow(state, pending, diagonal, view) : send(state, view);
 }
 
-void ShownShape::forget_view() {
-  state_ = {};
-  if (gpu_) gpu_->forget_view();
-}
-
 void ShownShape::use_cpu() {
   gpu_.reset();
   state_ = {};

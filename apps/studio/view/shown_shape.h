@@ -17,9 +17,6 @@ class ShownShape {
   // the CPU shows `state`. Returns whether anything has changed since the last call. Throws as GpuPreview.
   bool follow(const ShapeState& state, const PendingStrokes* pending, double diagonal, render::LiveView& view);
 
-  // Makes the next call of follow send everything, as a new view needs.
-  void forget_view();
-
   // Throws as GpuPreview; the CPU then remains in use.
   void use_gpu(const gpu::GpuOptions& options = {}) { gpu_.emplace(options); }
   void use_cpu();

@@ -10,6 +10,7 @@
 #include <variant>
 
 #include "knead/field/blend.h"
+#include "knead/field/mask.h"
 #include "knead/field/motion.h"
 #include "knead/field/region.h"
 
@@ -32,6 +33,16 @@ Vec3<T> velocity_where(const RegionValue<T>& r, const M& motion, const Threshold
   const Weight<T> w = blend_weight(r.value, thresholds);
   const MotionValue<T> inner = evaluate(motion, d);
   return mul_add(inner.velocity, w.value, cross(r.gradient, inner.potential) * w.derivative);
+}
+
+// Returns v under a mask: curl(m w (A - offset)) = m w u + (m dw/dr grad r + w grad m) x (A - offset).
+template <class T, class M, class S>
+Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Thresholds<S>& thresholds,
+                              const Vec3<T>& d, const MaskValue<T>& mask, const Vec3<S>& offset) {
+  const Weight<T> w = blend_weight(r.value, thresholds);
+  const MotionValue<T> inner = evaluate(motion, d);
+  const Vec3<T> across = mul_add(mask.gradient, w.value, r.gradient * (w.derivative * mask.value));
+  return mul_add(inner.velocity, w.value * mask.value, cross(across, inner.potential - Vec3<T>(offset)));
 }
 
 // Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains

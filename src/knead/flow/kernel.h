@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "knead/field/blend.h"
+#include "knead/field/mask_grid.h"
 #include "knead/flow/tableau.h"
 #include "knead/math/mat3.h"
 #include "knead/math/vec3.h"
@@ -142,11 +143,14 @@ struct FieldKernel {
   // Returns for how many. Null: the field has no cells.
   int (*follow)(const void* field, Bundle<S>& bundle) = nullptr;
   bool by_lanes = false;
+  bool limits_place = false;  // `limit` gives lengths and times too, not speeds alone
 };
 
 // A segment's field with its numbers in the scalar of the evaluation, and in double for what is known exactly.
 template <class S, template <class> class M, template <class> class R>
 struct KernelField {
+  using Plain = KernelField;
+
   M<S> motion;
   R<S> region;
   Thresholds<S> thresholds;
@@ -159,6 +163,13 @@ struct KernelField {
   double begin = 0;
   double end = 1;
   Mat3d whole_strain;  // exp((end - begin) M) of a strain
+};
+
+// The same under a mask.
+template <class S, template <class> class M, template <class> class R>
+struct MaskedKernelField : KernelField<S, M, R> {
+  MaskView<S> mask;  // about the field's centre at t = 0
+  Vec3<S> offset;    // of the potential
 };
 
 // The points of a set, one coordinate after the other, owned by whoever made the field.
@@ -232,6 +243,7 @@ enum RegionKind { kBall, kCapsule, kHalfSpace, kSet, kRegionKinds };
 template <class S>
 struct Kernels {
   FieldKernel<S> fields[kMotionKinds][kRegionKinds];
+  FieldKernel<S> masked[kMotionKinds][kRegionKinds];  // of a MaskedKernelField
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 

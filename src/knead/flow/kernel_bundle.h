@@ -60,8 +60,7 @@ class BundleField {
     if (segment_.kernel.limit != nullptr) segment_.kernel.limit(segment_.field, bundle_, from_start, limits_);
   }
 
-  // Pack kernels give hidden speeds at most; the other limits of theirs are the same everywhere.
-  KNEAD_INLINE bool is_limited_by_place() const { return is_limited() && segment_.kernel.by_lanes; }
+  KNEAD_INLINE bool is_limited_by_place() const { return is_limited() && segment_.kernel.limits_place; }
   KNEAD_INLINE bool is_limited() const { return segment_.kernel.limit != nullptr; }
   KNEAD_INLINE P hidden_speed(std::size_t i) const { return P::load(limits_.speed + i); }
   KNEAD_INLINE P longest_time(std::size_t i) const { return P::load(limits_.time + i); }

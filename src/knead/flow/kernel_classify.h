@@ -241,9 +241,10 @@ KNEAD_INLINE void add_where(std::uint32_t lanes, const Vec3<P>& displacement, co
   }
 }
 
-template <class P, class Field>
+// Under a mask no motion is known in closed form.
+template <class P, class Field, bool masked>
 [[gnu::flatten]] Classified classify(const void* data, const BlockTask& task) {
-  const Field& field = *static_cast<const Field*>(data);
+  const typename Field::Plain& field = *static_cast<const Field*>(data);  // what overloads are for
   const P begin(field.begin);
   const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
   Classified result;
@@ -266,7 +267,8 @@ template <class P, class Field>
       result.undecided |= std::uint64_t{outside & at.undecided} << i;
     }
     if (inside == 0) continue;
-    const Known<P> known = closed_form(field, d, r);
+    Known<P> known;
+    if constexpr (!masked) known = closed_form(field, d, r);
     const std::uint32_t closed = known.lanes & inside;
     if (closed != 0) {
       result.inside |= std::uint64_t{inside & ~closed} << i;

@@ -12,17 +12,34 @@ FieldKernel<typename P::Scalar> field_kernel() {
   using F = KernelField<S, M, R>;
   FieldKernel<S> kernel;
   kernel.stage = &stage<P, F, S>;
-  kernel.classify = &classify<PD, F>;
+  kernel.classify = &classify<PD, F, false>;
   if constexpr (std::is_same_v<R<S>, HalfSpace<S>>) kernel.limit = &limit_by_turning<P, F, S>;
   return kernel;
 }
 
+template <class P, class PD, template <class> class M, template <class> class R>
+FieldKernel<typename P::Scalar> masked_kernel() {
+  using S = typename P::Scalar;
+  using F = MaskedKernelField<S, M, R>;
+  FieldKernel<S> kernel;
+  kernel.stage = &masked_stage<P, F, S>;
+  kernel.classify = &classify<PD, F, true>;
+  kernel.limit = &limit_by_mask<P, F, S>;
+  if constexpr (std::is_same_v<R<S>, HalfSpace<S>>) kernel.limit = &limit_by_mask_and_turning<P, F, S>;
+  kernel.limits_place = true;
+  return kernel;
+}
+
 template <class P, class PD, template <class> class M>
-void add_motion(FieldKernel<typename P::Scalar> (&row)[kRegionKinds]) {
-  row[kBall] = field_kernel<P, PD, M, Ball>();
-  row[kCapsule] = field_kernel<P, PD, M, Capsule>();
-  row[kHalfSpace] = field_kernel<P, PD, M, HalfSpace>();
-  row[kSet] = field_kernel<P, PD, M, SetPoints>();
+void add_motion(Kernels<typename P::Scalar>& kernels, MotionKind kind) {
+  kernels.fields[kind][kBall] = field_kernel<P, PD, M, Ball>();
+  kernels.fields[kind][kCapsule] = field_kernel<P, PD, M, Capsule>();
+  kernels.fields[kind][kHalfSpace] = field_kernel<P, PD, M, HalfSpace>();
+  kernels.fields[kind][kSet] = field_kernel<P, PD, M, SetPoints>();
+  kernels.masked[kind][kBall] = masked_kernel<P, PD, M, Ball>();
+  kernels.masked[kind][kCapsule] = masked_kernel<P, PD, M, Capsule>();
+  kernels.masked[kind][kHalfSpace] = masked_kernel<P, PD, M, HalfSpace>();
+  kernels.masked[kind][kSet] = masked_kernel<P, PD, M, SetPoints>();
 }
 
 template <class P>
@@ -34,10 +51,10 @@ GroupCounts move_group(const SegmentTask<typename P::Scalar>& segment, const Gro
 template <class P, class PD>
 Kernels<typename P::Scalar> kernels_of() {
   Kernels<typename P::Scalar> kernels;
-  add_motion<P, PD, Translation>(kernels.fields[kTranslation]);
-  add_motion<P, PD, Rotation>(kernels.fields[kRotation]);
-  add_motion<P, PD, Twist>(kernels.fields[kTwist]);
-  add_motion<P, PD, Strain>(kernels.fields[kStrain]);
+  add_motion<P, PD, Translation>(kernels, kTranslation);
+  add_motion<P, PD, Rotation>(kernels, kRotation);
+  add_motion<P, PD, Twist>(kernels, kTwist);
+  add_motion<P, PD, Strain>(kernels, kStrain);
   kernels.move = &move_group<P>;
   return kernels;
 }

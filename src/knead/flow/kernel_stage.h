@@ -7,6 +7,7 @@
 #include "knead/field/point_sums.h"
 #include "knead/flow/kernel.h"
 #include "knead/flow/pack.h"
+#include "knead/flow/step_rule.h"
 
 namespace knead::detail {
 
@@ -122,6 +123,45 @@ template <class P, class Field, class S>
   }
 }
 
+// The same under a mask.
+template <class P, class Field, class S>
+[[gnu::flatten]] void masked_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const Field field = *static_cast<const Field*>(data);
+  const auto count = static_cast<std::size_t>(bundle.count);
+  for (std::size_t i = 0; i < count; i += P::kSize) {
+    P t = P::load(bundle.t + i);
+    Vec3<P> y = load<P>(bundle.base, i);
+    if (!stage.from_start) y = y + load<P>(bundle.moved, i);
+    if (stage.count > 0) {
+      const P h = P::load(bundle.h + i);
+      y = mul_add(combine<P>(bundle, stage, i), h, y);
+      t = mul_add(h, P(stage.c), t);
+    }
+    const Vec3<P> d = neg_mul_add(Vec3<P>(field.displacement), t, y);
+    const RegionValue<P> r = evaluate(field.region, d, t);
+    const MaskValue<P> m = evaluate_mask(field.mask, y);
+    store(masked_velocity_where(r, field.motion, field.thresholds, d, m, field.offset), bundle.k[stage.out], i);
+  }
+}
+
+// How long a step may be so that it passes no more of the mask's border than kMaskReach of its width.
+template <class P, class S>
+KNEAD_INLINE P longest_time_under(const MaskView<S>& mask, const Vec3<P>& y, const Vec3<P>& slope) {
+  const P reach = maximum(clearance(mask, y), P(S(kMaskReach)) * P(mask.width));
+  return step_rule::longest_step(sqrt(norm2(slope)), reach);
+}
+
+template <class P, class Field, class S>
+[[gnu::flatten]] void limit_by_mask(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+  const Field field = *static_cast<const Field*>(data);
+  const auto count = static_cast<std::size_t>(bundle.count);
+  for (std::size_t i = 0; i < count; i += P::kSize) {
+    Vec3<P> y = load<P>(bundle.base, i);
+    if (!from_start) y = y + load<P>(bundle.moved, i);
+    longest_time_under(field.mask, y, load<P>(bundle.k[0], i)).store(limits.time + i);
+  }
+}
+
 // |dr/dt| of a turning half-space at a resting point.
 template <class P, class Field, class S>
 [[gnu::flatten]] void limit_by_turning(const void* data, const Bundle<S>& bundle, bool from_start,
@@ -137,6 +177,12 @@ template <class P, class Field, class S>
     const P speed = P(field.region.turn_angle) * dot(cross(Vec3<P>(field.region.turn_axis), n), d);
     maximum(speed, -speed).store(limits.speed + i);
   }
+}
+
+template <class P, class Field, class S>
+void limit_by_mask_and_turning(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+  limit_by_mask<P, Field, S>(data, bundle, from_start, limits);
+  limit_by_turning<P, Field, S>(data, bundle, from_start, limits);
 }
 
 }  // namespace knead::detail

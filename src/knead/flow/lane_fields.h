@@ -94,13 +94,16 @@ struct FieldSum {
 template <class S, class F>
 struct WholeField {
   const Segment& segment;
-  double reach = 0;  // reach_of_step
+  double reach = 0;     // reach_of_step
+  bool masked = false;  // whether a mask acts
   F field;
 
   std::optional<double> next_contact(const void*& /*cell*/, const Vec3d& x, double t) const {
     return knead::next_contact(segment, x, t);
   }
-  std::optional<Vec3d> closed_form(const Vec3d& x) const { return knead::closed_form(segment, x); }
+  std::optional<Vec3d> closed_form(const Vec3d& x) const {
+    return masked ? std::nullopt : knead::closed_form(segment, x);
+  }
 
   Vec3<S> velocity(const Origin& origin, const LanePlace<S>& at) const {
     return field.velocity(origin.x0, at.moved, static_cast<double>(at.t));
@@ -114,9 +117,9 @@ struct CellField {
   SetCells<S> cells;
   bool is_short;  // one step may cross the whole segment, as far as the tool's own motion goes
 
-  CellField(const Segment& of, double tolerance)
+  CellField(const Segment& of, double tolerance, const SegmentMask& mask)
       : segment(of),
-        cells(of, tolerance),
+        cells(of, tolerance, mask),
         is_short(norm(of.displacement) * std::abs(of.end - of.begin) <= kThirdOrderReach * reach_of_step(of)) {}
 
   using Cell = const SetCell<S>*;

@@ -13,8 +13,8 @@
 
 namespace knead::detail {
 
-extern template BoundKernel<float> lane_kernel<float>(const Segment&, double);
-extern template BoundKernel<double> lane_kernel<double>(const Segment&, double);
+extern template BoundKernel<float> lane_kernel<float>(const Segment&, double, const SegmentMask&);
+extern template BoundKernel<double> lane_kernel<double>(const Segment&, double, const SegmentMask&);
 
 template <class S, class F>
 void lane_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
@@ -43,6 +43,30 @@ void limit_lanes(const void* data, const Bundle<S>& bundle, bool from_start, Ste
     limits.reach[lane] = std::min(static_cast<S>(field.reach), static_cast<S>(kHandlesReach) * width);
     if (blended) limits.time[lane] = step_rule::longest_blended_step(bundle.t[lane]);
   }
+}
+
+// As limit_by_mask of pack kernels, besides the other limits.
+template <class S>
+void lower_by_mask(const MaskView<S>& mask, const Vec3d& center, const Bundle<S>& bundle, bool from_start,
+                   StepLimits<S>& limits) {
+  for (std::size_t lane = 0; lane < static_cast<std::size_t>(bundle.count); ++lane) {
+    if (!bundle.asked.has(lane)) continue;
+    const Vec3<S> moved = from_start ? Vec3<S>{} : lane_of(bundle.moved, lane);
+    const S reach = std::max(clearance(mask, Vec3<S>(bundle.origins[lane].x0 - center) + moved),
+                             static_cast<S>(kMaskReach) * mask.width);
+    const S longest = step_rule::longest_step(norm(lane_of(bundle.k[0], lane)), reach);
+    limits.time[lane] = std::min(limits.time[lane], longest);
+  }
+}
+
+// Of a masked segment.
+template <class S, class F>
+void limit_masked_lanes(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+  const Segment& segment = static_cast<const F*>(data)->segment;
+  for (std::size_t lane = 0; lane < kBundle; ++lane) limits.time[lane] = std::numeric_limits<S>::max();
+  if constexpr (!std::is_same_v<F, CellField<S>>) limit_lanes<S, F>(data, bundle, from_start, limits);
+  const Vec3d& center = segment.fields.front().center;
+  lower_by_mask(view_of<S>(segment.mask, center), center, bundle, from_start, limits);
 }
 
 template <class F>
@@ -101,9 +125,10 @@ int follow_cells(const void* data, Bundle<S>& bundle) {
 }
 
 template <class S, class F>
-BoundKernel<S> bound(std::shared_ptr<const F> field) {
+BoundKernel<S> bound(std::shared_ptr<const F> field, bool masked) {
   BoundKernel<S> result;
   result.kernel.by_lanes = true;
+  result.kernel.limits_place = true;
   result.kernel.stage = &lane_stage<S, F>;
   result.kernel.classify = &classify_lanes<F>;
   if constexpr (std::is_same_v<F, CellField<S>>) {
@@ -111,6 +136,7 @@ BoundKernel<S> bound(std::shared_ptr<const F> field) {
   } else {
     result.kernel.limit = &limit_lanes<S, F>;
   }
+  if (masked) result.kernel.limit = &limit_masked_lanes<S, F>;
   result.next_contact = &contact_or_never<F>;
   result.contact_data = field.get();
   result.field = std::move(field);
@@ -118,9 +144,10 @@ BoundKernel<S> bound(std::shared_ptr<const F> field) {
 }
 
 template <class S, class F>
-BoundKernel<S> whole_field(const Segment& segment, F field) {
+BoundKernel<S> whole_field(const Segment& segment, bool masked, F field) {
   using Whole = WholeField<S, F>;
-  return bound<S, Whole>(std::make_shared<const Whole>(Whole{segment, reach_of_step(segment), std::move(field)}));
+  return bound<S, Whole>(
+      std::make_shared<const Whole>(Whole{segment, reach_of_step(segment), masked, std::move(field)}), masked);
 }
 
 // A motion or region with its numbers in the scalar S; the caller's own stay as they are.
@@ -148,30 +175,33 @@ CustomRegion in_scalar(const CustomRegion& region) {
 
 // Calls body with the field as a SingleField of the right types: the dispatch on the variants, once per segment.
 template <class S, class Body>
-auto with_field(const Segment& segment, const Field& field, const Body& body) {
+auto with_field(const Segment& segment, const SegmentMask& mask, std::size_t index, const Body& body) {
+  const Field& field = segment.fields[index];
   return std::visit(
       [&](const auto& m, const auto& r) {
         auto motion = in_scalar<S>(m);
         auto region = in_scalar<S>(r);
         return body(SingleField<S, decltype(motion), decltype(region)>{
             std::move(motion), std::move(region), static_cast<Thresholds<S>>(field.thresholds), field.center,
-            Vec3<S>(segment.displacement), segment.time_law == TimeLaw::blended});
+            Vec3<S>(segment.displacement), segment.time_law == TimeLaw::blended,
+            mask.acts ? view_of<S>(segment.mask, field.center) : MaskView<S>{},
+            mask.acts ? Vec3<S>(mask.offsets[index]) : Vec3<S>{}});
       },
       field.motion, field.region);
 }
 
 template <class S>
-BoundKernel<S> lane_kernel(const Segment& segment, double tolerance) {
+BoundKernel<S> lane_kernel(const Segment& segment, double tolerance, const SegmentMask& mask) {
   if (is_of_sets(segment)) {
-    return bound<S, CellField<S>>(std::make_shared<const CellField<S>>(segment, tolerance));
+    return bound<S, CellField<S>>(std::make_shared<const CellField<S>>(segment, tolerance, mask), mask.acts);
   }
   if (segment.fields.size() == 1) {
-    return with_field<S>(segment, segment.fields.front(),
-                         [&](auto field) { return whole_field<S>(segment, std::move(field)); });
+    return with_field<S>(segment, mask, 0,
+                         [&](auto field) { return whole_field<S>(segment, mask.acts, std::move(field)); });
   }
   FieldSum<S> sum;
-  for (const Field& field : segment.fields) {
-    sum.parts.push_back(with_field<S>(segment, field, [](const auto& field_in_s) {
+  for (std::size_t i = 0; i < segment.fields.size(); ++i) {
+    sum.parts.push_back(with_field<S>(segment, mask, i, [](const auto& field_in_s) {
       using Part = typename FieldSum<S>::Part;
       return Part{
           [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.velocity(x0, moved, t); },
@@ -181,7 +211,7 @@ BoundKernel<S> lane_kernel(const Segment& segment, double tolerance) {
           [field_in_s](const Vec3d& x0, const Vec3<S>& moved, double t) { return field_in_s.width(x0, moved, t); }};
     }));
   }
-  return whole_field<S>(segment, std::move(sum));
+  return whole_field<S>(segment, mask.acts, std::move(sum));
 }
 
 }  // namespace knead::detail

@@ -2,6 +2,6 @@
 
 namespace knead::detail {
 
-template BoundKernel<double> lane_kernel<double>(const Segment&, double);
+template BoundKernel<double> lane_kernel<double>(const Segment&, double, const SegmentMask&);
 
 }  // namespace knead::detail

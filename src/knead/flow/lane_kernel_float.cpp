@@ -2,6 +2,6 @@
 
 namespace knead::detail {
 
-template BoundKernel<float> lane_kernel<float>(const Segment&, double);
+template BoundKernel<float> lane_kernel<float>(const Segment&, double, const SegmentMask&);
 
 }  // namespace knead::detail

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <xsimd/xsimd.hpp>
 
 #include "knead/math/scalar.h"
@@ -115,6 +116,61 @@ KNEAD_INLINE Batch square_root(const Batch& a) {
   return xsimd::sqrt(a);
 }
 
+// Reads the words at `count` offsets in bytes.
+template <std::size_t count>
+KNEAD_INLINE void gather_words(const std::uint8_t* from, const std::int32_t* offset, std::uint32_t* to) {
+#if defined(__AVX2__)
+  const int* const base = reinterpret_cast<const int*>(from);
+#if defined(__AVX512F__)
+  if constexpr (count == 16) {
+    _mm512_storeu_si512(to, _mm512_i32gather_epi32(_mm512_loadu_si512(offset), from, 1));
+    return;
+  }
+#endif
+  if constexpr (count == 8) {
+    const __m256i at = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(offset));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_i32gather_epi32(base, at, 1));
+  } else if constexpr (count == 4) {
+    const __m128i at = _mm_loadu_si128(reinterpret_cast<const __m128i*>(offset));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm_i32gather_epi32(base, at, 1));
+  }
+#else
+  for (std::size_t k = 0; k < count; ++k) std::memcpy(to + k, from + offset[k], 4);
+#endif
+}
+
+// Converts the bytes of words from a bit on.
+template <std::size_t count, class S>
+KNEAD_INLINE void bytes_as_numbers(const std::uint32_t* words, int bit, S* to) {
+#if defined(__AVX2__)
+#if defined(__AVX512F__)
+  if constexpr (count == 16) {
+    const __m512i bytes = _mm512_and_si512(_mm512_srli_epi32(_mm512_loadu_si512(words), static_cast<unsigned>(bit)),
+                                           _mm512_set1_epi32(255));
+    _mm512_storeu_ps(to, _mm512_cvtepi32_ps(bytes));
+    return;
+  }
+  if constexpr (count == 8 && sizeof(S) == 8) {
+    const __m256i loaded = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
+    const __m256i bytes = _mm256_and_si256(_mm256_srli_epi32(loaded, bit), _mm256_set1_epi32(255));
+    _mm512_storeu_pd(to, _mm512_cvtepi32_pd(bytes));
+    return;
+  }
+#endif
+  if constexpr (count == 8 && sizeof(S) == 4) {
+    const __m256i loaded = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(words));
+    const __m256i bytes = _mm256_and_si256(_mm256_srli_epi32(loaded, bit), _mm256_set1_epi32(255));
+    _mm256_storeu_ps(to, _mm256_cvtepi32_ps(bytes));
+  } else if constexpr (count == 4) {
+    const __m128i loaded = _mm_loadu_si128(reinterpret_cast<const __m128i*>(words));
+    const __m128i bytes = _mm_and_si128(_mm_srli_epi32(loaded, bit), _mm_set1_epi32(255));
+    _mm256_storeu_pd(to, _mm256_cvtepi32_pd(bytes));
+  }
+#else
+  for (std::size_t k = 0; k < count; ++k) to[k] = static_cast<S>(words[k] >> bit & 255U);
+#endif
+}
+
 template <class S, class Arch>
 struct PackMask {
   xsimd::batch_bool<S, Arch> v;
@@ -143,6 +199,19 @@ struct Pack {
 
   KNEAD_INLINE static Pack load(const S* from) { return Pack(Batch::load_unaligned(from)); }
   KNEAD_INLINE void store(S* to) const { v.store_unaligned(to); }
+
+  // Reads the four bytes at each offset, as words.
+  KNEAD_INLINE static void gather(const std::uint8_t* from, const std::int32_t (&offset)[kSize],
+                                  std::uint32_t (&to)[kSize]) {
+    gather_words<kSize>(from, offset, to);
+  }
+
+  // Returns the bytes of this index, 0: the lowest, of words.
+  KNEAD_INLINE static Pack from_bytes(const std::uint32_t (&words)[kSize], int index) {
+    S numbers[kSize];
+    bytes_as_numbers<kSize>(words, 8 * index, numbers);
+    return load(numbers);
+  }
 
   KNEAD_INLINE friend Pack operator+(const Pack& a, const Pack& b) { return Pack(a.v + b.v); }
   KNEAD_INLINE friend Pack operator-(const Pack& a, const Pack& b) { return Pack(a.v - b.v); }

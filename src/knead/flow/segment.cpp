@@ -106,6 +106,11 @@ void check(const Segment& segment) {
 
 }  // namespace
 
+Flow masked(Flow flow, const Mask& mask) {
+  for (Segment& segment : flow.segments) segment.mask = mask;
+  return flow;
+}
+
 Flow inverse(const Flow& flow) {
   Flow result = flow;
   std::reverse(result.segments.begin(), result.segments.end());

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "knead/field/field.h"
+#include "knead/field/mask.h"
 
 namespace knead {
 
@@ -29,6 +30,7 @@ struct Segment {
   Vec3d displacement{0, 0, 0};
   TimeLaw time_law = TimeLaw::swept;
   std::optional<SegmentBarrel> barrel;
+  Mask mask;  // of all fields
   double begin = 0;
   double end = 1;
 
@@ -41,6 +43,11 @@ struct Flow {
 
   friend bool operator==(const Flow&, const Flow&) = default;
 };
+
+// Returns the flow with the mask on all of its segments. Each field's vector potential gets a constant of its own where
+// the mask is in its reach, so that little flows along the mask's border (docs/mathematics.md); it does not depend on
+// `begin` and `end`.
+Flow masked(Flow flow, const Mask& mask);
 
 // Returns the flow that moves every point back.
 Flow inverse(const Flow& flow);

@@ -1,6 +1,7 @@
 #include "knead/flow/segment_mover.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -82,11 +83,15 @@ void surround(SetPoints<S>& to, const PointSet<double>& set, const Segment& segm
 // A kernel's field and everything that it points to; never copied.
 template <class S, template <class> class M, template <class> class R>
 struct OwnedField {
-  KernelField<S, M, R> field;
+  MaskedKernelField<S, M, R> field;
   OwnedSet<S> set;
 
-  OwnedField(const Segment& segment, const M<double>& motion, const auto& region) {
+  OwnedField(const Segment& segment, const SegmentMask& mask, const M<double>& motion, const auto& region) {
     const Field& from = segment.fields.front();
+    if (mask.acts) {
+      field.mask = view_of<S>(segment.mask, from.center);
+      field.offset = Vec3<S>(mask.offsets.front());
+    }
     field.motion = static_cast<M<S>>(motion);
     field.exact_motion = motion;
     if constexpr (std::is_same_v<R<S>, SetPoints<S>>) {
@@ -147,24 +152,25 @@ void with_kinds(const Field& field, const Body& body) {
 }
 
 template <class S, template <class> class M, template <class> class R>
-std::shared_ptr<const void> own_field(const Segment& segment, const M<double>& motion, RegionTag<R> /*kind*/,
-                                      const auto& region) {
-  auto owned = std::make_shared<const OwnedField<S, M, R>>(segment, motion, region);
-  return {owned, &owned->field};
+std::shared_ptr<const void> own_field(const Segment& segment, const SegmentMask& mask, const M<double>& motion,
+                                      RegionTag<R> /*kind*/, const auto& region) {
+  auto owned = std::make_shared<const OwnedField<S, M, R>>(segment, mask, motion, region);
+  if (mask.acts) return {owned, &owned->field};
+  return {owned, static_cast<const KernelField<S, M, R>*>(&owned->field)};
 }
 
 template <class S>
-BoundKernel<S> pack_kernel(const Segment& segment, const Kernels<S>& kernels) {
+BoundKernel<S> pack_kernel(const Segment& segment, const SegmentMask& mask, const Kernels<S>& kernels) {
   BoundKernel<S> result;
   with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
                                          auto region_tag, const auto& region) {
-    result.kernel = kernels.fields[motion_kind][region_kind];
-    result.field = own_field<S>(segment, motion, region_tag, region);
+    result.kernel = (mask.acts ? kernels.masked : kernels.fields)[motion_kind][region_kind];
+    result.field = own_field<S>(segment, mask, motion, region_tag, region);
   });
   result.next_contact = &contact_or_never;
   result.contact_data = &segment;
   const auto* space = std::get_if<HalfSpace<double>>(&segment.fields.front().region);
-  if (space != nullptr && space->turn_angle == 0) result.kernel.limit = nullptr;
+  if (space != nullptr && space->turn_angle == 0 && !mask.acts) result.kernel.limit = nullptr;
   return result;
 }
 
@@ -198,6 +204,23 @@ SegmentTask<S> task_of(const Segment& segment, double tolerance) {
   return task;
 }
 
+// The members of the live blocks that the mask does not hold.
+std::array<std::uint64_t, kBlocksPerGroup> without_held(const LiveGroup& group, const Mask& mask) {
+  std::array<std::uint64_t, kBlocksPerGroup> members{};
+  for (int k = 0; k < group.block_count; ++k) {
+    const std::size_t block = group.blocks[k];
+    members[block] = group.members[block];
+    for (std::uint64_t rest = members[block]; rest != 0; rest &= rest - 1) {
+      const auto bit = static_cast<std::size_t>(__builtin_ctzll(rest));
+      const std::size_t i = block * kBlock + bit;
+      if (mask.holds({group.points.x[i], group.points.y[i], group.points.z[i]})) {
+        members[block] &= ~(std::uint64_t{1} << bit);
+      }
+    }
+  }
+  return members;
+}
+
 // Everything that a segment's points are moved with.
 template <class S>
 struct KernelMover {
@@ -206,8 +229,14 @@ struct KernelMover {
   SegmentTask<S> task;
   GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
 
+  Mask mask;  // empty unless it acts
+
   KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
-      : bound(has_pack_kernel(segment) ? pack_kernel<S>(segment, kernels) : lane_kernel<S>(segment, options.tolerance)),
+      : KernelMover(segment, mask_on(segment), options, kernels) {}
+  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
+              const Kernels<S>& kernels)
+      : bound(has_pack_kernel(segment) ? pack_kernel<S>(segment, mask_of, kernels)
+                                       : lane_kernel<S>(segment, options.tolerance, mask_of)),
         method(method_of<S>(options.integrator)),
         task(task_of<S>(segment, options.tolerance)),
         move(kernels.move) {
@@ -216,6 +245,9 @@ struct KernelMover {
     task.method = &method;
     task.next_contact = bound.next_contact;
     task.contact_data = bound.contact_data;
+    if (!mask_of.acts) return;
+    mask = segment.mask;
+    task.carries = false;  // the tool may carry a point to the border
   }
   KernelMover(const KernelMover&) = delete;
   KernelMover& operator=(const KernelMover&) = delete;
@@ -223,8 +255,11 @@ struct KernelMover {
 
   GroupCounts operator()(const LiveGroup& group) const {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
-    return move(task, {group.points, group.members, group.blocks, group.block_count, group.between, group.steps,
-                       group.moved, bundle.get()});
+    std::array<std::uint64_t, kBlocksPerGroup> free{};
+    if (!mask.is_empty()) free = without_held(group, mask);
+    const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
+    return move(task, {group.points, members, group.blocks, group.block_count, group.between, group.steps, group.moved,
+                       bundle.get()});
   }
 };
 

@@ -6,6 +6,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/flow/kernels_in_use.h"
+#include "knead/flow/masked.h"
 
 namespace knead::detail {
 
@@ -39,7 +40,7 @@ struct BoundKernel {
 
 // The kernel that evaluates a segment's path lines one by one (lane_kernel.h). The segment must outlive it.
 template <class S>
-BoundKernel<S> lane_kernel(const Segment& segment, double tolerance);
+BoundKernel<S> lane_kernel(const Segment& segment, double tolerance, const SegmentMask& mask);
 
 // Whether a kernel evaluates the segment's path lines in packs.
 bool has_pack_kernel(const Segment& segment);

@@ -13,6 +13,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// A mask's border makes the flow at most so much faster; where it does, the stroke is warned of.
+constexpr double kMaskedSpeed = 3;
+
 // Cells to the width of the narrowest field's support, and at most so many in all.
 constexpr double kCellsToOuter = 6;
 constexpr double kMostCells = 1 << 18;
@@ -72,12 +75,16 @@ bool is_of_sets(const Segment& segment) {
 }
 
 template <class S>
-SetCells<S>::SetCells(const Segment& segment, double tolerance)
+SetCells<S>::SetCells(const Segment& segment, double tolerance, const SegmentMask& mask)
     : anchor_(segment.fields.front().center),
       displacement_(segment.displacement),
       duration_(segment.barrel ? 1 : std::abs(segment.end - segment.begin)) {
   const double error = kSumsShareOfTolerance * tolerance / static_cast<double>(segment.fields.size());
   for (const Field& field : segment.fields) parts_.push_back(make_part(field, error));
+  for (std::size_t i = 0; mask.acts && i < parts_.size(); ++i) {
+    parts_[i].field.mask = view_of<S>(segment.mask, segment.fields[i].center);
+    parts_[i].field.offset = Vec3<S>(mask.offsets[i]);
+  }
   lay_grid();
 }
 
@@ -91,8 +98,14 @@ typename SetCells<S>::Part SetCells<S>::make_part(const Field& field, double err
   const auto& motion = std::get<Translation<double>>(field.motion);
   const auto& set = std::get<PointSet<double>>(field.region);
   const bool listed = set.points.size() >= kFewPoints;
-  Part part{{static_cast<Translation<S>>(motion), packed<S>(set), static_cast<Thresholds<S>>(field.thresholds),
-             field.center, Vec3<S>(displacement_)},
+  Part part{{static_cast<Translation<S>>(motion),
+             packed<S>(set),
+             static_cast<Thresholds<S>>(field.thresholds),
+             field.center,
+             Vec3<S>(displacement_),
+             false,
+             {},
+             {}},
             field.center - anchor_,
             bounding_box(set.points),
             0,
@@ -119,6 +132,7 @@ void SetCells<S>::lay_grid() {
     width = std::min(width, own_width);
     speed += norm(Vec3d(part.field.motion.velocity)) * (1 + greatest_slope(0) / own_width * arm);
   }
+  if (!parts_.front().field.mask.is_empty()) speed *= kMaskedSpeed;
   speed += norm(displacement_);
   const double whole_path = speed * duration_;
   size_ = outer / kCellsToOuter;

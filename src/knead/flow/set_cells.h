@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "knead/field/packed_set.h"
+#include "knead/flow/masked.h"
 #include "knead/flow/point_tree.h"
 #include "knead/flow/single_field.h"
 #include "knead/math/box.h"
@@ -39,7 +40,7 @@ struct SetCell {
 template <class S>
 class SetCells {
  public:
-  SetCells(const Segment& segment, double tolerance);
+  SetCells(const Segment& segment, double tolerance, const SegmentMask& mask = {});
   SetCells(const SetCells&) = delete;
   SetCells& operator=(const SetCells&) = delete;
   ~SetCells();

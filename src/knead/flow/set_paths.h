@@ -23,7 +23,7 @@ struct SetPlaces {
 template <class S>
 bool takes_several(const SetCell<S>& cell) {
   return std::all_of(cell.fields.begin(), cell.fields.end(),
-                     [](const SetField<S>& field) { return field.region.curves->empty(); });
+                     [](const SetField<S>& field) { return field.region.curves->empty() && field.mask.is_empty(); });
 }
 
 // The velocity at every place. One place's bits do not depend on the others. Not a number where sums overflow.

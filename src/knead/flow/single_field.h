@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "knead/field/mask_grid.h"
 #include "knead/flow/segment.h"
 
 namespace knead::detail {
@@ -54,13 +55,25 @@ struct SingleField {
   Vec3d center;
   Vec3<S> displacement;
   bool blended = false;
+  MaskView<S> mask{};  // empty: none
+  Vec3<S> offset{};    // of the potential, under a mask
 
   Vec3<S> velocity(const Vec3d& x0, const Vec3<S>& moved, double t) const {
     const auto s = static_cast<S>(t);
     const Vec3<S> d = Vec3<S>(x0 - center) + moved;
+    if (!mask.is_empty()) return masked_velocity(d, s);
     if (!blended) return knead::velocity(motion, region, thresholds, d - displacement * s, s);
     return knead::velocity(motion, region, thresholds, d, s) * (S(1) - s) +
            knead::velocity(motion, region, thresholds, d - displacement, s) * s;
+  }
+
+  Vec3<S> masked_velocity(const Vec3<S>& d, const S& t) const {
+    const MaskValue<S> m = evaluate_mask(mask, d);
+    const auto at = [&](const Vec3<S>& from, const S& time) {
+      return masked_velocity_where(evaluate(region, from, time), motion, thresholds, from, m, offset);
+    };
+    if (!blended) return at(d - displacement * t, t);
+    return at(d, t) * (S(1) - t) + at(d - displacement, t) * t;
   }
 
   // A speed at which r may change besides that of the point relative to the tool's frame: by turning, or by the part of

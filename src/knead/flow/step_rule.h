@@ -26,6 +26,10 @@ inline constexpr double kReach = 0.16;
 inline constexpr double kCapsuleReach = 0.06;
 inline constexpr double kHandlesReach = 0.3;
 
+// How much of the width of a mask's border a step may pass: two cells of its spline. From a place that is farther from
+// the border a step may go up to the border.
+inline constexpr double kMaskReach = 0.25;
+
 // Steps are never shorter than this part of the longest, or of the segment: there the estimate is rounding, which no
 // step size mends (docs/decisions/0005-step-control.md).
 template <class S>

@@ -7,8 +7,10 @@
 #include <optional>
 
 #include "knead/field/dual.h"
+#include "knead/field/mask_grid.h"
 #include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
+#include "knead/flow/masked.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
 #include "knead/math/error.h"
@@ -23,8 +25,14 @@ struct Slope {
   Mat3d gradient{{}, {}, {}};
 };
 
+// The mask at a place, and what it takes from a field's potential; null: no mask acts.
+struct MaskThere {
+  MaskValue<Dual> value;
+  Vec3d offset;
+};
+
 // v of one field at d from its centre where that rests.
-Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t) {
+Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t, const MaskThere* mask) {
   return std::visit(
       [&](const auto& motion, const auto& region) -> Vec3<Dual> {
         constexpr bool own = std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> ||
@@ -32,21 +40,27 @@ Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t) {
         if constexpr (own) {
           throw InvalidInput("the derivatives of a custom motion or region are not known; use another field");
         } else {
-          return velocity(motion, region, field.thresholds, d, Dual(t));
+          if (mask == nullptr) return velocity(motion, region, field.thresholds, d, Dual(t));
+          const RegionValue<Dual> r = evaluate(region, d, Dual(t));
+          return masked_velocity_where(r, motion, field.thresholds, d, mask->value, mask->offset);
         }
       },
       field.motion, field.region);
 }
 
-Slope slope_at(const Segment& segment, const Vec3d& x, double t) {
+Slope slope_at(const Segment& segment, const detail::SegmentMask& mask, const Vec3d& x, double t) {
   Vec3<Dual> sum{};
-  for (const Field& field : segment.fields) {
+  for (std::size_t i = 0; i < segment.fields.size(); ++i) {
+    const Field& field = segment.fields[i];
     const Vec3<Dual> d = variables(x - field.center);
+    MaskThere there;
+    if (mask.acts) there = {evaluate_mask(detail::view_of<double>(segment.mask, field.center), d), mask.offsets[i]};
+    const MaskThere* const m = mask.acts ? &there : nullptr;
     if (segment.time_law == TimeLaw::swept) {
-      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement * t), t);
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement * t), t, m);
     } else {
-      sum += velocity_of(field, d, 0) * Dual(1 - t);
-      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement), 0) * Dual(t);
+      sum += velocity_of(field, d, 0, m) * Dual(1 - t);
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement), 0, m) * Dual(t);
     }
   }
   return {values(sum), {sum.x.g, sum.y.g, sum.z.g}};
@@ -72,13 +86,15 @@ class DriftLine {
         tableau_(tableau(options.integrator)),
         tolerance_(detail::kErrorShare * options.tolerance),
         direction_(segment.end >= segment.begin ? 1 : -1),
-        reach_(detail::reach_of_step(segment)) {}
+        reach_(detail::reach_of_step(segment)),
+        mask_(detail::mask_on(segment)) {}
 
   void run(Vec3d& x, Mat3d& jacobian) {
     if (is_outside_barrel(x)) return;
     std::optional<double> contact = next_contact(segment_, x, segment_.begin);
     if (!contact) return;
-    if (const std::optional<Vec3d> known = closed_form(segment_, x)) {
+    if (mask_.acts && segment_.mask.holds(x)) return;
+    if (const std::optional<Vec3d> known = mask_.acts ? std::nullopt : closed_form(segment_, x)) {
       x += *known;
       return;
     }
@@ -87,7 +103,7 @@ class DriftLine {
     double t = *contact;
     double trial = std::abs(segment_.end - t);
     for (int steps = 0; (segment_.end - t) * direction_ > 0 && steps < kMostSteps; ++steps) {
-      if (steps > 0 && slope_at(segment_, x_, t).velocity == Vec3d{}) {
+      if (steps > 0 && slope_at(segment_, mask_, x_, t).velocity == Vec3d{}) {
         contact = next_contact(segment_, x_, t);
         if (!contact) break;
         t = *contact;
@@ -143,7 +159,7 @@ class DriftLine {
   }
 
   void evaluate(int stage, double t, const Vec3d& offset, const Mat3d& jacobian) {
-    const Slope slope = slope_at(segment_, x_ + offset, t);
+    const Slope slope = slope_at(segment_, mask_, x_ + offset, t);
     slopes_[stage] = slope.velocity;
     rates_[stage] = slope.gradient * jacobian;
   }
@@ -172,6 +188,7 @@ class DriftLine {
   double tolerance_ = 0;
   double direction_ = 1;
   double reach_ = 0;
+  detail::SegmentMask mask_;
   Vec3d x_{};
   Mat3d jacobian_;
   std::array<Vec3d, Tableau::kMaxStages> slopes_{};

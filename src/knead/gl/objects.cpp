@@ -16,7 +16,6 @@ void delete_buffer(GLuint name) { glDeleteBuffers(1, &name); }
 void delete_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
 void delete_texture(GLuint name) { glDeleteTextures(1, &name); }
 void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
-void delete_sampler(GLuint name) { glDeleteSamplers(1, &name); }
 void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
 
@@ -135,33 +134,6 @@ Texture make_texture(int width, int height, GLenum internal_format) {
                nullptr);
   require_memory();
   return texture;
-}
-
-Texture make_shadow_array(int size, int layers) {
-  GLuint name = 0;
-  glGenTextures(1, &name);
-  Texture texture(name);
-  glBindTexture(GL_TEXTURE_2D_ARRAY, name);
-  set_filter(GL_TEXTURE_2D_ARRAY, GL_LINEAR, GL_CLAMP_TO_BORDER);
-  const std::array<float, 4> lit{1, 1, 1, 1};
-  glTexParameterfv(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BORDER_COLOR, lit.data());
-  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
-  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
-  glTexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_DEPTH_COMPONENT32F, size, size, layers, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
-               nullptr);
-  require_memory();
-  return texture;
-}
-
-Sampler make_plain_depth_sampler() {
-  GLuint name = 0;
-  glGenSamplers(1, &name);
-  glSamplerParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glSamplerParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glSamplerParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
-  glSamplerParameteri(name, GL_TEXTURE_COMPARE_MODE, GL_NONE);
-  return Sampler(name);
 }
 
 Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth) {

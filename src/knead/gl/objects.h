@@ -39,7 +39,6 @@ void delete_buffer(GLuint name);
 void delete_vertex_array(GLuint name);
 void delete_texture(GLuint name);
 void delete_framebuffer(GLuint name);
-void delete_sampler(GLuint name);
 void delete_renderbuffer(GLuint name);
 void delete_program(GLuint name);
 
@@ -47,7 +46,6 @@ using Buffer = Name<delete_buffer>;
 using VertexArray = Name<delete_vertex_array>;
 using Texture = Name<delete_texture>;
 using Framebuffer = Name<delete_framebuffer>;
-using Sampler = Name<delete_sampler>;
 using Renderbuffer = Name<delete_renderbuffer>;
 using Program = Name<delete_program>;
 
@@ -71,12 +69,6 @@ void bind_storage(GLuint place, const Buffer& buffer);
 // Returns a texture without mipmaps that is sampled at its texels' centres. Throws InvalidInput if the driver has no
 // memory for it.
 Texture make_texture(int width, int height, GLenum internal_format);
-
-// Returns depth maps that are compared with linear filtering; everything outside of them is lit. Throws as above.
-Texture make_shadow_array(int size, int layers);
-
-// Returns a sampler that reads a shadow array's depths instead of comparing them.
-Sampler make_plain_depth_sampler();
 
 // Returns a target that draws into the colour textures in this order, and into `depth` if it is not null. Stays bound.
 Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const Texture* depth);

@@ -23,10 +23,13 @@ struct Slot {
 
   std::atomic<bool> taken = false;
   std::atomic<bool> armed = false;  // `path` names a file to be removed
+  std::atomic<bool> created = false;
   std::array<char, kSize> path{};
 };
 std::array<Slot, 16> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
 static_assert(std::atomic<bool>::is_always_lock_free);
+std::atomic<std::size_t> files_in_place = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+static_assert(std::atomic<std::size_t>::is_always_lock_free);
 
 // Removes a temporary file at the end of its scope unless it was renamed before.
 class TemporaryName {
@@ -43,10 +46,17 @@ class TemporaryName {
     if (!renamed_) ::unlink(path_.c_str());
     if (slot_ == nullptr) return;
     slot_->armed = false;
+    slot_->created = false;
     slot_->taken = false;
   }
 
-  void set_renamed() { renamed_ = true; }
+  void set_created() {
+    if (slot_ != nullptr) slot_->created = true;
+  }
+  void set_renamed() {
+    renamed_ = true;
+    ++files_in_place;
+  }
 
  private:
   static Slot* take_slot() {
@@ -100,6 +110,7 @@ void write_directly(const std::filesystem::path& path, std::string_view bytes) {
   if (file.number() < 0) fail(path, "cannot be opened for writing", errno);
   write_all(path, file.number(), bytes);
   if (!file.close()) fail(path, "cannot be written", errno);
+  ++files_in_place;
 }
 
 // The name in the target's folder under which it is written first.
@@ -111,13 +122,6 @@ std::filesystem::path temporary_path(const std::filesystem::path& target) {
   return target.parent_path() / (name + ".tmp");
 }
 
-// What a link at the end stands for; the path itself where there is nothing yet.
-std::filesystem::path followed(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::filesystem::path target = std::filesystem::weakly_canonical(path, error);
-  return error ? path : target;
-}
-
 void sync_folder(const std::filesystem::path& folder) {
   Descriptor file(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (file.number() >= 0) ::fsync(file.number());  // where folders cannot be synced, the rename still stands
@@ -125,8 +129,21 @@ void sync_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+std::filesystem::path followed_link(const std::filesystem::path& path) {
+  constexpr int most = 40;  // links after each other, as for the system itself
+  std::error_code error;
+  std::filesystem::path target = path;
+  for (int i = 0; i < most; ++i) {
+    const std::filesystem::path next = std::filesystem::read_symlink(target, error);
+    if (error) break;  // no link
+    target = target.parent_path() / next;
+  }
+  const std::filesystem::path whole = std::filesystem::weakly_canonical(target, error);
+  return error ? target : whole;
+}
+
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path target = followed(path);
+  const std::filesystem::path target = followed_link(path);
   struct stat old {};
   const bool exists = ::stat(target.c_str(), &old) == 0;
   if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
@@ -136,6 +153,7 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view b
   TemporaryName name(temporary);
   Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
   if (file.number() < 0) fail(path, "cannot be created", errno);
+  name.set_created();
   if (exists) ::fchmod(file.number(), old.st_mode & 07777);  // best effort: the contents matter more
   write_all(path, file.number(), bytes);
   if (::fsync(file.number()) != 0 || !file.close()) fail(path, "cannot be written", errno);
@@ -148,6 +166,15 @@ void discard_unfinished_files() noexcept {
   for (Slot& slot : slots) {
     if (slot.armed) ::unlink(slot.path.data());
   }
+}
+
+std::size_t count_files_in_place() noexcept {
+  std::size_t count = files_in_place;
+  for (Slot& slot : slots) {
+    const bool is_gone = slot.armed && slot.created && ::access(slot.path.data(), F_OK) != 0;
+    if (is_gone) ++count;  // renamed, perhaps counted as well
+  }
+  return count;
 }
 
 }  // namespace knead

@@ -1,19 +1,27 @@
 // Writes files as a whole: after a failure the old file is still there.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string_view>
 
 namespace knead {
 
 // Replaces the contents of the file at `path`, or creates it. Writes a temporary file in the same folder, syncs it to
-// disk and renames it, so the old file stays intact if this fails or the program dies. Follows a link and keeps the
-// permissions of an existing file. Writes directly to a path that is not a regular file (a pipe, a terminal,
-// /dev/null). Throws IoError(write).
+// disk and renames it, so the old file stays intact if this fails or the program dies. Follows a link, also one whose
+// target does not exist yet, and keeps the permissions of an existing file. Writes directly to a path that is not a
+// regular file (a pipe, a terminal, /dev/null). Throws IoError(write).
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
 // Removes the temporary files of the calls of write_file_atomically that have not returned yet. A signal handler may
 // call this before it ends the program.
 void discard_unfinished_files() noexcept;
+
+// Returns how many files write_file_atomically has put in place so far; one that is renamed at this moment may count
+// twice. A signal handler may call this: a larger number than before means that a file is in place.
+std::size_t count_files_in_place() noexcept;
+
+// Returns the file that a path stands for, whether it exists or not: links at its end are followed.
+std::filesystem::path followed_link(const std::filesystem::path& path);
 
 }  // namespace knead

@@ -1,14 +1,15 @@
 // From one format to the other and back.
 #include <gtest/gtest.h>
-
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "knead/io/shape_file.h"
 #include "knead/io/test_samples.h"
 #include "knead/math/error.h"
+#include "support/shape_text.h"
 #include "support/test_meshes.h"
 
 namespace knead {
@@ -204,6 +205,54 @@ TEST(Convert, SeamsAreSplitInGlbWithANote) {
       parse_shape("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvt 1 1\nf 1/1 2/1 3/1\nf 2/2 4/2 3/2\n", "obj", "a.obj");
   EXPECT_EQ(conversion_losses("x.glb", seam).size(), 1u);
   EXPECT_EQ(through("glb", seam).mesh.vertex_count(), 6u);
+}
+
+TEST(Decimals, OfAFileAndOfWhatIsWritten) {
+  const auto decimals = [](const std::string& text, const std::string& format) {
+    return decimals_of(parse_shape(text, format, "a"));
+  };
+  EXPECT_EQ(decimals("0.1000 0 0\n1.25 0 0\n", "xyz"), 4);
+  EXPECT_EQ(decimals("1.25e1 1e-5 0\n0 0 0\n", "xyz"), 5);
+  EXPECT_EQ(decimals("1 2 3 0.55555\n4 5 6 0.1\n", "xyz"), 0);
+  EXPECT_EQ(decimals("v 0.10 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0.1234 1\nf 1 2 3\n", "obj"), 2);
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.add_face(std::vector<std::uint32_t>{0, 1, 2});
+  EXPECT_EQ(decimals(serialize_mesh("ply", mesh), "ply"), std::nullopt);
+  EXPECT_EQ(decimals(serialize_mesh("stl", mesh), "stl"), std::nullopt);
+}
+
+// Every text format: three decimals where a number moved, the old spelling elsewhere, also of what rounds to it.
+TEST(Decimals, MovedCoordinatesHaveThemInEveryTextFormat) {
+  const std::string pose = "1\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const std::string pcd = "FIELDS x y z\nSIZE 8 8 8\nTYPE F F F\nWIDTH 2\nHEIGHT 1\nDATA ascii\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+      "end_header\n";
+  const std::vector<std::array<std::string, 3>> files{{"xyz", "", "0.5 1e0 2\n4 5 6.0\n"},
+                                                      {"obj", "v ", "0.5 1e0 2\nv 4 5 6.0\n"},
+                                                      {"off", "OFF\n2 0 0\n", "0.5 1e0 2\n4 5 6.0\n"},
+                                                      {"ply", ply, "0.5 1e0 2\n4 5 6.0\n"},
+                                                      {"pcd", pcd, "0.5 1e0 2\n4 5 6.0\n"},
+                                                      {"ptx", pose, "0.5 1e0 2\n4 5 6.0\n"}};
+  for (const auto& [format, head, body] : files) {
+    SCOPED_TRACE(format);
+    const ShapeFile shape = parse_shape(head + body, format, "a");
+    std::vector<Vec3d> positions = shape.mesh.positions;
+    positions[0] = {1.0 / 3, 1.0001, 2.5};
+    EXPECT_EQ(serialize_shape(format, shape, positions, {.decimals = 3}),
+              head + replaced(replaced(body, "0.5", "0.333"), " 2\n", " 2.500\n"));
+  }
+  const ShapeFile stl = parse_shape(
+      "solid\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1.0 0 endloop endfacet\nendsolid\n",
+      "stl", "a");
+  std::vector<Vec3d> positions = stl.mesh.positions;
+  positions[1] = {1.23456, 0, 0.98765};
+  const std::string text = serialize_shape("stl", stl, positions, {.decimals = 2});
+  EXPECT_NE(text.find("vertex 1.23 0 0.99 vertex 0 1.0 0"), std::string::npos) << text;
+  EXPECT_NE(text.find("normal -0."), std::string::npos);  // six decimals
+  EXPECT_THROW(serialize_shape("stl", stl, positions, {.decimals = 18}), InvalidInput);
+  EXPECT_THROW(serialize_shape("stl", stl, positions, {.decimals = -1}), InvalidInput);
 }
 
 }  // namespace

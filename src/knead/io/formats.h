@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "knead/io/decimals.h"
 #include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
 
@@ -14,10 +16,13 @@ namespace knead::io_detail {
 
 // A list of losses has one sentence for each thing that is left out.
 struct Format {
-  std::string_view name;  // also the extension of its files
+  std::string_view name;  // also an extension of its files
 
   // Reads a file and sets ShapeFile::layout; `name` is for messages.
   ShapeFile (*parse)(std::string bytes, const std::string& name);
+
+  // Reads a file with what lies beside it; null for formats that are whole in themselves.
+  ShapeFile (*parse_beside)(std::string bytes, const std::filesystem::path& path);
 
   // The bytes of the source with other positions, of which at least one differs, and with the normals of moved_normals.
   std::string (*rewrite)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
@@ -40,9 +45,29 @@ struct Format {
   // Returns true if a file of this format that is rewritten, or generated, rounds coordinates to 32-bit floats.
   bool (*rewrites_floats)(const ShapeFile& source);
   bool generates_floats;
+
+  // Returns true if the coordinates of a file that was read are 32-bit floats.
+  bool (*reads_floats)(const ShapeFile& source);
+
+  // Calls visit for the word of each coordinate of a text file; null for formats that are never text. Not called for
+  // binary files.
+  void (*visit_coordinates)(const ShapeFile& source, const WordVisitor& visit) = nullptr;
+
+  // Extensions of its files besides its name.
+  std::span<const std::string_view> extensions{};
 };
 
 std::span<const Format> formats();
+
+// Throws InvalidInput for a number of decimals that no double has.
+void check_decimals(const WriteOptions& options);
+
+// Writes a file in the source's own format, with the files beside it that belong to it.
+void write_own_format(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes);
+
+// The format whose files have that extension, without the point and in lower case. Throws InvalidInput that lists the
+// known ones and names `file`.
+const Format& format_with_extension(std::string_view extension, const std::string& file);
 
 // The format of that name. Throws InvalidInput that lists the known ones and names `file`.
 const Format& format_named(std::string_view name, const std::string& file);

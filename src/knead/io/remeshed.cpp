@@ -85,6 +85,7 @@ std::string serialize_remeshed(std::string_view format, const ShapeFile& source,
                                std::span<const std::uint32_t> face_source, const WriteOptions& options) {
   const NewMesh shape{source, mesh, face_source};
   check(shape);
+  io_detail::check_decimals(options);
   if (format != source.format) {
     WriteOptions exact = options;
     exact.double_coordinates = options.double_coordinates || !are_floats(mesh);
@@ -95,7 +96,10 @@ std::string serialize_remeshed(std::string_view format, const ShapeFile& source,
 
 void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,
                     std::span<const std::uint32_t> face_source, const WriteOptions& options) {
-  write_file_atomically(path, serialize_remeshed(format_of(path), source, mesh, face_source, options));
+  const std::string format = format_of(path);
+  const std::string bytes = serialize_remeshed(format, source, mesh, face_source, options);
+  if (format == source.format) return io_detail::write_own_format(path, source, bytes);
+  write_file_atomically(path, bytes);
 }
 
 std::vector<std::string> remesh_losses(const std::filesystem::path& path, const ShapeFile& source) {

@@ -11,12 +11,14 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
 #include "knead/io/formats.h"
+#include "knead/io/spacing.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
 
 namespace knead {
 
+using io_detail::check_decimals;
 using io_detail::Format;
 using io_detail::format_named;
 using io_detail::moved_mesh;
@@ -76,6 +78,14 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
   }
 }
 
+ShapeFile with_spacing_note(const Format& format, ShapeFile shape) {
+  if (!format.reads_floats(shape)) return shape;
+  std::string note = io_detail::spacing_note(shape.mesh);
+  const bool is_due = !note.empty() && fits_floats(shape.mesh.positions);  // else a node has moved them (GLB)
+  if (is_due) shape.notes.push_back(std::move(note));
+  return shape;
+}
+
 }  // namespace
 
 std::vector<std::string_view> format_names() {
@@ -84,26 +94,38 @@ std::vector<std::string_view> format_names() {
   return names;
 }
 
+std::vector<std::string_view> shape_extensions() {
+  std::vector<std::string_view> extensions;
+  for (const io_detail::Format& format : io_detail::formats()) {
+    extensions.push_back(format.name);
+    extensions.insert(extensions.end(), format.extensions.begin(), format.extensions.end());
+  }
+  return extensions;
+}
+
 std::string format_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   if (!extension.empty()) extension.erase(0, 1);
   for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  return std::string(format_named(extension, path.string()).name);
+  return std::string(io_detail::format_with_extension(extension, path.string()).name);
 }
 
 ShapeFile read_shape(const std::filesystem::path& path) {
-  const std::string format = format_of(path);
-  return parse_shape(read_bytes(path), format, path.string());
+  const Format& source = format_named(format_of(path), path.string());
+  if (source.parse_beside != nullptr) return with_spacing_note(source, source.parse_beside(read_bytes(path), path));
+  return parse_shape(read_bytes(path), source.name, path.string());
 }
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
-  return format_named(format, name).parse(std::move(bytes), name);
+  const Format& source = format_named(format, name);
+  return with_spacing_note(source, source.parse(std::move(bytes), name));
 }
 
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options) {
   const Format& target = format_named(format, "output");
   check_positions(source, positions);
+  check_decimals(options);
   if (!options.normals.empty() && options.normals.size() != positions.size()) {
     throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
                        " vertices; give one for each, or none");
@@ -118,12 +140,16 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
 }
 
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
+  check_decimals(options);
   return format_named(format, "output").generate(mesh, options);
 }
 
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options) {
-  write_file_atomically(path, serialize_shape(format_of(path), source, positions, options));
+  const std::string format = format_of(path);
+  const std::string bytes = serialize_shape(format, source, positions, options);
+  if (format == source.format) return io_detail::write_own_format(path, source, bytes);
+  write_file_atomically(path, bytes);
 }
 
 void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const WriteOptions& options) {
@@ -133,6 +159,10 @@ void write_mesh(const std::filesystem::path& path, const Mesh& mesh, const Write
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source) {
   const std::string format = format_of(path);
   if (format == source.format) return {};
+  if (format == "ptx") {
+    throw InvalidInput(Place{path.string()},
+                       "PTX holds the rows and columns of a scanner, which this shape has not; write .pcd or .xyz");
+  }
   if (format == "stl" && source.mesh.face_count() == 0) {
     throw InvalidInput(Place{path.string()}, "STL holds faces, and this shape has none; write .ply or .xyz");
   }
@@ -154,6 +184,15 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source) {
     normals[i] = {normal->values[3 * i], normal->values[3 * i + 1], normal->values[3 * i + 2]};
   }
   return normals;
+}
+
+std::optional<int> decimals_of(const ShapeFile& source) {
+  const auto visit_coordinates = format_named(source.format, "source").visit_coordinates;
+  std::optional<int> most;
+  if (visit_coordinates == nullptr) return most;
+  visit_coordinates(source,
+                    [&](std::string_view word) { most = std::max(most.value_or(0), io_detail::decimals_in(word)); });
+  return most;
 }
 
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source) {

@@ -1,9 +1,10 @@
-// Reads and writes shapes: PLY, OBJ, GLB, STL, OFF and XYZ files. In its own format, a shape is written by copying the
-// bytes that were read and replacing the numbers that changed; everything that Knead does not understand survives.
+// Reads and writes shapes: PLY, OBJ, glTF, STL, OFF and point files. In its own format, a shape is written by copying
+// the bytes that were read and replacing the numbers that changed; everything that Knead does not understand survives.
 #pragma once
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -25,13 +26,14 @@ struct AnyLayout;
 // face of a PLY file under its own name. Values that are not finite become 0, and a note says so.
 struct ShapeFile {
   Mesh mesh;
-  std::string format;                                  // "ply", "obj", "glb", "stl", "off" or "xyz"
+  std::string format;                                  // one of format_names(): "ply", "obj", "glb" ...
   std::vector<std::string> notes;                      // one sentence for each oddity: what it is and how it was read
   std::string bytes;                                   // the file
   std::shared_ptr<const io_detail::AnyLayout> layout;  // where the numbers are in `bytes`; copies share it
 };
 
-// Reads a file in the format that its extension names, in upper or lower case. Opens no other file. Throws
+// Reads a file in the format that its extension names, in upper or lower case. Opens no other file but those in the
+// same folder, by plain names and no links, that hold the buffers of a glTF file. Throws
 // IoError(read) for a file that cannot be read; InvalidInput for an unknown extension, malformed or missing data,
 // indices out of range and coordinates that are not finite. The message names the line, or in binary files the byte.
 ShapeFile read_shape(const std::filesystem::path& path);
@@ -47,6 +49,10 @@ struct WriteOptions {
   bool double_coordinates = false;
   // The new normals of a shape without faces (DeformedShape::normals), one per vertex; empty: they stay as they are.
   std::span<const Vec3d> normals{};
+  // The digits after the point of coordinates that differ, in text files: 0 to 17. A coordinate that rounds to the old
+  // one keeps its spelling; components of normals have at least six digits. Empty: the shortest form that reads back as
+  // the same number.
+  std::optional<int> decimals{};
 };
 
 // Writes the source with its vertices at `positions`, one for each, in the format that the path's extension names.
@@ -75,6 +81,10 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
 // this path, whatever the options: as GLB, binary STL or binary OFF.
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source);
 
+// Returns the most digits after the point that a coordinate of a text file has, those of a number with an exponent as
+// if it were written without; nothing for binary files. For WriteOptions::decimals.
+std::optional<int> decimals_of(const ShapeFile& source);
+
 // Returns the normal of each vertex of the source (the attribute "normal" of vertices); empty if it has none.
 std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 
@@ -85,8 +95,12 @@ std::vector<Vec3d> vertex_normals_of(const ShapeFile& source);
 std::vector<std::filesystem::path> copy_material_files(const ShapeFile& shape, const std::filesystem::path& source,
                                                        const std::filesystem::path& target);
 
-// Returns the formats that can be read and written; each is also the extension of its files.
+// Returns the formats that can be read and written.
 std::vector<std::string_view> format_names();
+
+// Returns the extensions of files that can be read and written, without the point: those of each format together, the
+// one that is the format's name first.
+std::vector<std::string_view> shape_extensions();
 
 // Returns the format that a path's extension names. Throws InvalidInput that lists the known ones.
 std::string format_of(const std::filesystem::path& path);

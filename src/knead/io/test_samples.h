@@ -6,6 +6,7 @@
 
 #include "knead/io/cursor.h"
 #include "knead/io/glb/test_files.h"
+#include "knead/io/gltf/buffers.h"
 #include "knead/io/shape_file.h"
 
 namespace knead {
@@ -166,11 +167,80 @@ inline std::vector<Sample> glb_samples() {
           {"glb", serialize_mesh("glb", points)}};
 }
 
+inline std::vector<Sample> pcd_samples() {
+  const std::string text =
+      "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 3\nHEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n0 0 0\nnan nan nan\n1 0 1.5\n";
+  const std::string columns =
+      "VERSION .7\r\nFIELDS normal_x x rgb y normal_y z normal_z hist id\r\nSIZE 4 8 4 8 4 8 4 4 8\r\n"
+      "TYPE F F F F F F F F U\r\nCOUNT 1 1 1 1 1 1 1 2 1\r\nWIDTH 1\r\nHEIGHT 2\r\nPOINTS 2\r\nDATA ascii\r\n"
+      "0 5 4.2108e+06 6 0 7 1 1 2 9\r\n0 1 -1.7e38 2 1 3 0 3 4 8";
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 2, 3}};
+  const std::string plain = serialize_mesh("pcd", mesh);
+  mesh.attributes.push_back({"normal", Domain::vertex, NumberType::float32, 3, {0, 0, 1, 1, 0, 0}});
+  mesh.attributes.push_back({"color", Domain::vertex, NumberType::uint8, 4, {1, 2, 3, 4, 255, 0, 255, 9}});
+  mesh.attributes.push_back({"ring", Domain::vertex, NumberType::int16, 1, {-7, 300}});
+  return {{"pcd", text},
+          {"pcd", columns},
+          {"pcd", plain},
+          {"pcd", serialize_mesh("pcd", mesh) + "end"},
+          {"pcd", serialize_mesh("pcd", mesh, {.double_coordinates = true})}};
+}
+
+inline std::string ptx_pose(const std::string& matrix) { return "0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + matrix; }
+
+inline std::vector<Sample> ptx_samples() {
+  const std::string identity = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const std::string turned = "0 1 0 0\n-1 0 0 0\n0 0 1 0\n10 20 30.5 1\n";
+  const std::string poses = ptx_pose(identity);
+  return {{"ptx", "1\n2\n" + poses + "1 0 0\n0 1 1\n"},
+          {"ptx", "2\n1\n" + poses + "1 0 0 0.5\n0 0 0 0.5\n"},
+          {"ptx", "1\n3\n" + ptx_pose(turned) + "1 0 0 0.5 255 0 9\nnan 0 0 0.5 0 0 0\n0 1 3 0.25 1 2 3"},
+          {"ptx", "1\n1\n" + poses + "1 5 0 0.5\n1\n1\n" + ptx_pose(turned) + "1 0 4 1\n"},
+          {"ptx", "1\r\n2\r\n" + poses + "1 1 0 0.5 7\r\n3 0 1\r\n"}};
+}
+
+// The parts of a GLB file as text, with the buffer as a data URI.
+inline std::string embedded(const GlbFile& file) {
+  GlbJson json = file.json;
+  json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + io_detail::gltf::to_base64(file.bin)},
+                        {"byteLength", file.bin.size()}};
+  return json.dump(1) + "\n";
+}
+
+inline std::vector<Sample> gltf_samples() {
+  GlbFile triangle;
+  triangle.primitive()["attributes"]["POSITION"] = triangle.add_vec3({0, 0, 0, 1, 0, 0, 1, 1, 0});
+  GlbFile two = square_glb();
+  two.json["buffers"] = GlbJson::array();
+  const std::string tail = two.bin.substr(48);
+  for (const std::string& part : {two.bin.substr(0, 48), tail}) {
+    two.json["buffers"].push_back(
+        {{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::gltf::to_base64(part)}});
+  }
+  for (std::size_t v = 1; v < two.json["bufferViews"].size(); ++v) {
+    GlbJson& view = two.json["bufferViews"][v];
+    view["buffer"] = 1;
+    view["byteOffset"] = view["byteOffset"].get<std::size_t>() - 48;
+    if (view["byteOffset"] == 0) view.erase("byteOffset");
+  }
+  const Mesh cloud = parse_shape("0 0 0 1 2 3\n1 0 0 4 5 6\n", "xyz", "a").mesh;
+  return {{"gltf", embedded(triangle)},
+          {"gltf", embedded(square_glb())},
+          {"gltf", two.json.dump()},
+          {"gltf", "\xef\xbb\xbf" + embedded(triangle)},
+          {"gltf", serialize_mesh("gltf", cloud)}};
+}
+
 inline std::vector<Sample> samples_of(const std::string& format) {
   if (format == "ply") return ply_samples();
   if (format == "obj") return obj_samples();
   if (format == "stl") return stl_samples();
   if (format == "off") return off_samples();
+  if (format == "gltf") return gltf_samples();
+  if (format == "pcd") return pcd_samples();
+  if (format == "ptx") return ptx_samples();
   return format == "glb" ? glb_samples() : xyz_samples();
 }
 

@@ -10,6 +10,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/glb/remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb/rewrite_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb/glb_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/obj_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/off/off_test.cpp
@@ -18,5 +19,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stl/stl_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/text_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/wild_files_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/cloud/clouds_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/xyz_test.cpp)
 target_compile_definitions(knead_io_test PRIVATE KNEAD_FUZZ_CORPUS="${PROJECT_SOURCE_DIR}/fuzz/corpus")

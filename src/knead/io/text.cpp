@@ -92,6 +92,8 @@ std::size_t token_end(std::string_view text, std::size_t begin) {
   return begin;
 }
 
+std::string_view without_end_zeros(std::string_view text) { return text.substr(0, text.find_last_not_of('\0') + 1); }
+
 std::string in_quotes(std::string_view text) {
   constexpr std::size_t most = 40;
   std::string result = "'";

@@ -37,6 +37,9 @@ inline bool is_line_end(char c) { return c == '\n' || c == '\r'; }
 // The byte after the token that begins at `begin`: the next blank, line end or end of the text.
 std::size_t token_end(std::string_view text, std::size_t begin);
 
+// The text without the zero bytes that end it, which some programs write.
+std::string_view without_end_zeros(std::string_view text);
+
 // A piece of the file for a message: in quotes, cut to a few characters, without control characters.
 std::string in_quotes(std::string_view text);
 

@@ -78,15 +78,18 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
   std::vector<std::uint32_t> sound;
   sound.reserve(triangles.size());
   for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    stop_if_cancelled(options.progress);
     if (are_collinear(corners_of(triangles[t], points))) {
       findings.add(0, {t, t});
     } else {
       sound.push_back(t);
     }
   }
+  stop_if_cancelled(options.progress);
   const BoxTree tree(triangles, points, sound);
   parallel_for(tree.leaf_count(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t leaf = begin; leaf < end && !findings.full(); ++leaf) {
+      stop_if_cancelled(options.progress);
       tree.for_each_overlap(leaf, [&](std::uint32_t t, std::uint32_t u) {
         if (findings.full()) return;
         const Triangle& a = triangles[t];

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/math/progress.h"
 #include "knead/math/vec3.h"
 #include "knead/mesh/triangulate.h"
 
@@ -14,8 +15,9 @@ namespace knead {
 
 // Threads, and the greatest number of pairs.
 struct SelfIntersectionOptions {
-  int threads = 0;                 // 0: as many as the machine has
-  std::size_t limit = 10'000'000;  // the search stops after this many pairs
+  int threads = 0;                     // 0: as many as the machine has
+  std::size_t limit = 10'000'000;      // the search stops after this many pairs
+  const Progress* progress = nullptr;  // cancels the search, which then throws Cancelled
 };
 
 // The pairs of triangles that cross.

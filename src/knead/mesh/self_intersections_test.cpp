@@ -8,6 +8,7 @@
 
 #include "knead/io/shape_file.h"
 #include "knead/mesh/dirty_shapes.h"
+#include "knead/mesh/shapes.h"
 #include "knead/mesh/triangle_pair.h"
 #include "support/test_meshes.h"
 
@@ -114,6 +115,14 @@ TEST(SelfIntersections, OfManyEqualTrianglesEndSoon) {
 TEST(SelfIntersections, OfNothingAreNone) {
   EXPECT_EQ(of({}).count, 0u);
   EXPECT_EQ(of(make_mesh({{0, 0, 0}, {1, 1, 1}}, {})).count, 0u);
+}
+
+TEST(SelfIntersections, AreCancelled) {
+  Progress progress;
+  progress.cancel = true;
+  SelfIntersectionOptions options;
+  options.progress = &progress;
+  EXPECT_THROW(of(make_shape(ShapeKind::sphere, 642), options), Cancelled);
 }
 
 }  // namespace

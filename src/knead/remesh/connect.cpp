@@ -49,11 +49,12 @@ void join_uses(Surface& s, std::span<const std::uint32_t> uses) {
   }
 }
 
-void join_halfedges(Surface& s) {
+void join_halfedges(Surface& s, const Progress* progress) {
   const Buckets buckets = bucket_halfedges(s);
   std::vector<std::pair<std::uint32_t, std::uint32_t>> sorted;  // larger vertex, half-edge
   std::vector<std::uint32_t> uses;
   for (std::size_t v = 0; v < s.vertex_count(); ++v) {
+    stop_if_cancelled(progress);
     sorted.clear();
     for (std::size_t i = buckets.begin[v]; i < buckets.begin[v + 1]; ++i) {
       const std::uint32_t h = buckets.halfedges[i];
@@ -83,7 +84,7 @@ void fix_pinched(Surface& s) {
 
 }  // namespace
 
-void connect(Surface& s) {
+void connect(Surface& s, const Progress* progress) {
   s.opposite.assign(s.corner.size(), kNone);
   s.edge.assign(s.corner.size(), kNone);
   s.halfedge.clear();
@@ -91,7 +92,8 @@ void connect(Surface& s) {
   s.outgoing.assign(s.vertex_count(), kNone);
   s.vertex_flags.resize(s.vertex_count(), 0);
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) s.outgoing[s.corner[h]] = h;
-  join_halfedges(s);
+  join_halfedges(s, progress);
+  stop_if_cancelled(progress);
   fix_pinched(s);
 }
 

@@ -33,14 +33,16 @@ Box search_box(const Surface& s) {
 
 }  // namespace
 
-CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads)
-    : single_precision_(single_precision), threads_(threads) {
+CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads,
+                               const Progress* progress)
+    : single_precision_(single_precision), threads_(threads), progress_(progress) {
   const Box box = search_box(patch.surface);
   std::vector<std::uint32_t> number(before.vertex_count(), kNone);
   for (std::uint32_t p = 0; p < patch.vertex_source.size(); ++p) number[patch.vertex_source[p]] = p;
   const auto first = static_cast<std::uint32_t>(patch.vertex_source.size());
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < before.face_count(); ++f) {
+    stop_if_cancelled(progress_);
     if (patch.holds_face[f] || before.face(f).size() < 3) continue;
     parts.clear();
     triangulate_polygon(before.positions, before.face(f), parts);
@@ -86,6 +88,8 @@ Crossings CrossingSearch::find(const Patch& patch) const {
   }
   SelfIntersectionOptions options;
   options.threads = threads_;
+  options.progress = progress_;
+  stop_if_cancelled(progress_);
   const SelfIntersections found = self_intersections(triangles, positions, options);
   Crossings crossings;
   if (!found.complete) crossings.pairs = found.count;

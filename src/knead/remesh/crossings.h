@@ -18,7 +18,8 @@ struct Crossings {
 class CrossingSearch {
  public:
   // Stores the triangles of the mesh that are outside the patch and near it.
-  CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads);
+  CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads,
+                 const Progress* progress = nullptr);
 
   // Returns the pairs of triangles that cross with vertices at `after`. Pairs of two unchanged triangles do not count.
   Crossings find(const Patch& patch) const;
@@ -28,6 +29,7 @@ class CrossingSearch {
   std::vector<Vec3d> outside_positions_;
   bool single_precision_ = true;
   int threads_ = 0;
+  const Progress* progress_ = nullptr;
 };
 
 }  // namespace knead::remesh_detail

@@ -16,9 +16,10 @@ const double kClearlySharpCosine = 0.5;                         // of 60 degrees
 const double kStraightCosine = std::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
 
 // Returns the normal of each face; for a thin face, the normal of its neighbour at the longest edge.
-std::vector<Vec3d> reliable_normals(const Surface& s) {
+std::vector<Vec3d> reliable_normals(const Surface& s, const Progress* progress) {
   std::vector<Vec3d> normals(s.face_count());
   for (std::size_t f = 0; f < s.face_count(); ++f) {
+    stop_if_cancelled(progress);
     std::size_t face = f;
     if (quality(s, face, s.before) < kThin) {
       const std::uint32_t beyond = s.opposite[longest_edge(s, face, s.before)];
@@ -71,13 +72,14 @@ bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_
 
 // Returns one half-edge for each edge of a crease: a sharp edge that another one continues at one end at least, in a
 // connected set of enough edges, a third of them clearly sharp. Other sharp edges are noise of a rough surface.
-std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg) {
-  const std::vector<Vec3d> normals = reliable_normals(s);
+std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg, const Progress* progress) {
+  const std::vector<Vec3d> normals = reliable_normals(s, progress);
   const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
   const double most = std::cos(angle_deg * std::numbers::pi / 180);
   std::vector<bool> sharp(s.halfedge.size(), false);
   std::vector<std::uint32_t> found;
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    stop_if_cancelled(progress);
     if (s.opposite[h] == kNone || s.opposite[h] < h || cosine(h) >= most) continue;
     found.push_back(h);
     sharp[s.edge[h]] = true;
@@ -112,9 +114,9 @@ std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t 
 
 }  // namespace
 
-std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg) {
+std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, const Progress* progress) {
   std::vector<MeshEdge> edges;
-  for (const std::uint32_t h : find_crease_halfedges(s, angle_deg)) {
+  for (const std::uint32_t h : find_crease_halfedges(s, angle_deg, progress)) {
     edges.push_back({std::min(s.origin(h), s.target(h)), std::max(s.origin(h), s.target(h))});
   }
   std::sort(edges.begin(), edges.end());
@@ -145,21 +147,26 @@ void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<con
   }
 }
 
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
+  Surface surface;
+  surface.before = mesh.positions;
+  surface.after = mesh.positions;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    stop_if_cancelled(progress);
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    surface.corner.insert(surface.corner.end(), t.begin(), t.end());
+    surface.face_source.push_back(0);
+  });
+  connect(surface, progress);
+  return find_crease_edges(surface, angle_deg, progress);
+}
+
 }  // namespace knead::remesh_detail
 
 namespace knead {
 
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
-  remesh_detail::Surface surface;
-  surface.before = mesh.positions;
-  surface.after = mesh.positions;
-  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
-    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
-    surface.corner.insert(surface.corner.end(), t.begin(), t.end());
-    surface.face_source.push_back(0);
-  });
-  connect(surface);
-  return remesh_detail::find_crease_edges(surface, angle_deg);
+  return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, nullptr);
 }
 
 }  // namespace knead

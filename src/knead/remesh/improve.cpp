@@ -44,6 +44,7 @@ double edge_quality(const Surface& s, std::uint32_t h) {
 void flip_round(Improver& improver, const Bounds& bounds) {
   Surface& s = improver.surface();
   for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    improver.stop_if_cancelled();
     const std::uint32_t h = s.halfedge[e];
     if (h != kNone && edge_quality(s, h) <= kFlipBelow) improver.flip_edge(h, bounds);
   }
@@ -60,6 +61,7 @@ void collapse_short_edges(Improver& improver, double shortest, const Bounds& bou
   }
   std::sort(shortest_first.begin(), shortest_first.end());
   for (const auto& [length, e] : shortest_first) {
+    improver.stop_if_cancelled();
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
     improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), bounds);
@@ -74,6 +76,7 @@ void move_round(Improver& improver, const Bounds& bounds) {
     for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
   }
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    improver.stop_if_cancelled();
     if (poor[v]) improver.move_vertex(v, bounds);
   }
 }
@@ -122,6 +125,7 @@ bool mend_round(Improver& improver, double below, const Bounds& bounds, double e
   std::sort(worst_first.begin(), worst_first.end());
   bool changed = false;
   for (const auto& [q, f] : worst_first) {
+    improver.stop_if_cancelled();
     if (!s.is_alive(f) || quality(s, f, s.after) >= below) continue;
     Bounds own = bounds;
     own.distance = std::max(own.distance, edge_share * longest_length(s, f));
@@ -145,6 +149,7 @@ ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std
   Improver improver(surface, improvement);
   const Bounds bounds = widest_bounds(improvement.targets.max_chord);
   for (const std::uint32_t f : faces) {
+    improver.stop_if_cancelled();
     if (!surface.is_alive(f)) continue;
     const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
     if (improver.collapse_edge(edges[0], kLeastUntangled, bounds)) continue;

@@ -14,7 +14,8 @@ namespace knead::remesh_detail {
 // The targets of an improvement, and the vertices that it must not touch.
 struct Improvement {
   RemeshTargets targets;
-  std::vector<bool> locked;  // for the first vertices: if true, no change may touch the vertex
+  std::vector<bool> locked;            // for the first vertices: if true, no change may touch the vertex
+  const Progress* progress = nullptr;  // cancels; the surface is then part-way
 };
 
 struct ImprovementCounts {

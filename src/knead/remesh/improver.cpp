@@ -22,7 +22,11 @@ double cosine(const Vec3d& a, const Vec3d& b) {
 }  // namespace
 
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
-    : s_(surface), targets_(improvement.targets), locked_(improvement.locked), bend_creases_(bend_creases) {
+    : s_(surface),
+      targets_(improvement.targets),
+      locked_(improvement.locked),
+      progress_(improvement.progress),
+      bend_creases_(bend_creases) {
   locked_.resize(s_.vertex_count(), false);
 }
 

@@ -50,6 +50,9 @@ class Improver {
   // Compensates volume changes that could not be compensated locally, by moving all free vertices a little.
   void distribute_remaining_volume();
 
+  // Throws Cancelled if the improvement is cancelled.
+  void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
+
   Surface& surface() { return s_; }
   const ImprovementCounts& counts() const { return counts_; }
 
@@ -77,6 +80,7 @@ class Improver {
   Surface& s_;
   RemeshTargets targets_;
   std::vector<bool> locked_;
+  const Progress* progress_ = nullptr;
   bool bend_creases_ = false;
   ImprovementCounts counts_;
   double remaining_volume_ = 0;  // six times the volume change that is not compensated yet

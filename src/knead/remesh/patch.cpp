@@ -27,13 +27,14 @@ bool is_sound(std::span<const std::uint32_t> face) {
 
 // Returns a flag for each face of the mesh: true if the patch holds it.
 std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved, const Deformation& deformation,
-                             bool whole) {
+                             bool whole, const Progress* progress) {
   const std::size_t faces = before.face_count();
   std::vector<bool> touched(faces, whole);
   FaceSamples large(deformation);
   const bool search = std::isfinite(deformation.feature) && !whole;
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < faces && !whole; ++f) {
+    stop_if_cancelled(progress);
     const auto face = before.face(f);
     touched[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return moved[v]; });
     if (touched[f] || !search || face.size() < 3) continue;
@@ -96,12 +97,13 @@ std::vector<std::uint32_t> number_vertices(const Mesh& mesh, Patch& patch) {
   return number;
 }
 
-void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patch& patch) {
+void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, const Progress* progress, Patch& patch) {
   Surface& s = patch.surface;
   const Columns columns = columns_of(mesh, Domain::corner);
   s.corner_values.stride = columns.stride;
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    stop_if_cancelled(progress);
     if (!patch.holds_face[f]) continue;
     const auto face = mesh.face(f);
     parts.clear();
@@ -157,8 +159,10 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
   std::vector<bool> moved(before.vertex_count());
   for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = !same_bits(before.positions[v], after[v]);
   Patch patch;
-  patch.holds_face = find_faces(before, moved, deformation, options.whole);
+  patch.holds_face = find_faces(before, moved, deformation, options.whole, options.progress);
+  stop_if_cancelled(options.progress);
   const std::vector<std::uint32_t> number = number_vertices(before, patch);
+  stop_if_cancelled(options.progress);
   Surface& s = patch.surface;
   const Columns columns = columns_of(before, Domain::vertex);
   s.vertex_values.stride = columns.stride;
@@ -167,9 +171,12 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
     s.after.push_back(after[v]);
     append_row(columns, v, s.vertex_values);
   }
-  take_faces(before, number, patch);
-  connect(s);
+  take_faces(before, number, options.progress, patch);
+  stop_if_cancelled(options.progress);
+  connect(s, options.progress);
+  stop_if_cancelled(options.progress);
   fix_border(before, number, patch);
+  stop_if_cancelled(options.progress);
   mark_region(moved, options.whole, patch);
   mark_features(before, options, number, patch);
   return patch;

@@ -31,10 +31,14 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
                  const RemeshOptions& options);
 
 // Returns the mesh with the patch in place of the faces that were taken out.
-Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch);
+Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
+                  const Progress* progress = nullptr);
 
-// Returns the creases of a surface with positions `before`, as find_creases().
-std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg);
+// Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
+std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, const Progress* progress = nullptr);
+
+// As find_creases(mesh), but throws Cancelled when `progress` is cancelled.
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress);
 
 // Marks creases and seams (of corner values and of labels) as features. Creases outside the patch go to
 // patch.other_creases.

@@ -9,8 +9,8 @@ namespace {
 // Builds the resulting mesh.
 class Assembly {
  public:
-  Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch)
-      : before_(before), after_(after), patch_(patch), s_(patch.surface) {
+  Assembly(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress)
+      : before_(before), after_(after), patch_(patch), s_(patch.surface), progress_(progress) {
     for (const Attribute& attribute : before.attributes) {
       Attribute empty = attribute;
       empty.values.clear();
@@ -62,6 +62,7 @@ class Assembly {
   void add_faces() {
     std::size_t triangle = 0;
     for (std::uint32_t f = 0; f < before_.face_count(); ++f) {
+      stop_if_cancelled(progress_);
       const std::size_t first = triangle;
       while (triangle < patch_.triangles.size() && s_.face_source[triangle] == f) ++triangle;
       if (!patch_.holds_face[f] || (before_.face(f).size() > 3 && is_untouched(first, triangle))) {
@@ -142,6 +143,7 @@ class Assembly {
   std::span<const Vec3d> after_;
   const Patch& patch_;
   const Surface& s_;
+  const Progress* progress_;
   Remeshed result_;
   std::vector<std::uint32_t> number_;   // of each vertex of the patch: its number in the result
   std::vector<std::uint32_t> of_mesh_;  // of each vertex of the mesh: its number in the result
@@ -149,8 +151,8 @@ class Assembly {
 
 }  // namespace
 
-Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch) {
-  return Assembly(before, after, patch).run();
+Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch, const Progress* progress) {
+  return Assembly(before, after, patch, progress).run();
 }
 
 }  // namespace knead::remesh_detail

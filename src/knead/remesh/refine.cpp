@@ -38,11 +38,13 @@ double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cr
 
 }  // namespace
 
-Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole)
+Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
+                       const Progress* progress)
     : s_(surface),
       deformation_(deformation),
       targets_(targets),
       whole_(whole),
+      progress_(progress),
       shortest_(kShortestShare * targets.max_chord),
       most_vertices_(std::max(kMostVertices, 4 * surface.vertex_count())) {
   deviation_.resize(s_.halfedge.size());
@@ -129,6 +131,7 @@ std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forc
   std::sort(untested_.begin(), untested_.end());
   untested_.erase(std::unique(untested_.begin(), untested_.end()), untested_.end());
   for (const std::uint32_t e : untested_) {
+    stop_if_cancelled(progress_);
     if (!is_open(e)) continue;
     if ((e < forced.size() && forced[e]) || needs_split(e, normals_before, normals_after)) marked.push_back(e);
   }
@@ -142,6 +145,7 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   if (!std::isfinite(deformation_.feature)) return edges;
   FaceSamples samples(deformation_);
   for (std::uint32_t f = 0; f < s_.face_count(); ++f) {
+    stop_if_cancelled(progress_);
     const auto [a, b, c] = s_.triangle(f);
     samples.add(f, {s_.before[a], s_.before[b], s_.before[c]}, {s_.after[a], s_.after[b], s_.after[c]});
   }
@@ -211,7 +215,10 @@ bool Refinement::split_round(const std::vector<bool>& forced) {
   longest_first.reserve(marked.size());
   for (const std::uint32_t e : marked) longest_first.emplace_back(-length2(e, s_.after), e);
   std::sort(longest_first.begin(), longest_first.end());
-  for (const auto& [length, e] : longest_first) split_edge(e);
+  for (const auto& [length, e] : longest_first) {
+    stop_if_cancelled(progress_);
+    split_edge(e);
+  }
   std::sort(uncarried_.begin(), uncarried_.end());
   uncarried_.erase(std::unique(uncarried_.begin(), uncarried_.end()), uncarried_.end());
   return true;

@@ -14,8 +14,9 @@ namespace knead::remesh_detail {
 // Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
  public:
-  // If `whole`, edges that do not move must also be shorter than targets.max_edge.
-  Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole);
+  // If `whole`, edges that do not move must also be shorter than targets.max_edge. `progress` cancels.
+  Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
+             const Progress* progress = nullptr);
 
   // Splits edges until all meet the targets, or a limit on vertices or rounds is reached. Returns true if all do.
   bool refine();
@@ -48,6 +49,7 @@ class Refinement {
   const Deformation& deformation_;
   RemeshTargets targets_;
   bool whole_ = false;
+  const Progress* progress_ = nullptr;
   double shortest_ = 0;  // edges shorter than twice this length are not split
   std::size_t most_vertices_ = 0;
   std::vector<Vec3d> deviation_;

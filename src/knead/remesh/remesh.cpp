@@ -35,15 +35,19 @@ class Remesher {
         options_(options),
         improve_(std::move(improve)),
         patch_(take_patch(before, after, deformation, options)),
-        search_(before, patch_, options.single_precision, options.threads),
-        refinement_(patch_.surface, deformation, options.targets, options.whole) {}
+        search_(before, patch_, options.single_precision, options.threads, options.progress),
+        refinement_(patch_.surface, deformation, options.targets, options.whole, options.progress) {}
 
   Remeshed run() {
+    counts_steps_ = options_.progress != nullptr && options_.progress->total == 0;
+    begin_steps(2 + kSteps);
     counts_.complete = refinement_.refine();
+    end_step();
     improve_without_crossings();
     counts_.splits += refinement_.splits();
+    stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
-    Remeshed result = put_back(before_, after_, patch_);
+    Remeshed result = put_back(before_, after_, patch_, options_.progress);
     result.counts = counts_;
     return result;
   }
@@ -51,19 +55,35 @@ class Remesher {
  private:
   Surface& surface() { return patch_.surface; }
 
+  // More steps are counted where crossings must be avoided: the fraction then begins again.
+  void begin_steps(std::uint64_t steps) {
+    if (!counts_steps_) return;
+    options_.progress->done = 0;
+    options_.progress->total = steps;
+  }
+  void end_step() {
+    if (counts_steps_) ++options_.progress->done;
+  }
+
   // Runs all steps, then searches for crossings. If there are new ones, starts again from the refined surface: splits
   // the faces that cross there, then runs the steps one by one; each leaves out the faces that would cross after it.
   void improve_without_crossings() {
     const Surface refined = surface();
     const int steps = options_.targets.iterations > 0 ? kSteps : 1;
     start();
-    for (int step = 0; step < steps; ++step) improve_once(step, {});
+    for (int step = 0; step < steps; ++step) {
+      improve_once(step, {});
+      end_step();
+    }
     Crossings found = find_and_untangle({});
+    end_step();
     if (found.pairs > 0 && found.pairs > crossings_before(refined)) {
       const std::size_t improved_pairs = found.pairs;
       Surface improved = std::exchange(surface(), refined);
       const RemeshCounts improved_counts = counts_;
+      begin_steps(1 + 2 * kGuardedSteps - (kSteps - 1));
       found.pairs = refine_crossings();
+      end_step();
       if (found.pairs > kManyPairs && surface().face_count() == refined.face_count()) {
         surface() = std::move(improved);  // nothing was split: running all steps again would give the same surface
         counts_ = improved_counts;
@@ -87,6 +107,12 @@ class Remesher {
   // Repeats one step, each time leaving out the faces that crossed, until no more than `unavoidable` pairs cross.
   // Undoes the step if that fails. Returns the number of pairs that cross.
   std::size_t improve_guarded(int step, std::size_t unavoidable) {
+    const std::size_t left = avoid_crossings(step, unavoidable);
+    end_step();
+    return left;
+  }
+
+  std::size_t avoid_crossings(int step, std::size_t unavoidable) {
     const Surface saved = surface();
     const RemeshCounts counts = counts_;
     std::vector<bool> locked;
@@ -120,7 +146,7 @@ class Remesher {
   Crossings find_and_untangle(const std::vector<bool>& locked) {
     Crossings found = search();
     for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
-      const ImprovementCounts done = untangle(surface(), {options_.targets, locked}, found.faces);
+      const ImprovementCounts done = untangle(surface(), {options_.targets, locked, options_.progress}, found.faces);
       counts_.flips += done.flips;
       counts_.collapses += done.collapses;
       const std::size_t was = found.pairs;
@@ -162,7 +188,8 @@ class Remesher {
 
   void improve_once(int step, const std::vector<bool>& locked) {
     Surface& s = surface();
-    const Improvement improvement{options_.targets, locked};
+    stop_if_cancelled(options_.progress);
+    const Improvement improvement{options_.targets, locked, options_.progress};
     ImprovementCounts done;
     if (improve_) {
       if (step == 1) done = improve_(s, improvement);
@@ -213,6 +240,7 @@ class Remesher {
   Refinement refinement_;
   RemeshCounts counts_;
   double searched_ = 0;
+  bool counts_steps_ = false;
 };
 
 }  // namespace

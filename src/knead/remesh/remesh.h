@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/math/progress.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead {
@@ -84,6 +85,8 @@ struct RemeshOptions {
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
   int threads = 0;  // 0: as many as the machine has
+  // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.
+  Progress* progress = nullptr;
 };
 
 // What remesh() has done, and what remains.

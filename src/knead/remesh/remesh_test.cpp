@@ -365,5 +365,46 @@ TEST(Remesh, SpansOfAnotherSizeAreRefused) {
   EXPECT_THROW(remesh(ball.mesh(), ball.after(), ball.deformation(), options), InvalidInput);
 }
 
+// Cancelled while points are carried for the k-th time, it never carries others.
+TEST(Remesh, IsCancelledBeforeItCarriesMorePoints) {
+  const Deformed ball = pulled_ball();
+  int all = 0;
+  for (int k = 1; k < 100; ++k) {
+    Progress progress;
+    RemeshOptions options;
+    options.targets = resolve({}, ball.mesh());
+    options.progress = &progress;
+    Deformation deformation = ball.deformation();
+    int calls = 0;
+    deformation.carry = [&](std::span<Vec3d> points) {
+      ball.deformation().carry(points);
+      if (++calls == k) progress.cancel = true;
+    };
+    try {
+      remesh(ball.mesh(), ball.after(), deformation, options);
+      all = calls;
+      break;
+    } catch (const Cancelled&) {
+      EXPECT_EQ(calls, k);
+    }
+  }
+  EXPECT_GT(all, 3);
+}
+
+TEST(Remesh, CountsItsStepsUnlessSomebodyElseCounts) {
+  const Deformed ball = pulled_ball();
+  Progress progress;
+  RemeshOptions options;
+  options.progress = &progress;
+  ball.remeshed(options);
+  EXPECT_GT(progress.total, 5U);
+  EXPECT_EQ(progress.done, progress.total);
+  progress.total = 1000;
+  progress.done = 7;
+  ball.remeshed(options);
+  EXPECT_EQ(progress.total, 1000U);
+  EXPECT_EQ(progress.done, 7U);
+}
+
 }  // namespace
 }  // namespace knead

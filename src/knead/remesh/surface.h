@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/math/progress.h"
 #include "knead/math/vec3.h"
 
 namespace knead::remesh_detail {
@@ -98,8 +99,9 @@ struct Surface {
 };
 
 // Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
-// with two faces of opposite orientation, become locked features. Vertices with several fans become fixed.
-void connect(Surface& surface);
+// with two faces of opposite orientation, become locked features. Vertices with several fans become fixed. `progress`
+// cancels.
+void connect(Surface& surface, const Progress* progress = nullptr);
 
 // Returns twice the area of the face times its normal.
 Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions);

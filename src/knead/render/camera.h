@@ -1,6 +1,8 @@
 // The camera of a picture.
 #pragma once
 
+#include <span>
+
 #include "knead/math/box.h"
 #include "knead/math/vec3.h"
 
@@ -36,6 +38,12 @@ struct FitOptions {
   double field_of_view_deg = 25;  // vertical; perspective only
   double margin = 0.06;           // of the picture's height or width, whichever is tighter, on each side
 };
+
+// Returns the camera that looks along `direction` (not zero) and shows all points, which are finite, as large as
+// possible in a picture of width / height = aspect: they reach the margins on two sides at least. Without points, as
+// for an empty box.
+Camera fit_points(std::span<const Vec3d> points, const Vec3d& direction, const Vec3d& up, double aspect,
+                  const FitOptions& options = {});
 
 // Returns the camera that looks along `direction` (not zero) at the centre of the box and shows the whole box in a
 // picture of width / height = aspect. An empty box counts as the unit cube about the origin.

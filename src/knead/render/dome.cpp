@@ -82,21 +82,13 @@ Light sky_light(const Studio& studio, Point2 p, double share) {
 
 }  // namespace
 
-std::vector<Light> studio_lights(const View& view, int count, int groups) {
+std::vector<Light> studio_lights(const View& view, int count) {
   const Studio studio = make_studio(view);
-  const int per_group = (count + groups - 1) / groups;
-  const int keys = std::max(1, (per_group * 3) / 8);
-  const int skies = std::max(1, per_group - keys);
+  const int keys = std::max(1, (count * 3) / 8);
+  const int skies = std::max(1, count - keys);
   std::vector<Light> lights;
-  for (int i = 0; i < keys + skies; ++i) {
-    for (int g = 0; g < groups; ++g) {
-      if (i < keys) {
-        lights.push_back(key_light(studio, r2(g * keys + i), 1.0 / (keys * groups)));
-      } else {
-        lights.push_back(sky_light(studio, r2(g * skies + i - keys), 1.0 / (skies * groups)));
-      }
-    }
-  }
+  for (int i = 0; i < keys; ++i) lights.push_back(key_light(studio, r2(i), 1.0 / keys));
+  for (int i = 0; i < skies; ++i) lights.push_back(sky_light(studio, r2(i), 1.0 / skies));
   return lights;
 }
 

@@ -14,8 +14,7 @@ struct Light {
   Vec3f radiance;   // linear red, green, blue; the share of this light included
 };
 
-// At least `count` lights, a multiple of `groups`. The lights i with i % groups = g are for every g an even sample of
-// the whole, so that neighbouring samples of one pixel may each look at another group.
-std::vector<Light> studio_lights(const View& view, int count, int groups);
+// Returns `count` lights, at least 2, that are an even sample of the studio.
+std::vector<Light> studio_lights(const View& view, int count);
 
 }  // namespace knead::render

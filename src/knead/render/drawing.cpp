@@ -49,7 +49,15 @@ void set_simple_light(const gl::Program& program, const View& view) {
   set(program, "key", normalized(view.frame.up * 0.9 - view.frame.right * 0.6 - view.frame.forward * 0.8));
 }
 
-void set_ground(const gl::Program& program, const Pass& pass, const OccluderBuffers& occluder) {
+void set_relief(const gl::Program& program, const View& view, int samples_high) {
+  constexpr double finest = 0.0016;  // of the picture's height, that cavities are looked for with
+  constexpr double reach = 0.16;     // of the scene's radius, within which things darken each other
+  set(program, "sample_size", view.pixel);
+  set(program, "cavity_step", finest * samples_high);
+  set(program, "occlusion_reach", reach);
+}
+
+void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder) {
   const Vec3f up(pass.view.ground_up);
   glUniform4f(uniform(program, "ground"), up.x, up.y, up.z, static_cast<float>(occluder.ground));
 }
@@ -103,32 +111,23 @@ void describe_attribute(GLuint location, GLint components, GLenum type, std::siz
                         static_cast<GLsizei>(stride), start);
 }
 
-SurfaceBuffers upload_positions(const std::vector<Vec3f>& positions, const std::vector<std::uint32_t>& indices) {
-  SurfaceBuffers surface;
-  surface.layout = gl::make_vertex_array();
-  surface.vertices = gl::make_buffer(GL_ARRAY_BUFFER, positions.data(), positions.size() * sizeof(Vec3f));
-  surface.indices = gl::make_buffer(GL_ELEMENT_ARRAY_BUFFER, indices.data(), indices.size() * sizeof(std::uint32_t));
-  describe_attribute(0, 3, GL_FLOAT, sizeof(Vec3f), 0);
-  surface.points = indices.empty();
-  surface.count = static_cast<GLsizei>(surface.points ? positions.size() : indices.size());
-  return surface;
-}
-
 }  // namespace
 
 Programs::Programs()
     : clay(compile(clay_source())),
       cap(compile(cap_source())),
       disc(compile(disc_source())),
-      shadow(compile(shadow_source())),
-      lighting(compile(lighting_source())),
+      ground_light(compile(ground_light_source())),
+      even(compile(even_source())),
+      uneven(compile(uneven_source())),
+      sees_ground(compile(sees_ground_source())),
+      ground(compile(ground_source())),
       backdrop(compile(backdrop_source())),
       rod(compile(rod_source())),
       glass(compile(glass_source())),
       copy(compile(copy_source())),
       resolve(compile(resolve_source())),
-      nothing(gl::make_vertex_array()),
-      plain_depth(gl::make_plain_depth_sampler()) {}
+      nothing(gl::make_vertex_array()) {}
 
 SurfaceBuffers upload(const DrawSurface& surface) {
   SurfaceBuffers result;
@@ -146,11 +145,10 @@ SurfaceBuffers upload(const DrawSurface& surface) {
   return result;
 }
 
-OccluderBuffers upload(const Occluder& occluder, double point_radius) {
-  OccluderBuffers result{upload_positions(occluder.positions, occluder.indices), upload_positions(occluder.points, {}),
-                         occluder.center, occluder.radius, occluder.ground};
-  result.points.point_radius = point_radius;
-  return result;
+void report(const Pass& pass, double part) {
+  if (!pass.options.progress) return;
+  glFinish();
+  pass.options.progress(part);
 }
 
 }  // namespace knead::render

@@ -17,7 +17,9 @@ void use_clipped(const gl::Program& program, const Pass& pass);
 
 // The light of things that neither cast nor catch shadows.
 void set_simple_light(const gl::Program& program, const View& view);
-void set_ground(const gl::Program& program, const Pass& pass, const OccluderBuffers& occluder);
+// What the functions of kRelief need besides the maps. samples_high: of the picture.
+void set_relief(const gl::Program& program, const View& view, int samples_high);
+void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder);
 
 void draw(const SurfaceBuffers& surface);
 void draw_full_screen(const Pass& pass);

@@ -66,10 +66,10 @@ bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<Surfa
 }  // namespace
 
 gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces) {
+  if (surfaces.empty()) return gl::make_texture(1, 1, GL_RGBA16F);
   gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
   const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
   clear(0, 0, 0, 0);
-  if (surfaces.empty()) return over;
   const gl::Texture layer = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
   const gl::Texture depths[2] = {gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
                                  gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F)};

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <memory>
 
 #include "knead/math/error.h"
 
@@ -12,6 +14,15 @@
 #define STBI_WRITE_NO_STDIO
 #define STB_IMAGE_WRITE_STATIC
 #include "stb_image_write.h"
+#pragma GCC diagnostic ignored "-Wold-style-cast"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_NO_STDIO
+#define STBI_ONLY_PNG
+#define STBI_ONLY_JPEG
+#define STBI_MAX_DIMENSIONS 8192
+#include "stb_image.h"
 #pragma GCC diagnostic pop
 
 namespace knead::render {
@@ -56,6 +67,24 @@ std::string encode_jpeg(const Image& image, int quality) {
     throw std::runtime_error("image: could not be encoded as JPEG; make it smaller");
   }
   return bytes;
+}
+
+Image decode_image(const std::string& bytes) {
+  if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) {
+    throw InvalidInput("image: too many bytes; give a PNG or JPEG file of at most 8192 pixels along a side");
+  }
+  Image image;
+  int channels = 0;
+  const auto* const data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  const std::unique_ptr<stbi_uc, void (*)(void*)> pixels(
+      stbi_load_from_memory(data, static_cast<int>(bytes.size()), &image.width, &image.height, &channels, 4),
+      stbi_image_free);
+  if (pixels == nullptr) {
+    throw InvalidInput("image: not a PNG or JPEG file of at most 8192 pixels along a side, or it is damaged");
+  }
+  const std::size_t count = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  image.pixels.assign(pixels.get(), pixels.get() + count);
+  return image;
 }
 
 Image side_by_side(std::span<const Image> images) {

@@ -25,6 +25,10 @@ std::string encode_png(const Image& image);
 // InvalidInput for an empty image or a quality outside its range.
 std::string encode_jpeg(const Image& image, int quality = 88);
 
+// Returns the picture in the bytes of a PNG or JPEG file. Throws InvalidInput for other bytes, and for more than 8192
+// pixels along a side.
+Image decode_image(const std::string& bytes);
+
 // Returns the images in a row from left to right, centred vertically. The rest is transparent if any image has a
 // transparent corner, else white. Throws InvalidInput if there are no images.
 Image side_by_side(std::span<const Image> images);

@@ -16,16 +16,6 @@ constexpr int kMatcapSize = 256;
 
 gl::Program compile(const ShaderSource& source) { return gl::make_program(source.vertex, source.fragment); }
 
-gl::Texture make_matcap() {
-  gl::Texture texture = gl::make_texture(kMatcapSize, kMatcapSize, GL_RGBA8);
-  const std::vector<Bytes4> picture = matcap_picture(kMatcapSize);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kMatcapSize, kMatcapSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  return texture;
-}
-
 void describe_floats(GLuint location, std::size_t offset) {
   const auto* start = reinterpret_cast<const void*>(offset);  // NOLINT(performance-no-int-to-ptr): as OpenGL takes it
   glEnableVertexAttribArray(location);
@@ -66,11 +56,11 @@ LivePrograms::LivePrograms()
       depth(compile(live_depth_source())),
       cut(compile(live_cut_source())),
       background(compile(live_background_source())),
+      image(compile(live_image_source())),
       rod(compile(live_rod_source())),
       glass(compile(live_glass_source())),
       present(compile(live_present_source())),
       nothing(gl::make_vertex_array()),
-      matcap(make_matcap()),
       in_software(gl::is_software()) {}
 
 LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors) {
@@ -168,17 +158,33 @@ GLint limit(GLenum name) {
   return value;
 }
 
+// Adds the normals to the framebuffer that is bound, and binds it again.
+LiveReliefTargets make_relief_targets(int width, int height, int samples) {
+  GLint many = 0;
+  glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &many);
+  LiveReliefTargets targets;
+  targets.normal_of_many = make_renderbuffer(width, height, samples, GL_RGBA16F);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_RENDERBUFFER, targets.normal_of_many.get());
+  targets.normal = gl::make_texture(width, height, GL_RGBA16F);
+  targets.gathered = gl::make_framebuffer({&targets.normal}, nullptr);
+  for (std::size_t i = 0; i < 2; ++i) {
+    targets.occlusion[i] = gl::make_texture((width + 1) / 2, (height + 1) / 2, GL_RGBA8);
+    targets.occlusion_target[i] = gl::make_framebuffer({&targets.occlusion[i]}, nullptr);
+  }
+  glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(many));
+  return targets;
+}
+
 }  // namespace
 
-LiveTargets make_live_targets(int width, int height, int samples) {
+LiveTargets make_live_targets(const LiveTargetSize& size) {
+  const auto [width, height, samples, relief] = size;
   if (std::max(width, height) > std::min(limit(GL_MAX_RENDERBUFFER_SIZE), limit(GL_MAX_TEXTURE_SIZE))) {
     throw InvalidInput("live view: a picture of " + std::to_string(width) + " x " + std::to_string(height) +
                        " pixels is larger than the graphics driver allows; make the window smaller");
   }
   LiveTargets targets;
-  targets.width = width;
-  targets.height = height;
-  targets.samples_wanted = samples;
+  targets.size = size;
   const int most = std::clamp(samples, 1, std::max(1, limit(GL_MAX_SAMPLES)));
   targets.color = make_renderbuffer(width, height, most, GL_RGBA8);
   targets.depth = make_renderbuffer(width, height, most, GL_DEPTH24_STENCIL8);
@@ -186,6 +192,7 @@ LiveTargets make_live_targets(int width, int height, int samples) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());
   glDrawBuffer(GL_COLOR_ATTACHMENT0);
+  if (relief) targets.relief = make_relief_targets(width, height, most);
   require_complete();
   targets.one_color = gl::make_texture(width, height, GL_RGBA8);
   targets.one_depth = make_depth_texture(width, height);
@@ -195,10 +202,50 @@ LiveTargets make_live_targets(int width, int height, int samples) {
   return targets;
 }
 
+gl::Texture make_image_texture(const Image& image) {
+  if (std::max(image.width, image.height) > limit(GL_MAX_TEXTURE_SIZE)) {
+    throw InvalidInput("live view: an image is larger than the graphics driver allows; make it smaller");
+  }
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  gl::Texture texture(name);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, image.width, image.height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+               image.pixels.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glGenerateMipmap(GL_TEXTURE_2D);
+  return texture;
+}
+
+gl::Texture make_matcap_texture(Matcap matcap) {
+  gl::Texture texture = gl::make_texture(kMatcapSize, kMatcapSize, GL_RGBA8);
+  const std::vector<Bytes4> picture = matcap_picture(matcap, kMatcapSize);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kMatcapSize, kMatcapSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  return texture;
+}
+
 void gather(const LiveTargets& targets, GLbitfield what) {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.one.get());
-  glBlitFramebuffer(0, 0, targets.width, targets.height, 0, 0, targets.width, targets.height, what, GL_NEAREST);
+  const auto [width, height, samples, relief] = targets.size;
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, what, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
+}
+
+void gather_normals(const LiveTargets& targets) {
+  const auto [width, height, samples, relief] = targets.size;
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.many.get());
+  glReadBuffer(GL_COLOR_ATTACHMENT1);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.relief.gathered.get());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
 }
 

@@ -19,11 +19,11 @@ struct LivePrograms {
   gl::Program depth;
   gl::Program cut;
   gl::Program background;
+  gl::Program image;
   gl::Program rod;
   gl::Program glass;
   gl::Program present;
-  gl::VertexArray nothing;  // for vertices made by the vertex program
-  gl::Texture matcap;
+  gl::VertexArray nothing;   // for vertices made by the vertex program
   bool in_software = false;  // the driver has no GPU
 
   LivePrograms();
@@ -53,23 +53,50 @@ void draw_triangles(const LiveBuffers& buffers);
 void draw_edges(const LiveBuffers& buffers);
 void draw_points(const LiveBuffers& buffers);
 
-// Where the picture is made: several samples per pixel, and the same after they are put together.
-struct LiveTargets {
+// What a picture's targets must fit.
+struct LiveTargetSize {
   int width = 0;
   int height = 0;
-  int samples_wanted = 0;  // the driver may have given others
+  int samples = 0;      // the driver may give others
+  bool relief = false;  // with what LiveScene::relief needs
+
+  friend bool operator==(const LiveTargetSize&, const LiveTargetSize&) = default;
+};
+
+// For the relief: normals of the shape, and the light that gets through, of every second sample each way.
+struct LiveReliefTargets {
+  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many
+  gl::Texture normal;
+  gl::Framebuffer gathered;
+  std::array<gl::Texture, 2> occlusion;
+  std::array<gl::Framebuffer, 2> occlusion_target;
+};
+
+// Where the picture is made: several samples per pixel, and the same after they are put together.
+struct LiveTargets {
+  LiveTargetSize size;
   gl::Renderbuffer color;
   gl::Renderbuffer depth;  // and stencil
   gl::Framebuffer many;
   gl::Texture one_color;
   gl::Texture one_depth;
   gl::Framebuffer one;
+  LiveReliefTargets relief;  // if size.relief
 };
 
 // Throws InvalidInput where the driver has no memory for them, or no pictures of this size.
-LiveTargets make_live_targets(int width, int height, int samples);
+LiveTargets make_live_targets(const LiveTargetSize& size);
 
 // Puts the samples of each pixel together: of the colour, the depth or both. Leaves `many` bound.
 void gather(const LiveTargets& targets, GLbitfield what);
+
+// The same for the normals.
+void gather_normals(const LiveTargets& targets);
+
+// Returns the image for PlacedImage, with mipmaps.
+gl::Texture make_image_texture(const Image& image);
+
+// Returns the picture of a ball of the material for Material::matcap.
+gl::Texture make_matcap_texture(Matcap matcap);
 
 }  // namespace knead::render

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "knead/math/error.h"
@@ -18,7 +19,10 @@ void use_live(const gl::Program& program, const LiveFrame& frame) {
   const CameraFrame& axes = frame.view.frame;
   set_simple_light(program, frame.view);
   set(program, "fill", normalized(axes.right * 0.9 - axes.up * 0.1 - axes.forward * 0.35));
-  set(program, "influence", frame.scene.show_influence ? 1.0 : 0.0);
+  set(program, "influence", frame.scene.show_stretch ? 2.0 : frame.scene.show_influence ? 1.0 : 0.0);
+  for (std::size_t i = 0; i < kStretchColors.size(); ++i) {
+    set(program, ("stretch[" + std::to_string(i) + "]").c_str(), kStretchColors[i]);
+  }
 }
 
 void use_live_clipped(const gl::Program& program, const LiveFrame& frame) {
@@ -47,7 +51,10 @@ bool only_fronts_show(const LiveFrame& frame, const LiveShape& shape) {
 void draw_faces(const LiveFrame& frame, const LiveShape& shape) {
   const gl::Program& program = frame.programs.shape.at(static_cast<std::size_t>(frame.scene.material));
   use_live_clipped(program, frame);
-  bind_texture(program, "ball", 0, GL_TEXTURE_2D, frame.programs.matcap);
+  if (frame.matcap != nullptr) {
+    bind_texture(program, "ball", 0, GL_TEXTURE_2D, *frame.matcap);
+    set(program, "plain_srgb", kClay);
+  }
   set(program, "back_srgb", kBackColor);
   if (frame.scene.wireframe) {
     glEnable(GL_POLYGON_OFFSET_FILL);
@@ -66,10 +73,12 @@ void draw_wires(const LiveFrame& frame, const LiveShape& shape) {
   const gl::Program& program = frame.programs.wire;
   use_live_clipped(program, frame);
   set(program, "edge_samples", shape.mesh.mean_edge() / frame.view.pixel);
+  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   blend_premultiplied();
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_LEQUAL);
   draw_edges(shape.buffers);
+  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
@@ -144,6 +153,11 @@ void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets) {
   glClearDepth(1);
   glClearColor(back.red, back.green, back.blue, 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+  if (!targets.size.relief) return;
+  constexpr std::array<GLenum, 2> both{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+  constexpr std::array<float, 4> none{0, 0, 0, 0};
+  glDrawBuffers(2, both.data());
+  glClearBufferfv(GL_COLOR, 1, none.data());
 }
 
 void draw_live_shape(const LiveFrame& frame, const LiveShape& shape) {
@@ -170,6 +184,28 @@ void draw_live_background(const LiveFrame& frame) {
   glDepthMask(GL_FALSE);
   glBindVertexArray(frame.programs.nothing.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(GL_LESS);
+}
+
+void draw_live_images(const LiveFrame& frame, std::span<const LiveImage> images) {
+  if (images.empty()) return;
+  const gl::Program& program = frame.programs.image;
+  use_live(program, frame);
+  const Placement& placement = frame.view.placement;
+  glDepthFunc(GL_LEQUAL);
+  glDepthMask(GL_FALSE);
+  blend_premultiplied();
+  glBindVertexArray(frame.programs.nothing.get());
+  for (const LiveImage& image : images) {
+    bind_texture(program, "image", 0, GL_TEXTURE_2D, image.texture);
+    set(program, "center", placement.apply(image.placed.center));
+    set(program, "right_half", image.placed.right * placement.scale);
+    set(program, "up_half", image.placed.up * placement.scale);
+    set(program, "opacity", image.placed.opacity);
+    glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+  }
+  glDisable(GL_BLEND);
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LESS);
 }
@@ -232,7 +268,7 @@ void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces
 void present_live(const LivePrograms& programs, const LiveTargets& targets) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_BLEND);
-  glViewport(0, 0, targets.width, targets.height);
+  glViewport(0, 0, targets.size.width, targets.size.height);
   glUseProgram(programs.present.get());
   bind_texture(programs.present, "picture", 0, GL_TEXTURE_2D, targets.one_color);
   glBindVertexArray(programs.nothing.get());

@@ -25,6 +25,7 @@ struct LiveFrame {
   int width = 0;
   int height = 0;
   std::optional<LiveCut> cut;
+  const gl::Texture* matcap = nullptr;  // of Material::matcap
 };
 
 // The plane of the scene's clip, if there is one. Throws InvalidInput for a plane without direction.
@@ -44,6 +45,14 @@ void draw_live_shape(const LiveFrame& frame, const LiveShape& shape);
 
 // Where nothing is yet.
 void draw_live_background(const LiveFrame& frame);
+
+struct LiveImage {
+  const gl::Texture& texture;
+  const PlacedImage& placed;
+};
+
+// Over the background, each over those before it.
+void draw_live_images(const LiveFrame& frame, std::span<const LiveImage> images);
 
 // Faintly where they are hidden.
 void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods);

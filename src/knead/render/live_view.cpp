@@ -11,10 +11,13 @@
 #include "knead/render/drawing.h"
 #include "knead/render/live_compute.h"
 #include "knead/render/live_passes.h"
+#include "knead/render/live_relief.h"
 #include "knead/render/rods.h"
 
 namespace knead::render {
 namespace {
+
+constexpr float kMaskShade = 0.62f;  // how much darker a masked vertex is
 
 constexpr double kCreaseAngle = 40 * std::numbers::pi / 180;
 constexpr int kRodSides = 16;
@@ -71,6 +74,11 @@ std::pair<double, double> extent_along(const Box& box, const Vec3d& direction) {
   return {middle - reach, middle + reach};
 }
 
+struct ShownImage {
+  std::shared_ptr<const Image> image;
+  gl::Texture texture;
+};
+
 // Arrows and lines with what they look like.
 struct Rods {
   std::vector<Arrow> arrows;
@@ -95,6 +103,9 @@ struct Rods {
 
 struct LiveView::State {
   LivePrograms programs;
+  std::optional<LiveReliefPrograms> relief_programs;  // from the first picture that has a relief
+  std::optional<Matcap> matcap;                       // in matcap_texture
+  gl::Texture matcap_texture;
   std::optional<LiveCompute> compute;  // of the shape, from the first places that are on the GPU
   std::optional<Box> box_on_gpu;       // renderer units; while the shape's places are those on the GPU
   int samples = 1;
@@ -102,12 +113,34 @@ struct LiveView::State {
   Placement placement;
   LiveMesh mesh;
   LiveBuffers buffers;
-  std::vector<Bytes4> colors;  // per drawn vertex; the fourth: influence
+  std::vector<ShownImage> images;
+  std::vector<Bytes4> colors;        // per drawn vertex; the fourth: influence
+  std::vector<Bytes4> plain_colors;  // without the mask
   std::vector<Glass> glass;
   Rods rods;
   LiveTargets targets;
   LiveTargets other_targets;
   UploadCounts counts;
+
+  // Of the scene's images; those that it does not have any more are forgotten.
+  std::vector<LiveImage> show_images(const LiveScene& scene) {
+    std::vector<ShownImage> kept;
+    for (const PlacedImage& placed : scene.images) {
+      const auto same = [&](const ShownImage& one) { return one.image == placed.image; };
+      if (std::any_of(kept.begin(), kept.end(), same)) continue;
+      const auto known = std::find_if(images.begin(), images.end(), same);
+      kept.push_back(known != images.end() ? std::move(*known)
+                                           : ShownImage{placed.image, make_image_texture(*placed.image)});
+    }
+    images = std::move(kept);
+    std::vector<LiveImage> shown;
+    for (const PlacedImage& placed : scene.images) {
+      const auto found =
+          std::find_if(images.begin(), images.end(), [&](const ShownImage& one) { return one.image == placed.image; });
+      shown.push_back({found->texture, placed});
+    }
+    return shown;
+  }
 
   // What the scene has besides the shape, on the GPU; surfaces without faces are left out.
   std::vector<LiveGlass> show(const LiveScene& scene, const Vec3d& forward) {
@@ -136,16 +169,20 @@ struct LiveView::State {
   }
 
   // Those of the size before, with other samples, are kept: views change between few and many.
-  void make_targets(int width, int height, int wanted) {
-    const auto fits = [&](const LiveTargets& t) {
-      return t.width == width && t.height == height && t.samples_wanted == wanted;
-    };
-    if (fits(targets)) return;
+  void make_targets(const LiveTargetSize& size) {
+    if (targets.size == size) return;
     std::swap(targets, other_targets);
-    if (fits(targets)) return;
+    if (targets.size == size) return;
     targets = {};
-    if (other_targets.width != width || other_targets.height != height) other_targets = {};
-    targets = make_live_targets(width, height, wanted);
+    const LiveTargetSize& other = other_targets.size;
+    if (other.width != size.width || other.height != size.height) other_targets = {};
+    targets = make_live_targets(size);
+  }
+
+  const gl::Texture& texture_of(Matcap wanted) {
+    if (matcap != wanted) matcap_texture = make_matcap_texture(wanted);
+    matcap = wanted;
+    return matcap_texture;
   }
 
   Box shape_box() const { return box_on_gpu ? *box_on_gpu : mesh.box(); }
@@ -206,6 +243,7 @@ void LiveView::set_shape(const Mesh& mesh) {
   s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(mesh.vertex_count())}, [&](std::uint32_t v, std::uint32_t d) {
     s.colors[d] = {colors[v][0], colors[v][1], colors[v][2], 0};
   });
+  s.plain_colors = s.colors;
   s.buffers = make_live_buffers(s.mesh, s.colors);
   s.glass.clear();
   s.rods = {};
@@ -257,6 +295,28 @@ void LiveView::set_influence(std::span<const float> per_vertex) {
   update_colors(s.buffers, s.colors, different);
 }
 
+void LiveView::set_mask(std::span<const float> per_vertex) {
+  State& s = *state_;
+  const std::size_t count = s.mesh.vertex_count();
+  if (!per_vertex.empty() && per_vertex.size() != count) {
+    throw InvalidInput("live view: " + std::to_string(per_vertex.size()) + " values of a mask for a shape of " +
+                       std::to_string(count) + " vertices; give one per vertex");
+  }
+  VertexRange different{static_cast<std::uint32_t>(s.colors.size()), 0};
+  s.mesh.for_each_drawn({0, static_cast<std::uint32_t>(count)}, [&](std::uint32_t v, std::uint32_t d) {
+    const float value = per_vertex.empty() || !(per_vertex[v] > 0) ? 0.0f : std::min(per_vertex[v], 1.0f);
+    Bytes4 color = s.colors[d];
+    for (std::size_t i = 0; i < 3; ++i) {
+      const float lit = static_cast<float>(s.plain_colors[d][i]) * (1 - kMaskShade * value);
+      color[i] = static_cast<std::uint8_t>(std::lround(lit));
+    }
+    if (color == s.colors[d]) return;
+    s.colors[d] = color;
+    different = {std::min(different.begin, d), std::max(different.end, d + 1)};
+  });
+  update_colors(s.buffers, s.colors, different);
+}
+
 namespace {
 
 // Draws the scene into the targets' single samples.
@@ -266,12 +326,18 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
   const View rough = make_view(scene.camera, s.placement, {}, aspect, height);
   const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward);
   const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
-  const LiveFrame frame{s.programs, view, scene, ball_of(s.shape_box()), width, height, cut};
+  const bool is_matcap = scene.material == Material::matcap;
+  const LiveFrame frame{s.programs, view,   scene, ball_of(s.shape_box()),
+                        width,      height, cut,   is_matcap ? &s.texture_of(scene.matcap) : nullptr};
 
-  s.make_targets(width, height, scene.samples > 0 ? scene.samples : s.samples);
+  const bool relief = scene.relief != Relief{} && !s.mesh.is_cloud();
+  if (relief && !s.relief_programs) s.relief_programs.emplace();
+  s.make_targets({width, height, scene.samples > 0 ? scene.samples : s.samples, relief});
   begin_live_picture(frame, s.targets);
   draw_live_shape(frame, {s.mesh, s.buffers, s.shape_box()});
+  if (relief) draw_live_relief(frame, s.targets, *s.relief_programs);
   draw_live_background(frame);
+  draw_live_images(frame, s.show_images(scene));
   if (!glass.empty()) gather(s.targets, GL_DEPTH_BUFFER_BIT);
   draw_live_rods(frame, s.rods.buffers);
   if (!glass.empty()) draw_live_glass(frame, glass, s.targets.one_depth);

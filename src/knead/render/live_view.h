@@ -1,6 +1,7 @@
 // Draws one shape interactively while it deforms, in a window's framebuffer.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -18,8 +19,8 @@ namespace knead::render {
 
 // How the shape is shaded.
 //   clay    under a sky and a key light, as in `knead render` but without shadows
-//   matcap  each normal has the colour that it has on a ball of the material, seen from the front
-//   flat    clay with plane triangles
+//   matcap  by the picture of a ball (LiveScene::matcap)
+//   flat    each triangle evenly, without gloss, under lamps of different colours that tell its slope
 enum class Material { clay, matcap, flat };
 
 // Vertices [begin, end) of a mesh.
@@ -36,14 +37,33 @@ struct PointBuffer {
   VertexRange vertices;
 };
 
+// A picture that stands in the scene, behind the shape and everything else.
+struct PlacedImage {
+  std::shared_ptr<const Image> image;  // with pixels
+  Vec3d center;
+  Vec3d right;  // from the centre to the middle of the right side
+  Vec3d up;     // and of the upper side
+  float opacity = 1;
+};
+// The colours of stretches, from none to the strongest, evenly spaced: told apart by lightness alone, too.
+inline constexpr std::array<Color, 5> kStretchColors{{{0.86f, 0.86f, 0.84f, 1},
+                                                      {0.99f, 0.80f, 0.35f, 1},
+                                                      {0.93f, 0.44f, 0.20f, 1},
+                                                      {0.62f, 0.14f, 0.36f, 1},
+                                                      {0.22f, 0.05f, 0.32f, 1}}};
+
 // The camera, the material and everything that is drawn besides the shape. Colours are those on the screen.
 struct LiveScene {
   Camera camera;
   Material material = Material::clay;
-  int samples = 0;              // per pixel; 0: the number given to the view
-  bool wireframe = false;       // the polygons' edges
-  bool show_influence = false;  // as set by set_influence
-  std::optional<Clip> clip;     // shape only
+  Matcap matcap = Matcap::terracotta;  // of Material::matcap
+  Relief relief;                       // of the shape; a point cloud has none
+  int samples = 0;                     // per pixel; 0: the number given to the view
+  bool wireframe = false;              // the polygons' edges
+  bool show_influence = false;         // as set by set_influence
+  bool show_stretch = false;           // the values of set_influence along kStretchColors instead
+  std::optional<Clip> clip;            // shape only
+  std::vector<PlacedImage> images;
   std::vector<TranslucentSurface> surfaces;
   std::vector<Arrow> arrows;
   std::vector<Line> lines;
@@ -56,6 +76,10 @@ struct UploadCounts {
   std::size_t bytes = 0;
   std::size_t ranges = 0;
 };
+
+// Returns a picture of a ball of the material with a transparent background, size * size pixels. Throws InvalidInput if
+// size < 2.
+Image matcap_ball(Matcap matcap, int size);
 
 // Draws one shape and its tools into the framebuffer that is bound when `draw` is called.
 //
@@ -94,6 +118,10 @@ class LiveView {
   // Sets the influence of a tool, which is drawn in green and red if the scene asks for it. One value per vertex: 0 in
   // the outer region, 1 in the inner region; empty: no influence. Throws InvalidInput for another number of values.
   void set_influence(std::span<const float> per_vertex);
+
+  // Sets how much each vertex is masked, which darkens it: from 0, its own colour, to 1. Empty: no vertex. Setting the
+  // shape clears it. Throws InvalidInput for another number of values.
+  void set_mask(std::span<const float> per_vertex);
 
   // Draws the scene. width and height: of the framebuffer in pixels; does nothing if one is not positive. Throws
   // InvalidInput for a camera or a clipping plane without direction, or a picture too large for the driver.

@@ -197,8 +197,9 @@ TEST_F(LiveViewTest, FlatFacesHaveOneColorEach) {
   const Image image = picture_of(box, scene);
   const Pixel middle = at(image, kWidth / 2, kHeight / 2);
   EXPECT_NEAR(middle.red, at(image, kWidth / 2 - 40, kHeight / 2 - 30).red, 1);
-  scene.material = Material::clay;  // creases: the same
-  EXPECT_NEAR(at(picture(scene), kWidth / 2, kHeight / 2).red, middle.red, 1);
+  scene.material = Material::clay;  // even, too, because it stops at creases
+  const Image clay = picture(scene);
+  EXPECT_NEAR(at(clay, kWidth / 2, kHeight / 2).red, at(clay, kWidth / 2 - 40, kHeight / 2 - 30).red, 8);
 }
 
 TEST_F(LiveViewTest, MatcapTurnsWithTheCamera) {

@@ -79,4 +79,46 @@ Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up
   return occluder;
 }
 
+namespace {
+
+double beyond(const std::array<float, 4>& plane, const Vec3f& p) {
+  return double{plane[0]} * p.x + double{plane[1]} * p.y + double{plane[2]} * p.z - double{plane[3]};
+}
+
+// The corners of what the plane leaves of a triangle, at most four.
+std::vector<Vec3f> clipped(const std::array<Vec3f, 3>& triangle, const std::array<float, 4>& plane) {
+  std::vector<Vec3f> kept;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3f& a = triangle[i];
+    const Vec3f& b = triangle[(i + 1) % 3];
+    const double at_a = beyond(plane, a);
+    const double at_b = beyond(plane, b);
+    if (at_a <= 0) kept.push_back(a);
+    if ((at_a <= 0) != (at_b <= 0)) kept.push_back(Vec3f(Vec3d(a) + (Vec3d(b) - Vec3d(a)) * (at_a / (at_a - at_b))));
+  }
+  return kept;
+}
+
+}  // namespace
+
+void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane) {
+  std::erase_if(occluder.points, [&](const Vec3f& p) { return beyond(plane, p) > 0; });
+  std::vector<std::uint32_t> indices;
+  for (std::size_t i = 0; i < occluder.indices.size(); i += 3) {
+    std::array<Vec3f, 3> triangle;
+    for (std::size_t k = 0; k < 3; ++k) triangle[k] = occluder.positions[occluder.indices[i + k]];
+    const auto is_beyond = [&](const Vec3f& p) { return beyond(plane, p) > 0; };
+    const auto count = std::count_if(triangle.begin(), triangle.end(), is_beyond);
+    if (count == 0) {
+      for (std::size_t k = 0; k < 3; ++k) indices.push_back(occluder.indices[i + k]);
+    } else if (count < 3) {
+      const auto first = static_cast<std::uint32_t>(occluder.positions.size());
+      const std::vector<Vec3f> kept = clipped(triangle, plane);
+      occluder.positions.insert(occluder.positions.end(), kept.begin(), kept.end());
+      for (std::uint32_t k = 2; k < kept.size(); ++k) indices.insert(indices.end(), {first, first + k - 1, first + k});
+    }
+  }
+  occluder.indices = std::move(indices);
+}
+
 }  // namespace knead::render

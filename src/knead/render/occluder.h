@@ -1,6 +1,7 @@
 // What casts shadows: the shapes, in a coarser copy where they are finer than a shadow map.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "knead/render/surface.h"
@@ -20,5 +21,8 @@ struct Occluder {
 // Rossignac and Borrel, "Multi-resolution 3D approximations for rendering complex scenes" (1993). Deterministic.
 Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
                        std::size_t max_triangles);
+
+// Removes what lies beyond the plane: dot(plane xyz, p) > plane w. Triangles across it are cut.
+void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);
 
 }  // namespace knead::render

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "knead/render/drawing.h"
 
 namespace knead::render {
@@ -45,25 +43,26 @@ GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes)
   return buffer;
 }
 
-gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const gl::Texture& light,
-                          const OccluderBuffers& occluder, double ground_light) {
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting) {
   gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
   const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
   reset_state(pass.width, pass.height);
   const gl::Program& program = pass.programs.backdrop;
   use(program, pass);
   bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, buffer.depth);
-  bind_texture(program, "light_map", 1, GL_TEXTURE_2D, light);
-  set_with_alpha(program, "background", pass.options.background);
-  set(program, "ground_light", ground_light);
-  glUniform1i(uniform(program, "taps"), std::max(24, 64 / (pass.options.supersampling * pass.options.supersampling)));
-  set(program, "reach", pass.options.ambient_occlusion && pass.options.ground ? occluder.radius : 0.0);
-  set_ground(program, pass, occluder);
+  const bool ground = lighting.has_ground(pass.options);
+  bind_texture(program, "pixel_map", 1, GL_TEXTURE_2D, light.pixels);
+  bind_texture(program, "sample_map", 2, GL_TEXTURE_2D, light.samples);
+  bind_texture(program, "darkness_map", 3, GL_TEXTURE_2D, ground ? light.darkness : light.pixels);
+  set_with_alpha(program, "background_top", pass.options.background);
+  set_with_alpha(program, "background_bottom", pass.options.background_bottom.value_or(pass.options.background));
+  set(program, "with_ground", ground ? 1.0 : 0.0);
+  glUniform1i(uniform(program, "factor"), pass.options.supersampling);
   draw_full_screen(pass);
   return color;
 }
 
-Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over) {
+Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over, bool has_glass) {
   Image image{pass.options.width, pass.options.height, {}};
   const gl::Texture pixels = gl::make_texture(image.width, image.height, GL_RGBA8);
   const gl::Framebuffer target = gl::make_framebuffer({&pixels}, nullptr);
@@ -72,6 +71,7 @@ Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over
   use(program, pass);
   bind_texture(program, "base", 0, GL_TEXTURE_2D, base);
   bind_texture(program, "over", 1, GL_TEXTURE_2D, over);
+  set(program, "with_over", has_glass ? 1.0 : 0.0);
   glUniform1i(uniform(program, "factor"), pass.options.supersampling);
   glUniform1i(uniform(program, "height"), image.height);
   draw_full_screen(pass);

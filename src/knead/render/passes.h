@@ -1,30 +1,35 @@
 // The steps of a picture, each a full drawing into textures of width * height samples.
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "knead/gl/objects.h"
 #include "knead/render/dome.h"
 #include "knead/render/occluder.h"
 #include "knead/render/renderer.h"
+#include "knead/render/shaders.h"
 
 namespace knead::render {
 
-inline constexpr int kShadowMapSize = 1024;
+inline constexpr int kShadowMapSize = 512;
 
 struct Programs {
   gl::Program clay;
   gl::Program cap;
   gl::Program disc;
-  gl::Program shadow;
-  gl::Program lighting;
+  std::map<ShapeLook, gl::Program> shape_light;  // those that were needed
+  gl::Program ground_light;
+  gl::Program even;
+  gl::Program uneven;
+  gl::Program sees_ground;
+  gl::Program ground;
   gl::Program backdrop;
   gl::Program rod;
   gl::Program glass;
   gl::Program copy;
   gl::Program resolve;
   gl::VertexArray nothing;  // for triangles made by the vertex program
-  gl::Sampler plain_depth;  // reads shadow maps as they are
 
   Programs();
 };
@@ -42,19 +47,9 @@ struct SurfaceBuffers {
 
 SurfaceBuffers upload(const DrawSurface& surface);
 
-struct OccluderBuffers {
-  SurfaceBuffers triangles;
-  SurfaceBuffers points;
-  Vec3d center;
-  double radius = 0;
-  double ground = 0;
-};
-
-OccluderBuffers upload(const Occluder& occluder, double point_radius);
-
 // What the passes have in common.
 struct Pass {
-  const Programs& programs;
+  Programs& programs;
   const View& view;
   const Options& options;
   int width = 0;  // in samples
@@ -72,20 +67,42 @@ struct GBuffer {
 
 GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes);
 
-// Radiance of the shapes; in alpha the light that the ground lacks.
-gl::Texture draw_light(const Pass& pass, const GBuffer& buffer, const std::vector<Light>& lights,
-                       const OccluderBuffers& occluder);
+// What lights the scene, and what keeps the light off.
+struct Lighting {
+  std::vector<Light> lights;  // those that light the ground first
+  Occluder occluder;
+  double point_radius = 0;  // renderer units
+  double ground_light = 0;  // what the ground gets without shadow
+
+  bool has_shadows(const Options& options) const { return options.ambient_occlusion && occluder.radius > 0; }
+  bool has_ground(const Options& options) const { return has_shadows(options) && options.ground; }
+};
+
+// Returns true if the light casts shadows on the ground, whose normal is `up`.
+bool lights_ground(const Light& light, const Vec3d& up);
+
+// Radiance of the shapes, for pixels where that suffices and for samples elsewhere; and how dark the ground is.
+struct LightMaps {
+  gl::Texture pixels;
+  gl::Texture samples;
+  gl::Texture darkness;
+};
+
+LightMaps draw_light(const Pass& pass, const GBuffer& buffer, const Lighting& lighting);
 
 // Linear colour times alpha, of the lit shapes on the background.
-gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const gl::Texture& light,
-                          const OccluderBuffers& occluder, double ground_light);
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting);
 
 // Adds the rods to the colour, depth and normals.
 void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods);
 
-// All translucent surfaces in front of everything solid, one over the other.
+// All translucent surfaces in front of everything solid, one over the other; one texel if there are none.
 gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces);
 
-Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over);
+// over: in front of base if has_glass.
+Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over, bool has_glass);
+
+// Tells how much of the picture is done, after the GPU has done it.
+void report(const Pass& pass, double part);
 
 }  // namespace knead::render

@@ -381,6 +381,18 @@ TEST(Image, JpegKeepsWhatOneSees) {
   EXPECT_THROW(encode_jpeg(image, 0), InvalidInput);
 }
 
+TEST(Image, DecodesWhatItEncodes) {
+  const Image image = gradient(37, 23);
+  EXPECT_EQ(decode_image(encode_png(image)), image);
+  const Image jpeg = decode_image(encode_jpeg(image));
+  EXPECT_EQ(jpeg.width, 37);
+  EXPECT_EQ(jpeg.height, 23);
+  EXPECT_THROW(decode_image(""), InvalidInput);
+  EXPECT_THROW(decode_image("P6 2 2 255 "), InvalidInput);
+  const std::string png = encode_png(image);
+  EXPECT_THROW(decode_image(png.substr(0, png.size() / 2)), InvalidInput);
+}
+
 TEST(Image, SideBySideKeepsThePixels) {
   const Image left = gradient(5, 8);
   const Image right = gradient(3, 4);

@@ -89,6 +89,12 @@ void set_clip(const Scene& scene, Pass& pass) {
   pass.cut = scene.clip->color;
 }
 
+}  // namespace
+
+bool lights_ground(const Light& light, const Vec3d& up) { return dot(Vec3d(light.direction), up) > kGrazingCosine; }
+
+namespace {
+
 double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
   double sum = 0;
   for (const Light& light : lights) {
@@ -130,18 +136,25 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const std::vector<DrawSurface> surfaces = shape_surfaces(scene, view.placement, options);
   const double point_radius =
       options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
-  const OccluderBuffers occluder =
-      upload(make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius);
-  const int groups = options.supersampling * options.supersampling;
-  const std::vector<Light> lights = studio_lights(view, options.light_samples, groups);
+  Lighting lighting{studio_lights(view, options.light_samples),
+                    make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius};
+  std::stable_partition(lighting.lights.begin(), lighting.lights.end(),
+                        [&](const Light& light) { return lights_ground(light, view.ground_up); });
+  lighting.ground_light = unshadowed_light(lighting.lights, view.ground_up);
+  if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
+  report(pass, 0.15);
 
   const FramebufferGuard guard;
   const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
-  const gl::Texture light = draw_light(pass, buffer, lights, occluder);
-  const gl::Texture color = draw_backdrop(pass, buffer, light, occluder, unshadowed_light(lights, view.ground_up));
+  report(pass, 0.25);
+  const LightMaps light = draw_light(pass, buffer, lighting);
+  const gl::Texture color = draw_backdrop(pass, buffer, light, lighting);
   draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
-  const gl::Texture over = draw_glass(pass, buffer, upload_glass(scene, view.placement));
-  return resolve(pass, color, over);
+  const std::vector<SurfaceBuffers> glass = upload_glass(scene, view.placement);
+  const gl::Texture over = draw_glass(pass, buffer, glass);
+  Image image = resolve(pass, color, over, !glass.empty());
+  report(pass, 1);
+  return image;
 }
 
 Image render(const Scene& scene, const Options& options) {

@@ -1,6 +1,10 @@
 #include "knead/render/scene.h"
 
+#include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 namespace knead::render {
@@ -25,6 +29,39 @@ std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, i
   return circle;
 }
 
+std::optional<Color> color_from(std::string_view text) {
+  if (text.size() != 7 || text[0] != '#') return std::nullopt;
+  std::array<float, 3> channels{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    int value = 0;
+    const char* const end = text.data() + 2 * i + 3;
+    const auto parsed = std::from_chars(end - 2, end, value, 16);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || value < 0) return std::nullopt;
+    channels[i] = static_cast<float>(value) / 255;
+  }
+  return Color{channels[0], channels[1], channels[2], 1};
+}
+
+std::string text_of(const Color& color) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text = "#";
+  for (const float channel : {color.red, color.green, color.blue}) {
+    const auto value = static_cast<std::size_t>(std::lround(255 * std::clamp(channel, 0.0f, 1.0f)));
+    text += digits[value / 16];
+    text += digits[value % 16];
+  }
+  return text;
+}
+
+std::optional<Background> background_named(std::string_view name) {
+  if (name == "gradient") return Background{{0.86f, 0.87f, 0.89f, 1}, {0.66f, 0.68f, 0.71f, 1}};
+  if (name == "light") return Background{{0.95f, 0.955f, 0.96f, 1}, {0.95f, 0.955f, 0.96f, 1}};
+  if (name == "dark") return Background{{0.15f, 0.155f, 0.165f, 1}, {0.15f, 0.155f, 0.165f, 1}};
+  const std::optional<Color> color = color_from(name);
+  if (!color) return std::nullopt;
+  return Background{*color, *color};
+}
+
 Box shapes_box(const Scene& scene) {
   Box box;
   for (const Shape& shape : scene.shapes) {
@@ -34,11 +71,23 @@ Box shapes_box(const Scene& scene) {
 }
 
 Box scene_box(const Scene& scene) {
-  Box box = shapes_box(scene);
-  for (const TranslucentSurface& surface : scene.surfaces) extend_by_finite(box, surface.mesh.positions);
-  for (const Line& line : scene.lines) extend_by_finite(box, line.points);
-  for (const Arrow& arrow : scene.arrows) extend_by_finite(box, {arrow.from, arrow.to});
+  Box box;
+  for (const Vec3d& p : scene_points(scene)) box.extend(p);
   return box;
+}
+
+std::vector<Vec3d> scene_points(const Scene& scene) {
+  std::vector<Vec3d> points;
+  const auto add = [&](const std::vector<Vec3d>& some) {
+    std::copy_if(some.begin(), some.end(), std::back_inserter(points), [](const Vec3d& p) { return is_finite(p); });
+  };
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh != nullptr) add(shape.mesh->positions);
+  }
+  for (const TranslucentSurface& surface : scene.surfaces) add(surface.mesh.positions);
+  for (const Line& line : scene.lines) add(line.points);
+  for (const Arrow& arrow : scene.arrows) add({arrow.from, arrow.to});
+  return points;
 }
 
 }  // namespace knead::render

@@ -1,7 +1,11 @@
 // The contents of a picture as plain values. Nothing here needs OpenGL.
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "knead/math/box.h"
@@ -19,6 +23,44 @@ struct Color {
   float alpha = 1;
 
   friend bool operator==(const Color&, const Color&) = default;
+};
+
+// A material as the picture of a ball of it: each point has the colour that the ball has where its normal is the same.
+// Colours of a shape tint it.
+enum class Matcap { terracotta, red_wax, porcelain, chrome, jade, skin, dark_metal, normals };
+inline constexpr std::size_t kMatcapCount = 8;
+
+// Returns all matcaps, in the order of the enum.
+std::span<const Matcap> all_matcaps();
+
+// Return the name in options and files ("red-wax"), and the name that a person reads ("Red wax").
+std::string_view name_of(Matcap matcap);
+std::string_view title_of(Matcap matcap);
+
+// Returns the matcap with this name_of(), if there is one.
+std::optional<Matcap> matcap_named(std::string_view name);
+
+// What is behind a scene: colours from the top of the picture to its bottom.
+struct Background {
+  Color top;
+  Color bottom;
+
+  friend bool operator==(const Background&, const Background&) = default;
+};
+
+// Returns the background with this name: "gradient", "light", "dark", or a colour "#rrggbb". Nothing for another text.
+std::optional<Background> background_named(std::string_view name);
+
+// Returns the colour "#rrggbb", in upper or lower case; nothing for another text. Returns it as such a text.
+std::optional<Color> color_from(std::string_view text);
+std::string text_of(const Color& color);
+
+// Shading that brings out the form, computed from what is around a point in the picture.
+struct Relief {
+  bool cavity = false;     // darkens grooves and brightens ridges
+  bool occlusion = false;  // darkens folds and corners
+
+  friend bool operator==(const Relief&, const Relief&) = default;
 };
 
 inline constexpr Color kClay{0.80f, 0.755f, 0.70f, 1};
@@ -79,6 +121,9 @@ struct Scene {
 
 // Returns the points of a circle, for a closed Line. axis need not be a unit vector but is not zero.
 std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, int points = 96);
+
+// Returns all points of the scene that are finite, in scene coordinates.
+std::vector<Vec3d> scene_points(const Scene& scene);
 
 // Return the bounding box of the shapes, and of everything in the scene, in scene coordinates.
 Box shapes_box(const Scene& scene);

@@ -39,6 +39,63 @@ void main() {
 }
 )";
 
+// What the neighbourhood in the picture says about a sample of a shape. depth_map and normal_map are of all samples;
+// normals have w = 1 where a shape is. Both functions look at the plane through the sample, p with the unit normal n;
+// size: of a sample there.
+//
+// cavity: how much the normals on both sides lean apart, from groove (< 0) to ridge (> 0), at two distances; what lies
+// off the plane is another surface and does not count. occlusion: the share of light that gets through, 1 for a plane;
+// McGuire, Mara and Luebke, "Scalable ambient obscurance" (2012).
+inline constexpr const char* kRelief = R"(
+uniform sampler2D depth_map, normal_map;
+uniform float sample_size;      // at distance 1 in perspective (view.h)
+uniform float cavity_step;      // in samples
+uniform float occlusion_reach;  // in renderer units
+
+vec3 place_of(vec2 at, float depth) { return ray_origin(at) + distance_at(depth) * ray_direction(at); }
+float size_at(float depth) { return sample_size * mix(1.0, distance_at(depth), perspective); }
+
+float lean(ivec2 texel, ivec2 away, vec3 axis, vec3 p, vec3 n, float size) {
+  ivec2 at = clamp(texel + away, ivec2(0), ivec2(samples) - 1);
+  vec4 other = texelFetch(normal_map, at, 0);
+  float depth = texelFetch(depth_map, at, 0).x;
+  if (other.w < 0.5 || depth == 1.0) return 0.0;
+  float off = abs(dot(n, place_of(vec2(at) + 0.5, depth) - p));
+  return off > 3.0 * length(vec2(away)) * size ? 0.0 : dot(normalize(other.xyz) - n, axis);
+}
+float spread(ivec2 texel, int away, vec3 p, vec3 n, float size) {
+  vec3 x = normalize(side), y = normalize(top);
+  return lean(texel, ivec2(away, 0), x, p, n, size) - lean(texel, ivec2(-away, 0), x, p, n, size) +
+         lean(texel, ivec2(0, away), y, p, n, size) - lean(texel, ivec2(0, -away), y, p, n, size);
+}
+// As a factor of brightness.
+float cavity(ivec2 texel, vec3 p, vec3 n, vec3 v, float size) {
+  int away = max(1, int(cavity_step + 0.5));
+  float c = spread(texel, away, p, n, size) + 0.6 * spread(texel, 3 * away, p, n, size);
+  c *= smoothstep(0.1, 0.6, dot(n, v));  // on the outline every surface turns away
+  return c < 0.0 ? 1.0 / (1.0 - 1.1 * c) : 1.0 + 0.55 * c / (0.6 + c);
+}
+
+float occlusion(vec2 at, vec3 p, vec3 n, float size, int taps, float turn) {
+  float reach = min(occlusion_reach, 0.12 * samples.y * size);
+  float sum = 0.0;
+  for (int i = 0; i < taps; ++i) {
+    float angle = 2.3999632 * float(i) + turn;
+    float r = (float(i) + 0.5) / float(taps) * reach / size;
+    vec2 to = clamp(at + r * vec2(cos(angle), sin(angle)), vec2(0.5), samples - 0.5);
+    float depth = texelFetch(depth_map, ivec2(to), 0).x;
+    if (depth == 1.0) continue;
+    vec3 d = place_of(floor(to) + 0.5, depth) - p;
+    float dd = dot(d, d);
+    float f = max(1.0 - dd / (reach * reach), 0.0);
+    // Triangles lie a little beside the surface that the normals tell of.
+    float above = max(dot(d, n) - 0.07 * sqrt(dd) - size, 0.0);
+    sum += f * f * f * above / (dd + 0.0004 * reach * reach);
+  }
+  return max(1.0 - 3.2 * reach * sum / float(taps), 0.0);
+}
+)";
+
 // The light of things that neither cast nor catch shadows: a sky and the key light.
 inline constexpr const char* kSimpleLight = R"(
 uniform vec3 sky_up, key;

@@ -73,7 +73,7 @@ WorkResult Workbench::make_arrangement(const std::vector<std::vector<SessionStro
       *entry = *same;
       entry->info.strokes = strokes;
     } else {
-      const std::optional<ShapeState> state = state_after(next, next.size(), progress);
+      const std::optional<ShapeState> state = make_state(next, next.size(), progress, nullptr);
       if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
       WorkResult result = make_entry(strokes, *state, *entry, progress);
       if (!result.is_done()) return result;
@@ -85,18 +85,24 @@ WorkResult Workbench::make_arrangement(const std::vector<std::vector<SessionStro
 
 WorkResult Workbench::arrange(const std::vector<std::vector<SessionStroke>>& entries, bool again, Progress* progress) {
   const std::size_t given_up = set_live({}, progress).lines.taken_back;
+  WorkResult result = settle(progress);
+  result.lines.taken_back += given_up;
+  if (!result.is_done()) return result;
   History next;
-  WorkResult result = make_arrangement(entries, next, progress);
+  result = make_arrangement(entries, next, progress);
   result.lines.taken_back = given_up;
   if (!result.is_done() || next == now_) return result;
-  const LineChange change = lines_to(next);
-  result.lines.taken_back += change.taken_back;
-  result.lines.appended = change.appended;
+  Change change = change_between(now_, next);
   if (again && !undo_.empty()) {
-    now_ = std::move(next);
+    const std::size_t common = change.common;
+    History before(now_.begin(), now_.begin() + static_cast<std::ptrdiff_t>(undo_.back().common));
+    before.insert(before.end(), undo_.back().rest.begin(), undo_.back().rest.end());
+    exchange(std::move(change));
+    undo_.back() = change_between(now_, before);
     redo_.clear();
+    result.lines = joined_changes(std::move(result.lines), lines_from(common));
   } else {
-    change_to(std::move(next));
+    result.lines = joined_changes(std::move(result.lines), change_to(std::move(change)));
   }
   return result;
 }

@@ -18,6 +18,21 @@ struct RelaxMesh {
 
 }  // namespace session_detail
 
+namespace {
+
+// What a mask holds stays; nothing without a mask.
+remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_detail::RelaxTopology& topology,
+                                             std::span<const Vec3d> positions) {
+  if (mask.is_empty()) return {};
+  remesh_detail::RelaxTopology result = topology;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (mask.holds(positions[v])) result.freedom[v] = remesh_detail::RelaxTopology::Freedom::stays;
+  }
+  return result;
+}
+
+}  // namespace
+
 // The creases are those that remeshing keeps: of the shape before any deformation.
 const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
   if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
@@ -33,8 +48,9 @@ AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double
   if (from >= to) return AdvectStatus::done;
   earlier_steps_ = steps();
   blocks_.reset();
-  remesh_detail::Relaxer relaxer(relax_mesh().topology, triangles(), positions_, policy_->single_precision,
-                                 motion_.threads);
+  const remesh_detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
+  remesh_detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
+                                 policy_->single_precision, motion_.threads);
   for (double i = std::floor(from); i < to; ++i) {
     if (progress != nullptr && progress->cancel) return AdvectStatus::cancelled;
     const double part = std::min(1.0, to - i);

@@ -4,18 +4,44 @@
 #include <utility>
 
 #include "knead/flow/reach.h"
+#include "knead/remesh/patch.h"
 #include "knead/session/deformed_shape.h"
 
 namespace knead {
 
 namespace {
 
-// The vertex attribute that carries normals through a remesh, which interpolates it.
+// The vertex attributes that carry normals, and the places at the start and before the stroke, through a remesh, which
+// interpolates them.
 constexpr const char* kNormals = "knead carried normal";
+constexpr const char* kRest = "knead place at the start";
+constexpr const char* kBefore = "knead place before the stroke";
 
 // Ends a remesh whose points could not be carried.
 struct Stopped {
   AdvectStatus status;
+};
+
+// Puts the count of the work around it back when a remesh, which counts its own steps, ends.
+class KeptCount {
+ public:
+  explicit KeptCount(Progress* progress) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    done_ = progress_->done;
+    total_ = progress_->total;
+  }
+  ~KeptCount() {
+    if (progress_ == nullptr) return;
+    progress_->done = done_;
+    progress_->total = total_;
+  }
+  KeptCount(const KeptCount&) = delete;
+  KeptCount& operator=(const KeptCount&) = delete;
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+  std::uint64_t total_ = 0;
 };
 
 void add(const RemeshCounts& more, RemeshCounts& counts) {
@@ -35,6 +61,7 @@ Provenance unchanged(const Mesh& mesh) {
   result.vertex_source.resize(mesh.vertex_count());
   std::iota(result.vertex_source.begin(), result.vertex_source.end(), 0U);
   result.touched.resize(mesh.vertex_count());
+  result.rest = mesh.positions;
   return result;
 }
 
@@ -66,6 +93,24 @@ std::vector<Vec3d> take_normals(Mesh& mesh) {
     normals[i] = norm(n) > 0 ? n * (value[3] / norm(n)) : n;
   }
   return normals;
+}
+
+void add_places(const char* name, std::span<const Vec3d> places, Mesh& mesh) {
+  Attribute attribute{name, Domain::vertex, NumberType::float64, 3, {}};
+  attribute.values.reserve(3 * places.size());
+  for (const Vec3d& p : places) attribute.values.insert(attribute.values.end(), {p.x, p.y, p.z});
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+std::vector<Vec3d> take_places(Mesh& mesh) {
+  const Attribute attribute = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<Vec3d> places(attribute.values.size() / 3);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double* const value = attribute.values.data() + 3 * i;
+    places[i] = {value[0], value[1], value[2]};
+  }
+  return places;
 }
 
 // What is known of the vertices and faces before a remesh, handed on to those after it.
@@ -111,9 +156,13 @@ const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) c
 void DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points) {
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
+  const std::uint64_t total = progress != nullptr ? progress->total.exchange(0) : 0;
   const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
   const AdvectResult result = motion_.backend ? motion_.backend(flow, points, options) : advect(flow, points, options);
-  if (progress != nullptr) progress->done = done;
+  if (progress != nullptr) {
+    progress->done = done;
+    progress->total = total;
+  }
   work_ += result;
   if (result.status != AdvectStatus::done) throw Stopped{std::exchange(work_.status, AdvectStatus::done)};
 }
@@ -138,8 +187,16 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   }
   Mesh mesh = *mesh_;
   mesh.positions.assign(before.begin(), before.end());
-  if (!provenance.creases) provenance.creases = find_creases(mesh);
+  if (!provenance.creases) {
+    try {
+      provenance.creases = remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, progress);
+    } catch (const Cancelled&) {
+      return {AdvectStatus::cancelled, std::nullopt};
+    }
+  }
   add_normals(normals(), mesh);
+  add_places(kRest, provenance.rest, mesh);
+  add_places(kBefore, before, mesh);
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   const FlowReach reach(flow);
@@ -147,13 +204,17 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   deformation.carry = [&](std::span<Vec3d> points) { carry(flow, progress, points); };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();
+  const KeptCount kept(progress);
   try {
-    RemeshOutcome outcome{AdvectStatus::done,
-                          knead::remesh(mesh, positions_, deformation, remesh_options(settings, labels))};
+    RemeshOptions options = remesh_options(settings, labels);
+    options.progress = progress;
+    RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     adopt(*outcome.remeshed, before);
     return outcome;
   } catch (const Stopped& stopped) {
     return {stopped.status, std::nullopt};
+  } catch (const Cancelled&) {
+    return {AdvectStatus::cancelled, std::nullopt};
   }
 }
 
@@ -168,7 +229,10 @@ void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
     const std::uint32_t source = remeshed.vertex_source[i];
     if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
   }
-  provenance_ = std::make_shared<const Provenance>(after_remesh(*provenance_, remeshed, touched_before, before));
+  Provenance provenance = after_remesh(*provenance_, remeshed, touched_before, before);
+  provenance.before_stroke = take_places(remeshed.mesh);
+  provenance.rest = take_places(remeshed.mesh);
+  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   std::vector<Vec3d> normals;
   if (normals_) normals = take_normals(remeshed.mesh);
   mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));

@@ -78,8 +78,8 @@ Mesh ShapeState::to_mesh() const {
 }
 
 bool ShapeState::is_same(const ShapeState& other) const {
-  return mesh == other.mesh && provenance == other.provenance && positions.size() == other.positions.size() &&
-         positions.changes_since(other.positions).empty();
+  return mesh == other.mesh && provenance == other.provenance && mask.shares(other.mask) &&
+         positions.size() == other.positions.size() && positions.changes_since(other.positions).empty();
 }
 
 DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion, RemeshPolicy remesh,
@@ -187,13 +187,14 @@ void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape&
 }
 
 ShapeState DeformedShape::state(const ShapeState& before) const {
-  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_};
+  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_, mask_};
 }
 
 void DeformedShape::restore(const ShapeState& state) {
   if (mesh_ != state.mesh) triangles_.reset();
   mesh_ = state.mesh;
   provenance_ = state.provenance;
+  mask_ = state.mask;
   positions_ = state.positions.copy();
   start_normals(state.normals);
   blocks_.reset();

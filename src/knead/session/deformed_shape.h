@@ -54,9 +54,13 @@ struct RemeshPolicy {
 
 // Where the vertices and faces of a remeshed shape come from in the shape at the start.
 struct Provenance {
-  std::vector<std::uint32_t> face_source;        // for each face: the face at the start that it lies in
-  std::vector<std::uint32_t> vertex_source;      // for each vertex: the vertex at the start, or kNewVertex
-  std::vector<bool> touched;                     // for each vertex: whether it, or the surface there, has moved
+  std::vector<std::uint32_t> face_source;    // for each face: the face at the start that it lies in
+  std::vector<std::uint32_t> vertex_source;  // for each vertex: the vertex at the start, or kNewVertex
+  std::vector<bool> touched;                 // for each vertex: whether it, or the surface there, has moved
+  // For each vertex: where this point of the surface was at the start, and before the last stroke that was remeshed. A
+  // new vertex has a place between those of the old ones.
+  std::vector<Vec3d> rest;
+  std::vector<Vec3d> before_stroke;
   std::optional<std::vector<MeshEdge>> creases;  // of the shape before the first remesh, as they are now
   RemeshCounts counts;                           // sums over all strokes; crossings: after the last one
   bool is_renumbered = false;                    // vertices have other numbers than at the start
@@ -97,6 +101,15 @@ class Snapshot {
   // Returns the bytes of the chunks that `before` does not share.
   std::size_t bytes_beyond(const Snapshot& before) const;
 
+  // Calls visit(address, bytes) for each chunk; snapshots share those with the same address.
+  template <class Visit>
+  void for_each_chunk(const Visit& visit) const {
+    for (const auto& chunk : chunks_) visit(static_cast<const void*>(chunk.get()), sizeof(Chunk));
+  }
+
+  // Returns the bytes that a snapshot takes without its chunks.
+  std::size_t table_bytes() const { return chunks_.capacity() * sizeof(chunks_.front()); }
+
  private:
   using Chunk = std::array<Vec3d, kChunk>;  // zero beyond the last vertex
 
@@ -110,11 +123,12 @@ struct ShapeState {
   Snapshot positions;
   std::vector<Vec3d> normals{};                  // as many as the shape carries
   std::shared_ptr<const Provenance> provenance;  // null: the faces are those at the start
+  Mask mask{};                                   // of the strokes that follow
 
   // Returns the mesh with the positions.
   Mesh to_mesh() const;
 
-  // Returns whether both have the same faces, and positions with the same bits. Compares pointers only.
+  // Returns whether both have the same faces and mask, and positions with the same bits. Compares pointers only.
   bool is_same(const ShapeState& other) const;
 };
 
@@ -188,6 +202,10 @@ class DeformedShape {
   // Returns the work since the start, of all path lines, including those of points that remeshing added.
   const AdvectResult& work() const { return work_; }
 
+  // Returns the mask of the strokes that follow: that of the latest mask stroke.
+  const Mask& mask() const { return mask_; }
+  void set_mask(Mask mask) { mask_ = std::move(mask); }
+
   // Returns how strokes move vertices.
   const MotionOptions& motion() const { return motion_; }
   // Returns the length that relative tolerances refer to, of the shape at the start.
@@ -201,7 +219,8 @@ class DeformedShape {
   StrokeOutcome apply(const SessionStroke& stroke, const std::filesystem::path& folder = {},
                       Progress* progress = nullptr);
 
-  // Moves the vertices through a flow; the faces stay. On a status other than done the shape is part-way.
+  // Moves the vertices through a flow as it is: its segments bring their own masks. The faces stay. On a status other
+  // than done the shape is part-way.
   AdvectStatus move(const Flow& flow, Progress* progress = nullptr);
 
   // Relaxes the surface at the points of the stroke from one number to another; a fraction at the end is so much of the
@@ -256,6 +275,7 @@ class DeformedShape {
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::CarriedNormals> normals_;
+  Mask mask_;
   AdvectResult work_;
   std::uint64_t dabs_ = 0;
 };

@@ -10,7 +10,9 @@ namespace {
 
 constexpr std::size_t kMostImages = 8;  // of one gesture, mirrored in three planes
 
-bool has_vertices(const Stroke& stroke) {
+// Of which two are never mirror images of each other.
+bool stands_alone(const Stroke& stroke) {
+  if (std::holds_alternative<MaskStroke>(stroke)) return true;
   const auto* handles = std::get_if<HandlesStroke>(&stroke);
   return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
 }
@@ -23,7 +25,7 @@ Stroke beginning(const Stroke& stroke) {
 }
 
 bool are_images(const Stroke& first, const Stroke& second) {
-  if (first.index() != second.index() || has_vertices(first)) return false;
+  if (first.index() != second.index() || stands_alone(first)) return false;
   const Stroke a = beginning(first);
   const Stroke b = beginning(second);
   for (int planes = 1; planes < 8; ++planes) {

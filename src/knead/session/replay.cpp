@@ -11,6 +11,7 @@
 #include "knead/math/error.h"
 #include "knead/session/carried_normals.h"
 #include "knead/session/replay_plan.h"
+#include "knead/tool/strain.h"
 
 namespace knead {
 
@@ -26,6 +27,8 @@ using session_detail::StrokeRun;
 
 // Below it single precision does not resolve a relative tolerance.
 constexpr double kFloatNoise = 1e-6;
+
+constexpr std::size_t kManyVertices = 20'000;
 
 bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
 
@@ -102,6 +105,7 @@ class Replay {
     StrokeRun run(std::move(planned.stroke), planned.run, shape_, options_.progress);
     const DeformedShape before = options_.on_stroke ? shape_ : DeformedShape();
     if (result_.status == AdvectStatus::done) at_line(session_, source, [&] { run.enter(); });
+    if (result_.status == AdvectStatus::done && !is_backwards(options_)) warn_of_zones(run);
     count(run, expected);
     for (const double moment : planned.frames) {
       if (result_.status != AdvectStatus::done) return;
@@ -114,6 +118,20 @@ class Replay {
     count(run, work);
     if (run.status() == AdvectStatus::done) report(run, before);
     take(run);
+  }
+
+  // Before the shape moves. Where vertices are many, their edges show nothing more.
+  void warn_of_zones(const StrokeRun& run) {
+    for (const SessionStroke& part : run.stroke().outcome.parts) {
+      const bool has_zone =
+          std::holds_alternative<BendStroke>(part.stroke) || std::holds_alternative<TwistStroke>(part.stroke);
+      if (!has_zone) continue;
+      const bool is_coarse = shape_.positions().size() < kManyVertices;
+      const std::span<const Triangle> triangles = is_coarse ? shape_.triangles() : std::span<const Triangle>{};
+      const ZoneProfile profile = zone_profile(part.stroke, shape_.positions(), triangles);
+      const std::optional<std::string> warning = zone_warning(part.stroke, profile);
+      if (warning) result_.warnings.push_back(to_string(Place{session_.name, part.line}) + ": " + *warning);
+    }
   }
 
   // A stroke that reads the surface is then read.

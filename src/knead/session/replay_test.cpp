@@ -44,6 +44,17 @@ std::vector<Vec3d> result_of(const Mesh& mesh, const Session& session, const Rep
   return result.shape.positions();
 }
 
+// Reading the shape: the bar reaches 0.5 from the line.
+TEST(Replay, WarnsOfABendOverAThinZone) {
+  BendStroke bend{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, 42, BendWidth{0.1}};
+  const std::vector<std::string> warnings = replay(bar(), session_of({bend})).warnings;
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_TRUE(warnings[0].starts_with("s.knead:2: the zone of the bend is 0.1 wide")) << warnings[0];
+  EXPECT_NE(warnings[0].find("make the zone 0.88 wide"), std::string::npos) << warnings[0];
+  bend.extent = BendWidth{0.9};
+  EXPECT_TRUE(replay(bar(), session_of({bend})).warnings.empty());
+}
+
 TEST(Replay, IsTheFlowsOfItsStrokesOneAfterTheOther) {
   const Mesh mesh = bar();
   const Session session = varied();

@@ -14,6 +14,7 @@
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/session/stroke_certificate.h"
+#include "knead/tool/strain.h"
 
 namespace knead {
 
@@ -44,16 +45,29 @@ void add_steps(const DeformedShape& result, Report& report) {
   report.steps_mean = static_cast<double>(report.vertex_steps) / static_cast<double>(report.vertices);
 }
 
-// Measures the faces: four measures that do not depend on each other, on as many threads as there are.
+std::optional<double> greatest_stretch_of(const Mesh& mesh, const DeformedShape& result) {
+  const std::vector<Vec3d>& rest = result.is_remeshed() ? result.provenance()->rest : mesh.positions;
+  const std::vector<Vec3d>& now = result.positions();
+  std::optional<double> greatest;
+  for_each_triangle(result.mesh(), rest, [&](const Triangle& t) {
+    const std::array<Vec3d, 3> after{now[t[0]], now[t[1]], now[t[2]]};
+    const std::optional<double> stretch = triangle_stretch({rest[t[0]], rest[t[1]], rest[t[2]]}, after);
+    if (stretch) greatest = std::max(*stretch, greatest.value_or(0));
+  });
+  return greatest;
+}
+
+// Measures the faces: five measures that do not depend on each other, on as many threads as there are.
 void add_measures(const Mesh& mesh, const DeformedShape& result, int threads, Report& report) {
   VolumeAndArea before;
   VolumeAndArea deformed;
   bool has_volume = false;
-  const std::array<std::function<void()>, 4> works{
+  const std::array<std::function<void()>, 5> works{
       [&] {
         report.flipped_triangles = result.is_remeshed() ? session_detail::opposing_more(mesh, result.to_mesh())
                                                         : count_flipped(mesh, mesh.positions, result.positions());
       },
+      [&] { report.greatest_stretch = greatest_stretch_of(mesh, result); },
       [&] { has_volume = is_closed_and_oriented(mesh); },
       [&] { before = measure_volume_and_area(mesh, mesh.positions); },
       [&] { deformed = measure_volume_and_area(result.mesh(), result.positions()); },
@@ -177,6 +191,7 @@ std::string to_json(const Report& report) {
       {"area_before", report.area_before},
       {"area_after", report.area_after},
       {"max_displacement", report.max_displacement},
+      {"greatest_stretch", report.greatest_stretch},
       {"flipped_triangles", report.flipped_triangles},
       {"self_intersections_before", report.self_intersections_before},
       {"self_intersections_after", report.self_intersections_after},

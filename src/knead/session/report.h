@@ -124,6 +124,9 @@ struct Report {
   double area_before = 0;
   double area_after = 0;
   double max_displacement = 0;  // of the vertices that the input had
+  // The greatest stretch of a triangle from the input to the result (tool/strain.h); nothing without a triangle that
+  // has an area. For a remeshed shape the places of new vertices in the input are interpolated.
+  std::optional<double> greatest_stretch;
   // Triangles that oppose the normals of their vertices now, but did not before. For a remeshed shape: how many more
   // such triangles than in the input.
   std::size_t flipped_triangles = 0;

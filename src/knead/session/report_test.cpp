@@ -24,7 +24,7 @@ TEST(Report, HasTheKeysOfTheCommand) {
   options.motion.threads = 1;
   const ReplayResult result = replay(mesh, one_stroke(), options);
   const auto json = nlohmann::json::parse(to_json(make_report(mesh, result, options, {1, 2, 3, 6})));
-  EXPECT_EQ(json.size(), 25u);
+  EXPECT_EQ(json.size(), 26u);
   EXPECT_EQ(json.at("vertices"), mesh.vertex_count());
   EXPECT_EQ(json.at("faces"), mesh.face_count());
   EXPECT_GT(json.at("moved_vertices"), 10);
@@ -48,9 +48,47 @@ TEST(Report, HasTheKeysOfTheCommand) {
                    json.at("volume_after").get<double>() / json.at("volume_before").get<double>() - 1);
   EXPECT_GT(json.at("area_after"), json.at("area_before"));
   EXPECT_NEAR(json.at("max_displacement").get<double>(), 0.5, 1e-4);  // the rigid core's way
+  EXPECT_GT(json.at("greatest_stretch"), 1.5);
+  EXPECT_LT(json.at("greatest_stretch"), 10);
   EXPECT_EQ(json.at("flipped_triangles"), 0);
   EXPECT_TRUE(json.at("self_intersections_before").is_null());
   EXPECT_TRUE(json.at("self_intersections_after").is_null());
+}
+
+// All of the ball is in the inner region, which is stretched by the factor.
+TEST(Report, HasTheGreatestStretchOfATriangle) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 2562);
+  Session session;
+  session.strokes.push_back({StretchStroke{{0, 0, 0}, {0, 0, 1}, 2.5, 3, 4}});
+  const ReplayOptions options;
+  const ReplayResult result = replay(mesh, session, options);
+  EXPECT_NEAR(make_report(mesh, result, options, {}).greatest_stretch.value(), 2.5, 1e-3);
+  Mesh cloud = mesh;
+  cloud.corner_vertex.clear();
+  cloud.face_begin.resize(1);
+  EXPECT_FALSE(make_report(cloud, replay(cloud, session, options), options, {}).greatest_stretch);
+}
+
+// Remeshing keeps the places at the start, so that stretches are those of the shape that was not remeshed.
+TEST(Report, KnowsTheStretchOfARemeshedShape) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 2562);
+  Session session;
+  session.strokes.push_back({StretchStroke{{0, 0, 0}, {0, 0, 1}, 2.5, 3, 4}});
+  session.strokes.push_back({StretchStroke{{0, 0, 0}, {0, 0, 1}, 1.5, 4, 5}});
+  ReplayOptions options;
+  options.remesh.settings = RemeshSettings{};
+  options.remesh.settings->max_edge = 0.06;
+  const ReplayResult result = replay(mesh, session, options);
+  ASSERT_TRUE(result.shape.is_remeshed());
+  ASSERT_GT(result.shape.positions().size(), 2 * mesh.vertex_count());
+  EXPECT_NEAR(make_report(mesh, result, options, {}).greatest_stretch.value(), 2.5 * 1.5, 0.05 * 2.5 * 1.5);
+  const Provenance& provenance = *result.shape.provenance();
+  ASSERT_EQ(provenance.rest.size(), result.shape.positions().size());
+  ASSERT_EQ(provenance.before_stroke.size(), result.shape.positions().size());
+  for (std::size_t i = 0; i < provenance.rest.size(); ++i) {
+    ASSERT_NEAR(provenance.before_stroke[i].z, 2.5 * provenance.rest[i].z, 0.03);
+    ASSERT_NEAR(result.shape.positions()[i].z, 1.5 * provenance.before_stroke[i].z, 0.03);
+  }
 }
 
 TEST(Report, HasNoVolumeErrorWhereTheShapeIsOpen) {

@@ -52,10 +52,36 @@ void expect_errors(const std::vector<Case>& cases) {
   }
 }
 
+TEST(SessionErrors, OfMasksNameTheKeyAndWhatWasExpected) {
+  expect_errors({
+      {R"({"mask": 1})", R"("mask" must be null, or an object {...}, got 1)"},
+      {R"({"mask": {}})", R"(a mask has either "points" or "vertices", got neither; {"mask": null} removes it)"},
+      {R"({"mask": null, "width": 1})", R"(unknown key "width"; an event has the keys "mask")"},
+      {R"({"mask": {"points": [[0, 0, 0]], "vertices": [1], "width": 1}})",
+       R"(a mask has either "points" or "vertices", not both)"},
+      {R"({"mask": {"points": [[0, 0, 0]]}})", R"("width" is missing; it must be a length greater than 0)"},
+      {R"({"mask": {"points": [], "width": 1}})", R"("mask" "points" must be 1 or more points, got an array of 0)"},
+      {R"({"mask": {"points": [[0, 0]], "width": 1}})", R"("mask" "points"[0] must be three numbers [x, y, z])"},
+      {R"({"mask": {"points": [[0, 0, 0]], "width": 0}})", R"("width" must be a number greater than 0, got 0)"},
+      {R"({"mask": {"points": [[0, 0, 0]], "width": 1, "soft": 2}})", R"(unknown key "soft"; "mask" has the keys)"},
+      {R"({"mask": {"points": [[0, 0, 0]], "width": 1, "values": [1, 1]}})",
+       R"("values" must hold a number for each of the 1 items of "points", got 2)"},
+      {R"({"mask": {"points": [[0, 0, 0]], "width": 1, "values": [2]}})",
+       R"("values" must hold numbers from 0 (free) to 1 (stays), got 2)"},
+      {R"({"mask": {"vertices": [-1], "width": 1}})", R"("mask" "vertices"[0] must be the number of a vertex)"},
+      {R"({"mask": {"vertices": [[1, 2, 3]], "width": 1}})",
+       R"("mask" "vertices"[0] must be the number of a vertex, or two: [first, last], got an array of 3)"},
+      {R"({"mask": {"vertices": [[7, 2]], "width": 1}})",
+       R"("vertices" must hold ranges [first, last] with first <= last, got [7, 2])"},
+      {R"({"tool": "mask", "width": 1})", R"("tool" must be one of "implicit", )"},
+  });
+}
+
 TEST(SessionErrors, OfEventsNameTheKeyAndWhatWasExpected) {
   expect_errors({
       {R"({})", R"(the line is an empty object)"},
-      {R"({"stroke": 1})", R"(unknown key "stroke"; an event has the keys "tool", "relax", "undo", "redo", "remesh")"},
+      {R"({"stroke": 1})",
+       R"(unknown key "stroke"; an event has the keys "tool", "relax", "mask", "undo", "redo", "remesh")"},
       {R"({"undo": 1})", R"("undo" must be a whole number from 1 to the 0 strokes in effect, got 1)"},
       {R"({"redo": 1})", R"("redo" must be a whole number from 1 to the 0 strokes to be redone, got 1)"},
       {R"({"undo": 0})", R"("undo" must be a whole number from 1)"},

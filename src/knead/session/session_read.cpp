@@ -100,9 +100,9 @@ class SessionReader {
     const JsonObject event(line, place_, "an event");
     if (event.has("tool")) {
       add(session_detail::read_stroke(line, place_));
-    } else if (const std::string_view own = session_detail::own_event(event); !own.empty()) {
-      event.allow({own});
-      add(session_detail::read_own_event(event, own, place_));
+    } else if (const Tool* tool = session_detail::event_tool(event)) {
+      event.allow({tool->name});
+      add(session_detail::read_event_stroke(*tool, event.at(tool->name), place_));
     } else if (event.has("undo")) {
       event.allow({"undo"});
       move_last(event.at("undo"), session_.strokes, undone_, "in effect");
@@ -113,9 +113,10 @@ class SessionReader {
       event.allow({"remesh"});
       remesh_ = session_detail::read_remesh(event.at("remesh"), place_);
     } else {
-      event.allow({"tool", "relax", "undo", "redo", "remesh"});
+      event.allow({"tool", "relax", "mask", "undo", "redo", "remesh"});
       throw InvalidInput(
-          place_, R"(the line is an empty object; an event has the key "tool", "relax", "undo", "redo" or "remesh")");
+          place_, R"(the line is an empty object; an event has the key "tool", "relax", "mask", "undo", "redo" or )"
+                  R"("remesh")");
     }
   }
 

@@ -333,5 +333,23 @@ TEST(Session, IsReadFromAFile) {
   EXPECT_THROW(read_session(path.parent_path()), IoError);  // a folder
 }
 
+TEST(Session, MasksAreUndoneAsStrokesAreAndReadBackToTheBit) {
+  const std::string text =
+      "{\"knead\": 1}\n"
+      "{\"mask\": {\"points\": [[0, 1, 0], [0.1, -0.0, 3]], \"values\": [1, 0.25], \"width\": 0.1}}\n"
+      "{\"mask\": {\"vertices\": [[0, 811], 900], \"width\": 0.2}}\n"
+      "{\"mask\": null}\n";
+  const Session session = parse_session(text, "s.knead");
+  ASSERT_EQ(session.strokes.size(), 3U);
+  const auto& points = std::get<MaskStroke>(session.strokes[0].stroke);
+  EXPECT_EQ(points.values, (std::vector<double>{1, 0.25}));
+  const auto& vertices = std::get<MaskStroke>(session.strokes[1].stroke);
+  EXPECT_EQ(vertices.vertices, (std::vector<VertexRange>{{0, 811}, {900, 900}}));
+  EXPECT_TRUE(reads_surface(vertices));
+  EXPECT_TRUE(is_empty(std::get<MaskStroke>(session.strokes[2].stroke)));
+  EXPECT_EQ(serialize_session(session), text);
+  EXPECT_EQ(parse_session(text + "{\"undo\": 2}\n{\"redo\": 1}\n", "s.knead").strokes.size(), 2U);
+}
+
 }  // namespace
 }  // namespace knead

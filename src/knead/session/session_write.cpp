@@ -28,6 +28,10 @@ std::string text_of(const PaintSample& sample) {
 
 std::string text_of(std::uint32_t value) { return fmt::format("{}", value); }
 
+std::string text_of(const VertexRange& range) {
+  return range.first == range.last ? text_of(range.first) : fmt::format("[{}, {}]", range.first, range.last);
+}
+
 template <class T>
 std::string text_of(const std::vector<T>& items) {
   std::string result = "[";
@@ -139,12 +143,15 @@ std::string stroke_line(const Stroke& stroke) { return stroke_line(SessionStroke
 
 std::string stroke_line(const SessionStroke& stroke) {
   const Tool& tool = tool_of(stroke.stroke);
+  if (tool.is_event && stroke == SessionStroke{tool.start, stroke.line, stroke.remesh}) {
+    return fmt::format("{{\"{}\": null}}", tool.name);
+  }
   Stroke own = stroke.stroke;
   Stroke start = tool.start;
   const std::vector<StrokeKey> keys = tool.keys(own);
   const std::vector<StrokeKey> defaults = defaults_for(keys, tool, start);
   LineWriter line;
-  if (tool.is_flow) line.add("tool", std::string(tool.name));
+  if (!tool.is_event) line.add("tool", std::string(tool.name));
   if (!stroke.name.empty()) line.add("name", stroke.name);
   if (stroke.off) line.add_text("off", "true");
   if (stroke.strength != 1) line.add("strength", stroke.strength);
@@ -155,7 +162,7 @@ std::string stroke_line(const SessionStroke& stroke) {
                                 : keys[i].presence != Presence::required && text_of(keys[i]) == text_of(defaults[i]);
     if (applies(keys[i]) && !is_default) line.add_text(keys[i].name, text_of(keys[i]));
   }
-  if (tool.is_flow) return line.finish();
+  if (!tool.is_event) return line.finish();
   LineWriter event;
   event.add_text(tool.name, line.finish());
   return event.finish();

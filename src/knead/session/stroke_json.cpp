@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "knead/tool/tool.h"
+#include <algorithm>
 
 namespace knead::session_detail {
 
@@ -19,10 +19,10 @@ void at_place(const Place& place, const std::string& prefix, const Function& che
 }
 
 const Tool& tool_at(const JsonValue& name) {
-  if (const Tool* tool = find_tool(name.text()); tool != nullptr && tool->is_flow) return *tool;
+  if (const Tool* tool = find_tool(name.text()); tool != nullptr && !tool->is_event) return *tool;
   std::string names;
   for (const Tool* tool : tools()) {
-    if (tool->is_flow) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", tool->name);
+    if (!tool->is_event) names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", tool->name);
   }
   name.fail("one of " + names);
 }
@@ -58,6 +58,23 @@ struct ReadValue {
       vertices->push_back(static_cast<std::uint32_t>(vertex));
     }
     if (vertices->empty()) json.fail("1 or more vertices");
+  }
+  void operator()(std::vector<VertexRange>* ranges) const {
+    for (const JsonValue& item : json.items()) {
+      const std::vector<JsonValue> ends = item.is_number() ? std::vector<JsonValue>{item, item} : item.items();
+      if (ends.size() != 2) item.fail("the number of a vertex, or two: [first, last]");
+      std::uint32_t numbers[2];
+      for (std::size_t i = 0; i < 2; ++i) {
+        const long long vertex = ends[i].integer();
+        if (vertex < 0) ends[i].fail("the number of a vertex, from 0 on");
+        numbers[i] = static_cast<std::uint32_t>(vertex);
+      }
+      ranges->push_back({numbers[0], numbers[1]});
+    }
+    if (ranges->empty()) json.fail("1 or more vertices");
+  }
+  void operator()(std::vector<double>* numbers) const {
+    for (const JsonValue& item : json.items()) numbers->push_back(item.number());
   }
   void operator()(std::vector<PaintSample>* samples) const {
     for (const JsonValue& item : json.items()) {
@@ -96,7 +113,7 @@ void read_key(const StrokeKey& key, const JsonObject& line, const Place& place) 
 
 void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Stroke& stroke) {
   std::vector<std::string_view> names;
-  if (tool.is_flow) names.emplace_back("tool");
+  if (!tool.is_event) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
   names.insert(names.end(), {"name", "off", "strength"});
   line.allow(names);
@@ -142,17 +159,21 @@ SessionStroke read_stroke(const JsonValue& line, const Place& place) {
   return read_as(tool, JsonObject(line, place, fmt::format("tool \"{}\"", tool.name)), place);
 }
 
-std::string_view own_event(const JsonObject& event) {
-  for (const Tool* tool : tools()) {
-    if (!tool->is_flow && event.has(tool->name)) return tool->name;
-  }
-  return {};
+const Tool* event_tool(const JsonObject& line) {
+  const auto all = tools();
+  const auto found =
+      std::ranges::find_if(all, [&](const Tool* tool) { return tool->is_event && line.has(tool->name); });
+  return found == all.end() ? nullptr : *found;
 }
 
-SessionStroke read_own_event(const JsonObject& event, std::string_view name, const Place& place) {
-  const JsonValue value = event.at(name);
-  if (!value.json().is_object()) value.fail("an object {...}");
-  return read_as(*find_tool(name), JsonObject(value, place, fmt::format("\"{}\"", name)), place);
+SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const Place& place) {
+  Stroke start = tool.start;
+  const std::vector<StrokeKey> keys = tool.keys(start);
+  const bool may_be_null =
+      std::ranges::none_of(keys, [](const StrokeKey& key) { return key.presence == Presence::required; });
+  if (may_be_null && value.json().is_null()) return {std::move(start), place.line};
+  if (!value.json().is_object()) value.fail(may_be_null ? "null, or an object {...}" : "an object {...}");
+  return read_as(tool, JsonObject(value, place, fmt::format("\"{}\"", tool.name)), place);
 }
 
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place) {

@@ -7,7 +7,7 @@
 #include "knead/remesh/remesh.h"
 #include "knead/session/json_object.h"
 #include "knead/session/session.h"
-#include "knead/tool/stroke.h"
+#include "knead/tool/tool.h"
 
 namespace knead::session_detail {
 
@@ -15,12 +15,11 @@ namespace knead::session_detail {
 // anything that is not exactly a valid stroke of a tool that this version has.
 SessionStroke read_stroke(const JsonValue& line, const Place& place);
 
-// Returns the name of the tool whose strokes have a line of their own that this object is, such as {"relax": {...}};
-// empty if there is none.
-std::string_view own_event(const JsonObject& event);
+// Returns the tool whose event (Tool::is_event) the line is, or a null pointer.
+const Tool* event_tool(const JsonObject& line);
 
-// Returns the stroke of the object at the key `name`, which own_event returned. Throws InvalidInput as above.
-SessionStroke read_own_event(const JsonObject& event, std::string_view name, const Place& place);
+// Returns the stroke of such an event from what is at its key: null, or an object. Throws InvalidInput as above.
+SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const Place& place);
 
 // Returns the value at the key "remesh": null or an object. Throws InvalidInput as above.
 std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& place);

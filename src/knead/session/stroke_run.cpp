@@ -6,6 +6,8 @@
 #include <cmath>
 #include <iterator>
 
+#include "knead/flow/masked.h"
+#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/session/surface_stroke.h"
 #include "knead/tool/barrel_members.h"
@@ -13,6 +15,29 @@
 namespace knead::session_detail {
 
 namespace {
+
+// Flow along a mask's border that is worth a warning, by the tool's speed.
+constexpr double kFastBorder = 2;
+// Segments and vertices that are looked at for it.
+constexpr std::size_t kMostSegments = 8;
+constexpr std::size_t kMostPlaces = 4000;
+
+// Some of the points in the mask's box, evenly through the list.
+std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) {
+  const Box box = mask.box();
+  std::vector<Vec3d> near;
+  for (const Vec3d& p : points) {
+    const bool inside = p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x &&
+                        p.y <= box.max.y && p.z <= box.max.z;
+    if (inside) near.push_back(p);
+  }
+  const std::size_t stride = (near.size() + kMostPlaces - 1) / kMostPlaces;
+  if (stride <= 1) return near;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < near.size(); i += stride) near[kept++] = near[i];
+  near.resize(kept);
+  return near;
+}
 
 std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
   std::string text = fmt::format("{} cross the barrel of \"radius\" {} and would be torn; ",
@@ -62,7 +87,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   surface.triangles = shape.triangles();
   if (shape.has_normals()) surface.normals = [&] { return shape.normals(); };
   surface.apply = [&](const Stroke& part) {
-    Flow flow = flow_of(part);
+    Flow flow = masked(flow_of(part), shape.mask());
     stroke.barrel = barrel_of(part);
     append(part, *stroke.source, stroke.outcome.parts);
     if (!stroke.barrel) stroke.outcome.status = shape.move(flow, progress);
@@ -76,8 +101,24 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   stroke.reads_surface = false;
 }
 
+// A mask stroke gives the shape its mask.
+void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
+  if (!std::holds_alternative<MaskStroke>(stroke.source->stroke) || !is_applied(*stroke.source)) return;
+  if (shape.motion().backend) {
+    stroke.outcome.warnings.push_back(
+        "the GPU cannot evaluate a mask: the CPU moves the vertices in the strokes after it");
+  }
+  shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
+}
+
 // A vertex's number means nothing once the vertices have other numbers.
 void require_no_numbers(const Stroke& stroke) {
+  const auto* mask = std::get_if<MaskStroke>(&stroke);
+  if (mask != nullptr && !mask->vertices.empty()) {
+    throw InvalidInput(
+        "\"vertices\" names vertices, but remeshing after an earlier stroke changed their numbers; name points "
+        "instead, with \"points\"");
+  }
   const auto* handles = std::get_if<HandlesStroke>(&stroke);
   if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
   const bool full = !handles->full_vertices.empty();
@@ -154,12 +195,15 @@ Flow StrokeRun::flow() const {
 
 void StrokeRun::enter() {
   read();
-  if (status() == AdvectStatus::done && !options_.backwards) check_barrel();
+  if (status() != AdvectStatus::done || options_.backwards) return;
+  check_barrel();
+  warn_of_border();
 }
 
 // The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.
 void StrokeRun::read() {
   if (settings_) start_ = shape_.positions();
+  stroke_.flow = masked(std::move(stroke_.flow), options_.backwards ? stroke_.mask : shape_.mask());
   if (options_.backwards) at_ = end();
   if (!stroke_.reads_surface) return;
   if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
@@ -184,6 +228,24 @@ void StrokeRun::check_barrel() {
                   found.later, stroke_.barrel->radius));
 }
 
+// Where the flow along the mask's border is much faster than the tool, it distorts the shape there.
+void StrokeRun::warn_of_border() {
+  if (shape_.mask().is_empty() || stroke_.flow.segments.empty()) return;
+  const std::vector<Vec3d>& positions = shape_.positions();
+  const std::vector<Vec3d> near = places_near(shape_.mask(), positions);
+  detail::BorderSpeed fastest;
+  const std::size_t stride = (stroke_.flow.segments.size() + kMostSegments - 1) / kMostSegments;
+  for (std::size_t i = 0; i < stroke_.flow.segments.size(); i += stride) {
+    const detail::BorderSpeed speed = detail::border_speed(stroke_.flow.segments[i], near);
+    if (speed.at_border * fastest.of_tool > fastest.at_border * speed.of_tool || fastest.of_tool == 0) fastest = speed;
+  }
+  if (!(fastest.at_border > kFastBorder * fastest.of_tool)) return;
+  stroke_.outcome.warnings.push_back(fmt::format(
+      "the flow along the mask's border is up to {:.2g} times as fast as the tool; make the mask's \"width\" larger, "
+      "or the tool smaller",
+      fastest.at_border / fastest.of_tool));
+}
+
 // The shape rests between whole segments only: the result is the same whether or not it does.
 DeformedShape StrokeRun::frame(double moment) {
   const double to = std::min(moment * length(), end());
@@ -198,6 +260,7 @@ DeformedShape StrokeRun::frame(double moment) {
 
 void StrokeRun::leave() {
   advance(options_.backwards ? 0 : end());
+  if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
   follow(end(), shape_, remeshed_);
   if (options_.backwards && status() == AdvectStatus::done) check_barrel();
 }

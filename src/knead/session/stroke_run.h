@@ -23,6 +23,7 @@ struct PreparedStroke {
   Flow flow;
   std::optional<Barrel> barrel;
   std::shared_ptr<const Mesh> tool;   // of a stamp
+  Mask mask;                          // of a stroke that is applied backwards; forwards the shape has it
   std::size_t expected_segments = 0;  // of one that reads the surface: at most
   StrokeOutcome outcome;              // what reading it said
 
@@ -76,6 +77,7 @@ class StrokeRun {
   double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
   double end() const { return options_.part * length(); }
   void check_barrel();
+  void warn_of_border();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
   const TakenBack& taken_back();

@@ -20,6 +20,9 @@ std::shared_ptr<const Mesh> tool_mesh_of(const Stroke& stroke, const std::filesy
 // Returns the largest number of segments that a stroke which reads the surface becomes. `tool`: of a stamp.
 std::size_t expected_segments(const Stroke& stroke, const Mesh* tool);
 
+// Returns about as many segments as a stroke becomes, without reading any file.
+std::size_t segments_about(const Stroke& stroke);
+
 // Applies a stroke that reads the surface: passes the strokes that it becomes to surface.apply, in order, until that
 // returns false. Appends remarks for the user. Returns how deep a stamp leaves the surface in its tool. Throws
 // InvalidInput for a stroke that this surface cannot take.

@@ -5,6 +5,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/gesture_strength_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_failures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/mask_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/relax_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_backend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_remeshed_test.cpp
@@ -15,5 +16,6 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/snapshot_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stroke_keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_stroke_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/workbench_memory_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/workbench_test.cpp
   LIBRARIES nlohmann_json::nlohmann_json)

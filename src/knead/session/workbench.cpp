@@ -3,16 +3,22 @@
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
-#include <unordered_set>
 #include <utility>
 
 #include "knead/math/error.h"
+#include "knead/session/kept_states.h"
+#include "knead/session/surface_stroke.h"
 
 namespace knead {
 
 namespace {
 
-constexpr std::size_t kKeptStates = 8;  // of the latest entries, whatever they take
+using session_detail::KeptState;
+using session_detail::StateLedger;
+
+constexpr std::size_t kNearStates = 100;  // of the entries next to the present, dropped last
+constexpr std::size_t kFarStates = 16;    // of those farther away, from which others are made again
+constexpr double kThinnedTo = 0.875;      // of the limit, so that states are not dropped after every stroke
 
 double seconds_since(std::chrono::steady_clock::time_point began) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -26,6 +32,37 @@ std::vector<SessionStroke> without_remesh(std::vector<SessionStroke> strokes) {
 bool is_remeshed(const std::vector<SessionStroke>& strokes) {
   return std::any_of(strokes.begin(), strokes.end(), [](const SessionStroke& s) { return s.remesh.has_value(); });
 }
+
+// About what Progress::done grows by when the strokes are applied to a shape of this size.
+std::uint64_t work_of(const std::vector<SessionStroke>& strokes, const ShapeState& shape) {
+  std::uint64_t segments = 0;
+  for (const SessionStroke& stroke : strokes) segments += session_detail::segments_about(stroke.stroke);
+  return segments * shape.positions.size();
+}
+
+// Counts pieces of work, whatever the work itself adds to Progress::done meanwhile.
+class Counted {
+ public:
+  Counted(Progress* progress, std::uint64_t total) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    progress_->done = 0;
+    progress_->total = total;
+  }
+  ~Counted() {
+    if (progress_ != nullptr) progress_->total = 0;
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+  void add(std::uint64_t work) {
+    done_ += work;
+    if (progress_ != nullptr) progress_->done = done_;
+  }
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+};
 
 std::shared_ptr<const Mesh> checked(Mesh mesh) {
   if (mesh.vertex_count() == 0) throw InvalidInput("the shape has no vertices; open another one");
@@ -45,7 +82,21 @@ Workbench::Workbench(Mesh mesh, std::filesystem::path folder, std::vector<std::u
       shape_(checked(std::move(mesh)), on_threads(threads), {std::nullopt, std::move(face_labels)}),
       base_(shape_.state()),
       at_(base_),
-      live_state_(base_) {}
+      live_state_(base_),
+      ledger_(std::make_shared<StateLedger>(base_)) {}
+
+const ShapeState& Workbench::last_state() const { return now_.empty() ? base_ : now_.back()->after->state(); }
+
+void Workbench::limit_memory(std::size_t bytes) {
+  memory_ = bytes;
+  thin_out(now_.size());
+}
+
+UndoMemory Workbench::undo_memory() const { return {ledger_->bytes(), ledger_->states()}; }
+
+void Workbench::keep(Entry& entry, const ShapeState& state) {
+  entry.after = std::make_shared<const KeptState>(state, ledger_);
+}
 
 void Workbench::go_to(const ShapeState& state, bool again) {
   const bool is_kept = kept_ && kept_->state.is_same(state);
@@ -103,7 +154,8 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const std::uint64_t steps = steps_;
   part_.reset();
   result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
-    const AdvectStatus status = change.rest ? shape_.move(*change.rest, progress) : AdvectStatus::done;
+    const AdvectStatus status =
+        change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
     if (status != AdvectStatus::done) return status;
     std::vector<SessionStroke> added =
         without_remesh({strokes.begin() + static_cast<std::ptrdiff_t>(change.first_new), strokes.end()});
@@ -129,29 +181,76 @@ void Workbench::prepare() {
 WorkResult Workbench::finish(Progress* progress) {
   if (live_.empty()) return {};
   WorkResult result;
+  if (!is_settled()) {
+    LineChange lines = finish_later(progress).lines;
+    result = settle(progress);
+    result.lines = joined_changes(std::move(lines), std::move(result.lines));
+    return result;
+  }
+  std::vector<SessionStroke> joined = joined_strokes(live_);
+  if (!is_remeshed(joined)) return finish_later(progress);
+  auto entry = std::make_shared<Entry>();
+  result = make_entry(joined, last_state(), *entry, progress);
+  if (!result.is_done()) return result;
+  result.lines = {live_lines_, joined};
+  const std::size_t lines = joined.size();
+  add_finished(std::move(joined), std::move(entry), lines);
+  return result;
+}
+
+WorkResult Workbench::finish_later(Progress* /*progress*/) {
+  if (live_.empty()) return {};
+  WorkResult result;
   auto entry = std::make_shared<Entry>();
   std::vector<SessionStroke> joined = joined_strokes(live_);
   std::size_t lines = live_lines_;
   if (is_remeshed(joined)) {
-    result = make_entry(joined, last_state(), *entry, progress);
-    if (!result.is_done()) return result;
     result.lines = {live_lines_, joined};
     lines = joined.size();
-  } else {
-    entry->after = live_state_;
-    entry->info.seconds = live_seconds_;
-    entry->info.steps = steps_ - live_steps_;
-    entry->info.warnings = std::exchange(warnings_, {});
-    entry->bytes = live_state_.positions.bytes_beyond(last_state().positions);
   }
-  entry->info.strokes = std::move(joined);
-  History next = now_;
-  next.push_back(std::move(entry));
+  entry->is_provisional = !is_settled() || is_remeshed(joined);
+  keep(*entry, live_state_);
+  entry->info.seconds = live_seconds_;
+  entry->info.steps = steps_ - live_steps_;
+  entry->info.warnings = std::exchange(warnings_, {});
+  add_finished(std::move(joined), std::move(entry), lines);
+  return result;
+}
+
+// The gesture is an entry now; `lines` of the session file are its own.
+void Workbench::add_finished(std::vector<SessionStroke> strokes, std::shared_ptr<Entry> entry, std::size_t lines) {
+  entry->info.strokes = std::move(strokes);
   live_.clear();
   live_lines_ = 0;
-  change_to(std::move(next));
-  lines_.push_back(lines);
+  change_to({now_.size(), {std::move(entry)}});
+  lines_.back() = lines;
+}
+
+WorkResult Workbench::settle(Progress* progress) {
+  WorkResult result;
+  if (is_settled()) return result;
+  while (!now_.empty()) {
+    std::string refusal;
+    if (make_state(now_.size(), progress, &refusal)) break;
+    if (refusal.empty()) {
+      result.status = AdvectStatus::cancelled;
+      break;
+    }
+    result.refusal = refusal;
+    result.lines = joined_changes(std::move(result.lines), remove_refused());
+  }
   return result;
+}
+
+// Removes the first provisional entry. Changes since it was added have added one entry each: edits settle first.
+LineChange Workbench::remove_refused() {
+  const auto refused = std::find_if(now_.begin(), now_.end(), [](const auto& entry) { return entry->is_provisional; });
+  const auto index = static_cast<std::size_t>(refused - now_.begin());
+  const auto later = static_cast<std::ptrdiff_t>(now_.size() - index);
+  exchange({index, {refused + 1, now_.end()}});
+  for (auto change = undo_.erase(undo_.end() - later); change != undo_.end(); ++change) --change->common;
+  redo_.clear();
+  return lines_from(index);
 }
 
 WorkResult Workbench::undo(Progress* progress) {
@@ -170,47 +269,78 @@ WorkResult Workbench::redo(Progress* progress) {
 WorkResult Workbench::edit(std::size_t index, std::vector<SessionStroke> strokes, Progress* progress) {
   if (index >= now_.size()) throw std::out_of_range("there is no such entry in the history");
   const std::size_t given_up = set_live({}, progress).lines.taken_back;
-  History next(now_.begin(), now_.begin() + static_cast<std::ptrdiff_t>(index));
+  if (WorkResult settled = settle(progress); !settled.is_done()) {
+    settled.lines.taken_back += given_up;
+    return settled;
+  }
+  Change next{index, {}};
   std::vector<std::vector<SessionStroke>> anew;
   if (!strokes.empty()) anew.push_back(std::move(strokes));
   for (std::size_t i = index + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
-  WorkResult result = add_entries(anew, next, progress);
-  result.lines.taken_back = given_up;
-  if (!result.is_done()) return result;
-  const LineChange change = lines_to(next);
-  result.lines.taken_back += change.taken_back;
-  result.lines.appended = change.appended;
-  change_to(std::move(next));
+  WorkResult result = make_rest(anew, next, progress);
+  if (result.is_done()) result.lines = change_to(std::move(next));
+  result.lines.taken_back += given_up;
   return result;
 }
 
 WorkResult Workbench::append(const std::vector<SessionStroke>& strokes, Progress* progress) {
   WorkResult result = set_live({}, progress);
+  if (WorkResult settled = settle(progress); !settled.is_done()) {
+    settled.lines.taken_back += result.lines.taken_back;
+    return settled;
+  }
   for (const std::vector<SessionStroke>& group : strokes_of_gestures(strokes)) {
-    History next = now_;
-    WorkResult added = add_entries({joined_strokes(group)}, next, progress);
+    Change next{now_.size(), {}};
+    WorkResult added = make_rest({joined_strokes(group)}, next, progress);
     result.status = added.status;
     result.refusal = std::move(added.refusal);
     if (!result.is_done()) return result;
-    const LineChange change = lines_to(next);
+    const LineChange change = change_to(std::move(next));
     result.lines.appended.insert(result.lines.appended.end(), change.appended.begin(), change.appended.end());
-    change_to(std::move(next));
   }
   return result;
 }
 
-std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* progress) {
-  return state_after(now_, std::min(entries, now_.size()), progress);
+std::optional<ShapeState> Workbench::state_before() const {
+  if (!live_.empty()) return last_state();
+  if (now_.empty()) return std::nullopt;
+  return now_.size() == 1 ? base_ : now_[now_.size() - 2]->after;
 }
 
-std::optional<ShapeState> Workbench::state_after(const History& history, std::size_t count, Progress* progress) {
+std::optional<ShapeState> Workbench::state_after(std::size_t entries, Progress* progress) {
+  return make_state(std::min(entries, now_.size()), progress);
+}
+
+// Makes the states between the nearest kept one before and the wanted one, too: undo is likely to ask for them next.
+// Returns nothing if it was cancelled, or if the shape refused a provisional entry: then `refusal` says why.
+std::optional<ShapeState> Workbench::make_state(std::size_t count, Progress* progress, std::string* refusal) {
+  return make_state(now_, count, progress, refusal);
+}
+
+std::optional<ShapeState> Workbench::make_state(History& history, std::size_t count, Progress* progress,
+                                                std::string* refusal) {
   std::size_t known = count;
-  while (known > 0 && !history[known - 1]->after) --known;
-  ShapeState state = known == 0 ? base_ : *history[known - 1]->after;
+  while (known > 0 && (history[known - 1]->is_provisional || !history[known - 1]->after)) --known;
+  ShapeState state = known == 0 ? base_ : history[known - 1]->after->state();
+  std::uint64_t ahead = 0;
+  for (std::size_t i = known; i < count; ++i) ahead += work_of(history[i]->info.strokes, base_);
+  const bool is_one = count - known == 1;  // counts its own steps
+  Counted counted(is_one ? nullptr : progress, ahead);
   for (; known < count; ++known) {
-    Entry scratch;
-    if (!make_entry(history[known]->info.strokes, state, scratch, progress).is_done()) return std::nullopt;
-    state = *scratch.after;
+    auto made = std::make_shared<Entry>();
+    const WorkResult result = make_entry(history[known]->info.strokes, state, *made, progress);
+    if (!result.is_done()) {
+      if (refusal != nullptr) *refusal = result.refusal;
+      return std::nullopt;
+    }
+    state = made->after->state();
+    counted.add(work_of(made->info.strokes, base_));
+    if (history[known]->is_provisional) {
+      history[known] = std::move(made);  // other threads may read the old one
+    } else {
+      history[known]->after = std::move(made->after);
+    }
+    thin_out(&history == &now_ ? known + 1 : now_.size());
   }
   return state;
 }
@@ -234,9 +364,9 @@ std::vector<std::shared_ptr<const HistoryEntry>> Workbench::done() const {
 std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
   std::vector<std::shared_ptr<const HistoryEntry>> result;
   std::size_t size = now_.size();
-  for (auto history = redo_.rbegin(); history != redo_.rend() && history->size() > size; ++history) {
-    size = history->size();
-    result.emplace_back(history->back(), &history->back()->info);
+  for (auto change = redo_.rbegin(); change != redo_.rend() && change->common + change->rest.size() > size; ++change) {
+    size = change->common + change->rest.size();
+    result.emplace_back(change->rest.back(), &change->rest.back()->info);
   }
   return result;
 }
@@ -262,87 +392,117 @@ WorkResult Workbench::make_entry(const std::vector<SessionStroke>& strokes, cons
   warnings_.clear();
   WorkResult result = compute(from, false, [&] { return apply(strokes, progress); });
   if (!result.is_done()) return result;
-  entry.after = *at_;
-  entry.bytes = entry.after->positions.bytes_beyond(from.positions);
+  keep(entry, *at_);
   entry.info = {strokes, seconds_since(began), steps_ - steps, std::exchange(warnings_, {})};
   return result;
 }
 
-WorkResult Workbench::add_entries(const std::vector<std::vector<SessionStroke>>& gestures, History& history,
-                                  Progress* progress) {
-  std::optional<ShapeState> state = state_after(history, history.size(), progress);
+// Makes the entries that come after the common ones.
+WorkResult Workbench::make_rest(const std::vector<std::vector<SessionStroke>>& gestures, Change& change,
+                                Progress* progress) {
+  std::optional<ShapeState> state = make_state(change.common, progress);
   if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
+  std::uint64_t ahead = 0;
+  for (const std::vector<SessionStroke>& strokes : gestures) ahead += work_of(strokes, base_);
+  Counted counted(progress, ahead);
   for (const std::vector<SessionStroke>& strokes : gestures) {
     auto entry = std::make_shared<Entry>();
     WorkResult result = make_entry(strokes, *state, *entry, progress);
     if (!result.is_done()) return result;
-    state = entry->after;
-    history.push_back(std::move(entry));
+    counted.add(work_of(strokes, base_));
+    state = entry->after->state();
+    change.rest.push_back(std::move(entry));
   }
   return {};
 }
 
-// Goes to the history on top of `from`, which then lies on `to`.
-WorkResult Workbench::step(std::vector<History>& from, std::vector<History>& to, Progress* progress) {
-  History& target = from.back();
-  const std::optional<ShapeState> state = state_after(target, target.size(), progress);
-  if (!state) return {AdvectStatus::cancelled, {}, {}, {}};
-  if (!target.empty()) target.back()->after = *state;
+Workbench::Change Workbench::change_between(const History& from, const History& to) {
+  const auto differ = std::mismatch(from.begin(), from.end(), to.begin(), to.end());
+  return {static_cast<std::size_t>(differ.first - from.begin()), {differ.second, to.end()}};
+}
+
+// Changes the history; returns the change that would take it back.
+Workbench::Change Workbench::exchange(Change change) {
+  const auto end = now_.begin() + static_cast<std::ptrdiff_t>(change.common);
+  Change back{change.common, {end, now_.end()}};
+  now_.resize(change.common);
+  now_.insert(now_.end(), change.rest.begin(), change.rest.end());
+  return back;
+}
+
+// Makes the change on top of `from`; the one that takes it back then lies on `to`.
+WorkResult Workbench::step(std::vector<Change>& from, std::vector<Change>& to, Progress* progress) {
+  Change back = exchange(from.back());
+  const bool is_known = now_.empty() || now_.back()->after;  // perhaps provisional
+  if (!is_known && !make_state(now_.size(), progress)) {
+    exchange(std::move(back));
+    return {AdvectStatus::cancelled, {}, {}, {}};
+  }
   WorkResult result;
-  result.lines = lines_to(target);
-  to.push_back(std::exchange(now_, std::move(target)));
+  result.lines = lines_from(back.common);
+  to.push_back(std::move(back));
   from.pop_back();
   return result;
 }
 
-// How the session file's lines follow; keeps count of them.
-LineChange Workbench::lines_to(const History& target) {
-  const auto [a, b] = std::mismatch(now_.begin(), now_.end(), target.begin(), target.end());
+// Returns how the lines of the session file follow the entries from a number on, and keeps count of them.
+LineChange Workbench::lines_from(std::size_t common) {
   LineChange change;
-  const auto common = static_cast<std::size_t>(a - now_.begin());
   for (std::size_t i = common; i < lines_.size(); ++i) change.taken_back += lines_[i];
   lines_.resize(common);
-  for (auto entry = b; entry != target.end(); ++entry) {
-    const std::vector<SessionStroke>& strokes = (*entry)->info.strokes;
+  for (std::size_t i = common; i < now_.size(); ++i) {
+    const std::vector<SessionStroke>& strokes = now_[i]->info.strokes;
     change.appended.insert(change.appended.end(), strokes.begin(), strokes.end());
     lines_.push_back(strokes.size());
   }
   return change;
 }
 
-void Workbench::change_to(History next) {
-  undo_.push_back(std::exchange(now_, std::move(next)));
+LineChange Workbench::change_to(Change change) {
+  const std::size_t common = change.common;
+  undo_.push_back(exchange(std::move(change)));
   redo_.clear();
-  thin_out();
+  thin_out(now_.size());
+  return lines_from(common);
 }
 
-// Drops every second state of those that are not among the latest, until what is kept is within the limit.
-void Workbench::thin_out() {
-  while (kept_bytes() > memory_) {
-    bool drop = false;
-    bool dropped = false;
-    for (std::size_t i = 0; i + kKeptStates < now_.size(); ++i) {
-      if (!now_[i]->after) continue;
-      if (drop) now_[i]->after.reset();
-      dropped = dropped || drop;
-      drop = !drop;
-    }
-    if (!dropped) break;
-  }
-}
-
-std::size_t Workbench::kept_bytes() const {
-  std::unordered_set<const Entry*> counted;
-  std::size_t bytes = 0;
-  const auto count = [&](const History& history) {
-    for (const auto& entry : history) {
-      if (counted.insert(entry.get()).second && entry->after) bytes += entry->bytes;
-    }
+// The entries with states that may be dropped: those farther from the present entry come first. A state is as far as
+// the number of steps of undo or redo that lead to it.
+std::vector<Workbench::Entry*> Workbench::kept_entries(std::size_t present) const {
+  std::vector<std::pair<std::size_t, Entry*>> by_distance;
+  const auto add = [&](const std::shared_ptr<Entry>& entry, std::size_t distance) {
+    if (entry->after && (now_.empty() || entry != now_.back())) by_distance.emplace_back(distance, entry.get());
   };
-  count(now_);
-  if (!undo_.empty()) count(undo_.back());
-  for (const History& history : redo_) count(history);
-  return bytes;
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    if (i + 1 != present) add(now_[i], i + 1 < present ? present - i - 1 : i + 1 - present);
+  }
+  for (const std::vector<Change>* changes : {&undo_, &redo_}) {
+    for (std::size_t i = 0; i < changes->size(); ++i) {
+      const History& rest = (*changes)[i].rest;
+      for (std::size_t k = 0; k < rest.size(); ++k) add(rest[k], changes->size() - i + rest.size() - 1 - k);
+    }
+  }
+  std::stable_sort(by_distance.begin(), by_distance.end(),
+                   [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<Entry*> entries;
+  for (const auto& [distance, entry] : by_distance) entries.push_back(entry);
+  return entries;
+}
+
+// Drops every second state of those that are not near the present, but for some to start from; then of nearer ones; at
+// last all but the present one.
+void Workbench::thin_out(std::size_t present) {
+  if (ledger_->bytes() <= memory_) return;
+  const auto limit = static_cast<std::size_t>(kThinnedTo * static_cast<double>(memory_));
+  for (std::size_t near = kNearStates; ledger_->bytes() > limit; near /= 2) {
+    const std::size_t kept = near > 0 ? near + kFarStates : 0;
+    std::vector<Entry*> entries = kept_entries(present);
+    while (entries.size() > kept && ledger_->bytes() > limit) {
+      for (std::size_t i = 0; i < entries.size() - near && ledger_->bytes() > limit; i += 2) entries[i]->after.reset();
+      std::erase_if(entries, [](const Entry* entry) { return entry->after == nullptr; });
+    }
+    if (near == 0) return;
+  }
 }
 
 }  // namespace knead

@@ -69,6 +69,19 @@ struct WorkResult {
   bool is_done() const { return status == AdvectStatus::done && refusal.empty(); }
 };
 
+namespace session_detail {
+
+class StateLedger;
+class KeptState;
+
+}  // namespace session_detail
+
+// What a workbench keeps for undo.
+struct UndoMemory {
+  std::size_t bytes = 0;   // beyond the shape at the start; states share what is equal in them
+  std::size_t states = 0;  // that undo, redo and looking back reach at once
+};
+
 // For one thread at a time. A call that takes a Progress can be cancelled from another thread.
 class Workbench {
  public:
@@ -80,6 +93,10 @@ class Workbench {
   // The shape as it is, the current gesture included; and the shape at the start.
   const ShapeState& state() const { return live_.empty() ? last_state() : live_state_; }
   const ShapeState& base() const { return base_; }
+
+  // Returns the shape before the current gesture, or without one before the last entry of the history; nothing if that
+  // is not kept, or there is no entry.
+  std::optional<ShapeState> state_before() const;
 
   // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
   // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
@@ -93,6 +110,18 @@ class Workbench {
   // Appends the current gesture to the history, and remeshes its strokes that have settings. Drops what redo would
   // bring back. Does nothing without a gesture. If it is not done, the gesture remains the current one.
   WorkResult finish(Progress* progress = nullptr);
+
+  // The same, but leaves remeshing, and all that follows from it, for settle(): until then the shape only shows about
+  // what it will be. What is saved, and the lines of the session file, are right at once.
+  WorkResult finish_later(Progress* progress = nullptr);
+
+  // Returns whether the shape is the true one: nothing is left for settle().
+  bool is_settled() const { return now_.empty() || !now_.back()->is_provisional; }
+
+  // Computes what finish_later left, with the bits that finish would have given. Removes entries that the true shape
+  // cannot take; `refusal` says why. Cancelled, it keeps what is complete. The calls below that need a true shape begin
+  // with it. Not during a gesture.
+  WorkResult settle(Progress* progress = nullptr);
 
   // The history, first to last, and what redo would bring back, next first. The entries are immutable.
   std::vector<std::shared_ptr<const HistoryEntry>> done() const;
@@ -127,18 +156,27 @@ class Workbench {
   // joined.
   std::vector<SessionStroke> strokes() const;
 
-  // Limits the memory of snapshots beyond the shape itself to about so many bytes. Above it every second one of the
-  // older snapshots is dropped; to undo that far then takes as long as applying the strokes again. Default: 2 GiB.
-  void limit_memory(std::size_t bytes) { memory_ = bytes; }
+  // Limits the memory of the states that are kept for undo. Above it, states are dropped: first every second one of
+  // those farther than a hundred entries from the present, then nearer ones. The present one always stays. A dropped
+  // state is made again, with the same bits, from the kept one before it when undo, redo or state_after needs it; that
+  // takes as long as applying the strokes between. Default: 1 GiB.
+  void limit_memory(std::size_t bytes);
+  UndoMemory undo_memory() const;
 
  private:
   struct Entry {
     HistoryEntry info;
-    std::optional<ShapeState> after;  // nothing: dropped, and computed again when needed
-    std::size_t bytes = 0;            // of that, beyond the state before
+    std::shared_ptr<const session_detail::KeptState> after;  // null: dropped, and computed again when needed
+    bool is_provisional = false;  // `after` is only about right; then those of all later entries are, too
   };
   using History = std::vector<std::shared_ptr<Entry>>;
   class Comparison;
+
+  // How to get to another history: keep the first entries of this one, then append others.
+  struct Change {
+    std::size_t common = 0;
+    History rest;
+  };
 
   // A state that the shape is often restored to, ready to be moved.
   struct Kept {
@@ -146,7 +184,7 @@ class Workbench {
     DeformedShape shape;
   };
 
-  const ShapeState& last_state() const { return now_.empty() ? base_ : *now_.back()->after; }
+  const ShapeState& last_state() const;
   void go_to(const ShapeState& state, bool again = false);
   template <class Work>
   WorkResult compute(const ShapeState& from, bool again, const Work& work);
@@ -154,15 +192,21 @@ class Workbench {
   LineChange live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes);
   WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
                         Progress* progress);
-  WorkResult add_entries(const std::vector<std::vector<SessionStroke>>& gestures, History& history, Progress* progress);
+  WorkResult make_rest(const std::vector<std::vector<SessionStroke>>& gestures, Change& change, Progress* progress);
   WorkResult make_arrangement(const std::vector<std::vector<SessionStroke>>& entries, History& next,
                               Progress* progress);
-  std::optional<ShapeState> state_after(const History& history, std::size_t count, Progress* progress);
-  WorkResult step(std::vector<History>& from, std::vector<History>& to, Progress* progress);
-  LineChange lines_to(const History& target);
-  void change_to(History next);
-  void thin_out();
-  std::size_t kept_bytes() const;
+  std::optional<ShapeState> make_state(std::size_t count, Progress* progress, std::string* refusal = nullptr);
+  std::optional<ShapeState> make_state(History& history, std::size_t count, Progress* progress, std::string* refusal);
+  static Change change_between(const History& from, const History& to);
+  LineChange remove_refused();
+  void add_finished(std::vector<SessionStroke> strokes, std::shared_ptr<Entry> entry, std::size_t lines);
+  void keep(Entry& entry, const ShapeState& state);
+  Change exchange(Change change);
+  WorkResult step(std::vector<Change>& from, std::vector<Change>& to, Progress* progress);
+  LineChange lines_from(std::size_t common);
+  LineChange change_to(Change change);
+  std::vector<Entry*> kept_entries(std::size_t present) const;
+  void thin_out(std::size_t present);
 
   std::filesystem::path folder_;
   DeformedShape shape_;
@@ -174,14 +218,15 @@ class Workbench {
   std::vector<std::string> warnings_;  // likewise
   History now_;
   std::vector<std::size_t> lines_;  // in the session file, of each entry of now_
-  std::vector<History> undo_;
-  std::vector<History> redo_;
+  std::vector<Change> undo_;
+  std::vector<Change> redo_;
   std::vector<SessionStroke> live_;
   ShapeState live_state_;
   std::size_t live_lines_ = 0;
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
-  std::size_t memory_ = std::size_t{2} << 30;
+  std::size_t memory_ = std::size_t{1} << 30;
+  std::shared_ptr<session_detail::StateLedger> ledger_;
 };
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues

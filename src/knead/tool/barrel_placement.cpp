@@ -69,7 +69,7 @@ void try_place(BarrelPlacement& proposal, const Vec3d& last_normal, const Shape&
 
 // With a zone of that width: from the point towards the tip, to the first place that will do.
 BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, double thickness, double width,
-                            const Shape& shape) {
+                            const Shape& shape, const Progress* progress) {
   BarrelPlacement proposal{query.point, -direction, -kCenterFraction * width, (1 - kCenterFraction) * width, 0,
                            thickness,   {}};
   Vec3d last_normal = proposal.normal;
@@ -78,6 +78,7 @@ BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, do
   }
   std::string first_problem;
   for (int i = 0; i < kMostPlaces; ++i) {
+    stop_if_cancelled(progress);
     proposal.center = query.point + direction * (kStride * thickness * i);
     if (!innermost(slice(proposal.center, proposal.normal, shape.positions, shape.triangles))) break;  // past the tip
     try_place(proposal, last_normal, shape);
@@ -91,7 +92,7 @@ BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, do
 }  // namespace
 
 BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
-                             std::span<const Triangle> triangles) {
+                             std::span<const Triangle> triangles, const Progress* progress) {
   require_finite("point", query.point);
   require_direction("direction", query.direction);
   require_finite("axis", query.axis);
@@ -106,7 +107,7 @@ BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> po
     return proposal;
   }
   for (const double zone : {2.0, 1.2}) {
-    proposal = first_place(query, direction, around->reach, zone * around->reach, shape);
+    proposal = first_place(query, direction, around->reach, zone * around->reach, shape, progress);
     if (proposal.problem.empty()) return proposal;
   }
   proposal.problem = fmt::format(

@@ -44,7 +44,7 @@ S with(S stroke, List S::*list, const List& more, std::size_t skipped) {
 
 // Returns true if a relaxed path goes on near one of its last points; with mirror images these are several.
 bool goes_on_near(const RelaxStroke& last, const RelaxStroke& next) {
-  constexpr std::size_t kMostImages = 8;
+  constexpr std::size_t kMostImages = 256;
   if (next.points.empty() || without(last, &RelaxStroke::points) != without(next, &RelaxStroke::points)) return false;
   const std::size_t first = last.points.size() - std::min(last.points.size(), kMostImages);
   return std::any_of(last.points.begin() + static_cast<std::ptrdiff_t>(first), last.points.end(),

@@ -78,6 +78,10 @@ struct Image {
         "\"full_vertices\" and \"zero_vertices\" cannot be mirrored or moved; name points instead, with \"full\" and "
         "\"zero\"");
   }
+  void operator()(std::vector<VertexRange>* vertices) const {
+    if (vertices->empty()) return;
+    throw InvalidInput("a mask of \"vertices\" cannot be mirrored or moved; name points instead, with \"points\"");
+  }
   void operator()(Mat3d* m) const { *m = map.pose(*m); }
   void operator()(HandlesMotion* motion) const {
     if (auto* translation = std::get_if<HandlesTranslation>(motion)) translation->by = map.direction(translation->by);

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/math/progress.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/tool/barrel.h"
 
@@ -58,8 +59,9 @@ struct BarrelPlacement {
 // everything else is at least 1.1 times as far from the line as the part. The zone from inner to outer is twice as wide
 // as the part is thick, or 1.2 times where the part is short; r = 0 is where a bend is symmetric (kCenterFraction).
 // check_barrel accepts the radius. Time: linear for each place tried, 5 ms for 100,000 triangles; the places are a
-// quarter of the thickness apart. Throws InvalidInput for a direction or axis that is 0 or not finite.
+// quarter of the thickness apart. Throws InvalidInput for a direction or axis that is 0 or not finite; Cancelled if
+// `progress` is cancelled.
 BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
-                             std::span<const Triangle> triangles);
+                             std::span<const Triangle> triangles, const Progress* progress = nullptr);
 
 }  // namespace knead

@@ -44,6 +44,7 @@ const Tool& RelaxStroke::tool() {
   static const Tool kTool = [] {
     Tool tool = describe<RelaxStroke>("relax", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
     tool.is_flow = false;
+    tool.is_event = true;
     return tool;
   }();
   return kTool;

@@ -45,6 +45,9 @@ struct Check {
     if (*vector) (*this)(&**vector);
   }
   void operator()(std::vector<Vec3d>* list) const { require_finite(key.name, *list); }
+  void operator()(std::vector<double>* list) const {
+    for (double& number : *list) (*this)(&number);
+  }
   void operator()(Mat3d* m) const {
     for (const Vec3d& row : {m->row0, m->row1, m->row2}) require_finite(key.name, row);
   }

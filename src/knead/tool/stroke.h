@@ -203,9 +203,36 @@ struct RelaxStroke {
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
 };
 
+// The vertices from first to last, both included.
+struct VertexRange {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+
+  friend bool operator==(const VertexRange&, const VertexRange&) = default;
+};
+
+// The mask of the strokes after it (field/mask.h), which replaces the one before; without points and vertices: no mask.
+// It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up when
+// the mask begins.
+struct MaskStroke {
+  std::vector<Vec3d> points;
+  std::vector<VertexRange> vertices;
+  std::vector<double> values;                  // of each point or range, from 0: free to 1: stays; empty: all 1
+  std::optional<double> width = std::nullopt;  // of the border between what stays and what is free
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const MaskStroke&, const MaskStroke&) = default;
+};
+
+// Returns whether the stroke gives no mask.
+inline bool is_empty(const MaskStroke& stroke) { return stroke.points.empty() && stroke.vertices.empty(); }
+
+// Returns the mask of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and as Mask.
+Mask mask_of(const MaskStroke& stroke, int threads = 0);
+
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke, RelaxStroke>;
+                            StretchStroke, TwistStroke, BendStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);
@@ -222,7 +249,7 @@ bool reads_surface(const Stroke& stroke);
 bool is_flow(const Stroke& stroke);
 
 // Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
-// strokes that read the surface. Time: linear, for a point set times the logarithm of its size.
+// strokes that read the surface. Time: linear, for a point set times the logarithm of its size. A mask has none.
 Flow flow_of(const Stroke& stroke);
 
 // Returns what is allowed but likely to disappoint (strong flow back beside the tool): one sentence each, with what to

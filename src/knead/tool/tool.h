@@ -29,9 +29,10 @@ struct Choice {
 };
 
 // Points at the member of a stroke that a key stands for. Null: the key does not apply to this stroke.
-using KeyValue = std::variant<double*, std::optional<double>*, AutoNumber, int*, Vec3d*, std::optional<Vec3d>*,
-                              std::vector<Vec3d>*, std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*,
-                              std::vector<PaintSample>*, Mat3d*, HandlesMotion*, std::string*, Choice>;
+using KeyValue =
+    std::variant<double*, std::optional<double>*, AutoNumber, int*, Vec3d*, std::optional<Vec3d>*, std::vector<Vec3d>*,
+                 std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*, std::vector<PaintSample>*,
+                 std::vector<VertexRange>*, std::vector<double>*, Mat3d*, HandlesMotion*, std::string*, Choice>;
 
 // What a value means, and so how it is checked and mirrored. A vector is a place unless this says otherwise.
 enum class Quantity {
@@ -67,7 +68,9 @@ bool applies(const StrokeKey& key);
 struct Tool {
   std::string_view name;  // in session files
   Stroke start;           // a stroke with every key at its default
-  bool is_flow = true;    // false: its strokes are no flows, and their lines are {"NAME": {...}} without "tool"
+  bool is_flow = true;    // false: its strokes are no flows
+  // An event of the session: its line is {"NAME": {...}}, and {"NAME": null} for `start`. Else {"tool": "NAME", ...}.
+  bool is_event = false;
 
   // Returns the keys, in the order of the session file. The pointers are valid as long as the stroke.
   std::function<std::vector<StrokeKey>(Stroke&)> keys;

@@ -1,6 +1,7 @@
 #include "knead/io/glb/uses.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "knead/math/error.h"
@@ -17,7 +18,9 @@ template <class Visit>
 void for_each_index(const std::optional<Value>& object, Visit visit) {
   if (!object || !object->json().is_object()) return;
   for (const auto& [key, value] : object->json().members()) {
-    if (value.is_whole()) visit(value.whole(), key);
+    // As Value::whole takes them: -0 and 1.0 are whole, too.
+    const double number = value.is_number() ? value.number() : -1;
+    if (number >= 0 && number <= 0x1p53 && number == std::floor(number)) visit(static_cast<std::size_t>(number), key);
   }
 }
 

@@ -6,6 +6,7 @@
 #include "knead/io/obj/lines.h"
 #include "knead/io/obj/obj.h"
 #include "knead/io/text.h"
+#include "knead/io/unplaced.h"
 
 namespace knead::io_detail::obj {
 namespace {
@@ -30,12 +31,12 @@ void append_color(std::string& text, double value) {
   }
 }
 
-void append_vertices(std::string& text, const Mesh& mesh) {
+void append_vertices(std::string& text, const Mesh& mesh, std::optional<int> decimals) {
   const Attribute* color = vertex_color(mesh);
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
     const Vec3d& p = mesh.positions[i];
     const std::array<double, 3> xyz{p.x, p.y, p.z};
-    append_vector(text, "v", xyz.data(), 3);
+    append_vector(text, "v", xyz.data(), 3, decimals);
     for (std::size_t c = 0; color != nullptr && c < 3; ++c) {
       text += ' ';
       const std::size_t first = i * static_cast<std::size_t>(color->components);
@@ -59,11 +60,11 @@ void append_face(std::string& text, const Mesh& mesh, std::size_t f, const Lines
 
 }  // namespace
 
-std::string generate(const Mesh& mesh, const WriteOptions&) {
+std::string generate(const Mesh& mesh, const WriteOptions& options) {
   const Lines uv = value_lines<2>(mesh, "uv", "vt");
   const Lines normal = value_lines<3>(mesh, "normal", "vn");
   std::string text;
-  append_vertices(text, mesh);
+  append_vertices(text, mesh, options.decimals);
   text += uv.text;
   text += normal.text;
   for (std::size_t f = 0; f < mesh.face_count(); ++f) append_face(text, mesh, f, uv, normal);
@@ -91,6 +92,8 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
   for (const std::string& keyword : layout_of<Layout>(source).other_keywords) {
     losses.push_back("lines '" + keyword + "' are left out");
   }
+  const std::size_t unplaced = layout_of<Layout>(source).unplaced.size();
+  if (unplaced > 0) losses.push_back(unplaced_loss(unplaced));
   return losses;
 }
 

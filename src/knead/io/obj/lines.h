@@ -4,20 +4,22 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
-#include "knead/io/text.h"
+#include "knead/io/decimals.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead::io_detail::obj {
 
-inline void append_vector(std::string& text, const char* keyword, const double* values, std::size_t n) {
+inline void append_vector(std::string& text, const char* keyword, const double* values, std::size_t n,
+                          std::optional<int> decimals = std::nullopt) {
   text += keyword;
   for (std::size_t i = 0; i < n; ++i) {
     text += ' ';
-    append_real(text, values[i]);
+    append_decimals(text, values[i], decimals);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "knead/io/decimals.h"
 #include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
 
@@ -24,6 +25,7 @@ std::vector<std::string> losses(const Mesh& mesh);
 std::vector<std::string> source_losses(const ShapeFile& source);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
 std::vector<std::string> remesh_losses(const ShapeFile& source);
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 std::vector<std::uint32_t> face_labels(const ShapeFile& source);
 
 // The byte at which the lines begin: after a byte order mark.

@@ -97,12 +97,13 @@ TEST(Obj, WeightsAndColors) {
 }
 
 TEST(Obj, ErrorsNameTheLine) {
-  EXPECT_EQ(error_of("v 0 0 0\nv 1 nan 0\n"), "shape.obj:2: a coordinate is not finite; repair the file");
+  EXPECT_EQ(error_of("v 0 0 0\nv 1 nan 0\nf 1 2 1\n"),
+            "shape.obj:2: a coordinate is not finite, and a face uses the vertex; repair the file");
   EXPECT_EQ(error_of("v 0 0 0\nv 1 0\n"), "shape.obj:2: a number is missing; expected 'v x y z'");
   EXPECT_EQ(error_of("v 0 0 0\r\rv 1 0 a\n"), "shape.obj:3: 'a' is not a number");
   EXPECT_NE(error_of("v 0 0 0\nf 1 1 2\n").find("shape.obj:2: index 2"), std::string::npos);
   EXPECT_NE(error_of("v 0 0 0\nf 1 1 -2\n").find("shape.obj:2: index -2"), std::string::npos);
-  EXPECT_NE(error_of("v 0 0 0\nf 1/1 1/1 1/1\n").find("texture coordinate"), std::string::npos);
+  EXPECT_NE(error_of("v 0 0 0\nvt 0 0\nf 1/1 1/1 1/2\n").find("shape.obj:3: index 2 of a texture"), std::string::npos);
   EXPECT_NE(error_of("v 0 0 0\nf 1 1 1/1/1/1\n").find("is no corner"), std::string::npos);
   EXPECT_NE(error_of("v 0 0 0\nf 1 1 x\n").find("is no corner"), std::string::npos);
   EXPECT_NE(error_of("v 0 0 0\nf 1 1 99999999999999999999\n").find("out of range"), std::string::npos);

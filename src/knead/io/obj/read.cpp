@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
 
 #include "knead/io/face_builder.h"
 #include "knead/io/layout.h"
@@ -9,6 +10,7 @@
 #include "knead/io/obj/obj.h"
 #include "knead/io/room_ahead.h"
 #include "knead/io/text.h"
+#include "knead/io/unplaced.h"
 #include "knead/math/error.h"
 #include "knead/mesh/normals.h"
 
@@ -22,26 +24,30 @@ struct References {
   std::size_t given = 0;                // so far
   std::vector<std::uint32_t> corner{};  // of each corner kept, from 0; kNoNormal: none; empty until one is given
   bool ahead = false;                   // an index was used before what it refers to
-  std::size_t largest = 0;              // index used, from 1, and where
+  bool optional = true;                 // a file that has none of what is referred to is read without it
+  std::size_t dangling = 0;             // indices that count back from nothing, and where the first is
+  std::size_t dangling_position = 0;
+  std::size_t largest = 0;  // index used, from 1, and where
   std::size_t largest_position = 0;
 };
 
 class Reader {
  public:
   Reader(ShapeFile& shape, const std::string& name)
-      : shape_(shape), bytes_(shape.bytes), name_(name), faces_(shape.mesh) {}
+      : shape_(shape), bytes_(without_end_zeros(shape.bytes)), name_(name), faces_(shape.mesh) {}
 
   Layout run() {
     check_encoding();
     while (position_ < bytes_.size()) read_line();
     if (shape_.mesh.positions.empty()) throw InvalidInput(Place{name_}, "has no vertices (lines 'v x y z')");
-    check_references(vertex_);
-    check_references(texture_);
-    check_references(normal_);
+    for (References* each : {&vertex_, &texture_, &normal_}) check_references(*each);
     add_attributes();
+    check_unplaced();
+    remove_unplaced(unplaced_, shape_.mesh);
     add_notes();
     layout_.corner_normal = std::move(normal_.corner);
     layout_.normals_ahead = normal_.ahead;
+    layout_.unplaced = std::move(unplaced_.rows);
     return std::move(layout_);
   }
 
@@ -145,7 +151,7 @@ class Reader {
   // v x y z [w], or v x y z r g b [a].
   void read_vertex() {
     const Vec3d p = next_vector("'v x y z'");
-    if (!is_finite(p)) fail(position_, "a coordinate is not finite; repair the file");
+    if (!is_finite(p)) unplaced_.add(shape_.mesh.vertex_count(), position_);
     vertex_room_.make(shape_.mesh.positions, 1, position_, bytes_.size());
     shape_.mesh.positions.push_back(p);
     ++vertex_.given;
@@ -255,6 +261,10 @@ class Reader {
     if (error == std::errc::invalid_argument || stop != end)
       fail(position_, in_quotes(whole) + " is no corner of a face");
     const auto given = static_cast<std::int64_t>(to.given);
+    if (to.optional && given == 0 && error == std::errc{} && index < 0) {
+      if (to.dangling++ == 0) to.dangling_position = position_;
+      return kNoNormal;
+    }
     if (error != std::errc{} || index == 0 || index < -given || index >= std::int64_t{kMostElements}) {
       fail(position_, std::string("index ") + std::string(text.substr(0, 24)) + " of a " + to.what +
                           " is out of range (" + std::to_string(given) + " so far, counted from 1); repair the file");
@@ -263,10 +273,27 @@ class Reader {
   }
 
   // Faces may stand before what they refer to, so that only the end of the file tells what is out of range.
-  void check_references(const References& to) const {
+  void check_references(References& to) {
+    if (to.optional && to.given == 0 && (to.largest > 0 || to.dangling > 0)) {
+      shape_.notes.push_back(std::string("faces refer to ") + to.what +
+                             "s, of which the file has none; they are read without");
+      to = {to.what};
+    }
+    if (to.dangling > 0) {
+      fail(to.dangling_position,
+           std::string("a negative index of a ") + to.what + " stands before the first of them; repair the file");
+    }
     if (to.largest <= to.given) return;
     fail(to.largest_position, "index " + std::to_string(to.largest) + " of a " + to.what +
                                   " is out of range (the file has " + std::to_string(to.given) + "); repair the file");
+  }
+
+  void check_unplaced() const {
+    if (const std::optional<std::size_t> used = first_used(unplaced_, shape_.mesh)) {
+      fail(unplaced_.begin[*used], "a coordinate is not finite, and a face uses the vertex; repair the file");
+    }
+    if (unplaced_.rows.size() < shape_.mesh.vertex_count()) return;
+    throw InvalidInput(Place{name_}, "no vertex has finite coordinates; there is no shape in it");
   }
 
   // An attribute of corners, from the values that they refer to; corners without a reference have 0.
@@ -305,12 +332,15 @@ class Reader {
 
   void add_notes() {
     faces_.append_notes(shape_.notes);
+    if (!unplaced_.rows.empty()) shape_.notes.push_back(unplaced_note(unplaced_.rows.size()));
+    const std::size_t zeros = shape_.bytes.size() - bytes_.size();
+    if (zeros > 0) shape_.notes.push_back(counted(zeros, "zero byte ends the file", "zero bytes end the file"));
     const auto say = [&](std::size_t count, const char* one, const char* many) {
       if (count > 0) shape_.notes.push_back(counted(count, one, many));
     };
     say(weights_, "vertex has a weight, which is kept but not applied",
         "vertices have a weight, which is kept but not applied");
-    say(colored_ > 0 ? shape_.mesh.vertex_count() - colored_ : 0, "vertex has no color and is read as white",
+    say(colored_ > 0 ? vertex_.given - colored_ : 0, "vertex has no color and is read as white",
         "vertices have no color and are read as white");
     say(not_finite_, "attribute value is not finite and is read as 0",
         "attribute values are not finite and are read as 0");
@@ -326,7 +356,8 @@ class Reader {
   RoomAhead face_room_;
   Layout layout_;
   std::size_t position_ = 0;
-  References vertex_{"vertex"};
+  Unplaced unplaced_;
+  References vertex_{.what = "vertex", .optional = false};
   References texture_{"texture coordinate"};
   References normal_{"normal"};
   std::vector<double> textures_;

@@ -9,6 +9,7 @@
 #include "knead/io/obj/lines.h"
 #include "knead/io/obj/obj.h"
 #include "knead/io/text.h"
+#include "knead/io/unplaced.h"
 #include "knead/math/large_pages.h"
 
 namespace knead::io_detail::obj {
@@ -123,8 +124,10 @@ Reference reference_of(std::size_t corners, std::size_t referring) {
 
 class Writer {
  public:
-  explicit Writer(const NewMesh& shape)
-      : bytes_(shape.source.bytes),
+  Writer(const NewMesh& shape, std::optional<int> decimals)
+      : decimals_(decimals),
+        bytes_(without_end_zeros(shape.source.bytes)),
+        rest_(std::string_view(shape.source.bytes).substr(bytes_.size())),
         mesh_(shape.mesh),
         face_source_(shape.face_source),
         new_faces_(shape.face_source, shape.source.mesh.face_count()),
@@ -151,6 +154,7 @@ class Writer {
       for (const std::uint32_t f : new_faces_.of(face)) append_face(f);
       ++face;
     }
+    result_ += rest_;
     return std::move(result_);
   }
 
@@ -189,7 +193,7 @@ class Writer {
     const Attribute* color = mesh_.find_attribute("color");
     for (std::size_t i = 0; i < mesh_.vertex_count(); ++i) {
       const Vec3d& p = mesh_.positions[i];
-      append_vector(result_, "v", std::array{p.x, p.y, p.z}.data(), 3);
+      append_vector(result_, "v", std::array{p.x, p.y, p.z}.data(), 3, decimals_);
       if (color != nullptr) append_vector(result_, "", color->values.data() + 3 * i, 3);
       result_ += line_end_;
     }
@@ -210,7 +214,9 @@ class Writer {
     result_ += line_end_;
   }
 
-  const std::string& bytes_;
+  std::optional<int> decimals_;
+  std::string_view bytes_;
+  std::string_view rest_;  // zero bytes
   const Mesh& mesh_;
   std::span<const std::uint32_t> face_source_;
   BySource new_faces_;
@@ -224,13 +230,15 @@ class Writer {
 
 }  // namespace
 
-std::string remeshed(const NewMesh& shape, const WriteOptions&) { return Writer(shape).run(); }
+std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
+  return Writer(shape, options.decimals).run();
+}
 
 std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
   std::vector<std::uint32_t> labels;
   std::map<std::string, std::uint32_t> known;
   std::array<std::string, kGrouping.size()> state;  // the last line of each keyword
-  Statements statements(source.bytes);
+  Statements statements(without_end_zeros(source.bytes));
   for (Statement s; statements.next(s);) {
     if (s.kind == Kind::other) {
       const std::size_t begin = skip_blanks(source.bytes, s.begin);
@@ -252,7 +260,7 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   bool weights = false;
   bool alphas = false;
   bool depths = false;
-  Statements statements(source.bytes);
+  Statements statements(without_end_zeros(source.bytes));
   for (Statement s; statements.next(s);) {
     if (s.kind == Kind::vertex) weights = weights || s.words == 4;
     if (s.kind == Kind::vertex) alphas = alphas || s.words == 7;
@@ -264,6 +272,8 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
   for (const std::string& keyword : layout_of<Layout>(source).other_keywords) {
     if (is_naming(keyword)) losses.push_back("lines '" + keyword + "' are left out");
   }
+  const std::size_t unplaced = layout_of<Layout>(source).unplaced.size();
+  if (unplaced > 0) losses.push_back(unplaced_loss(unplaced));
   return losses;
 }
 

@@ -82,10 +82,11 @@ void append_color(std::string& text, const Attribute& color, std::size_t element
   }
 }
 
-void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, std::size_t i) {
+void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, std::size_t i,
+                   std::optional<int> decimals) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (axis > 0) text += ' ';
-    append_real(text, mesh.positions[i][axis]);
+    append_decimals(text, mesh.positions[i][axis], decimals);
   }
   append_numbers(text, held.normal, i);
   if (held.color) {
@@ -99,13 +100,13 @@ void append_vertex(std::string& text, const Mesh& mesh, const Holdings& held, st
 
 }  // namespace
 
-std::string generate(const Mesh& mesh, const WriteOptions&) {
+std::string generate(const Mesh& mesh, const WriteOptions& options) {
   const Holdings held = sort_attributes(mesh);
   std::string text = held.uv ? "ST" : "";
   if (held.color) text += 'C';
   if (held.normal) text += 'N';
   text += "OFF\n" + std::to_string(mesh.vertex_count()) + ' ' + std::to_string(mesh.face_count()) + " 0\n";
-  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) append_vertex(text, mesh, held, i);
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) append_vertex(text, mesh, held, i, options.decimals);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     text += std::to_string(mesh.face(f).size());
     for (const std::uint32_t v : mesh.face(f)) text += ' ' + std::to_string(v);

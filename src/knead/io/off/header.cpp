@@ -36,6 +36,16 @@ bool parse_letters(std::string_view letters, const TextCursor& text, Fields& fie
   return has_dimension;
 }
 
+// In upper case if it has no letter in that case; else as it is, because n and N differ.
+std::string keyword_of(std::string_view word) {
+  std::string upper(word);
+  for (char& c : upper) {
+    if (c >= 'A' && c <= 'Z') return std::string(word);
+    c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  }
+  return upper;
+}
+
 bool is_number(std::string_view word) {
   return !word.empty() && std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
@@ -48,16 +58,19 @@ Header parse_header(std::string_view bytes, const std::string& name) {
   header.counts_begin = text.position();
   const std::string_view word = text.next();
   if (is_number(word)) return header;  // the keyword may be missing
-  const std::size_t keyword = word.find("OFF");
+  const std::string in_upper_case = keyword_of(word);
+  header.lower_case = in_upper_case != word;
+  const std::size_t keyword = in_upper_case.find("OFF");
   if (keyword == std::string_view::npos) {
     text.fail("expected the keyword OFF, or the counts of vertices and faces, found " +
               (word.empty() ? "the end of the file" : in_quotes(word)));
   }
-  const bool has_dimension = parse_letters(word.substr(0, keyword), text, header.fields);
+  const bool has_dimension = parse_letters(std::string_view(in_upper_case).substr(0, keyword), text, header.fields);
   // The first count may follow without a blank.
   const std::size_t end = text.word_begin() + keyword + 3;
   text.take(text.word_begin(), end);
-  if (text.next_on_line() == "BINARY") {
+  const std::string_view encoding = text.next_on_line();
+  if (encoding == "BINARY" || (header.lower_case && encoding == "binary")) {
     if (has_dimension) text.fail("binary nOFF is not supported; write it as text");
     header.binary = true;
     text.next_line();
@@ -78,6 +91,7 @@ ShapeFile parse(std::string bytes, const std::string& name) {
   shape.format = "off";
   shape.bytes = std::move(bytes);
   const Header header = parse_header(shape.bytes, name);
+  if (header.lower_case) shape.notes.emplace_back("the keyword is in lower case and is read as in upper case");
   MeshBuilder builder(shape, header.fields);
   const auto read = header.binary ? read_binary : read_text;
   Layout layout = read(builder, header, shape, name);

@@ -25,6 +25,7 @@ struct Fields {
 struct Header {
   Fields fields;
   bool binary = false;
+  bool lower_case = false;       // the keyword
   std::size_t counts_begin = 0;  // the byte where the counts may begin
 };
 

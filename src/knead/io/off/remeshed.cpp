@@ -53,8 +53,12 @@ std::string beginning(const ShapeFile& source, const Columns& columns) {
 
 class TextWriter {
  public:
-  TextWriter(const NewMesh& shape, const Columns& columns)
-      : source_(shape.source), mesh_(shape.mesh), columns_(columns), line_end_(line_end_of(shape.source.bytes)) {}
+  TextWriter(const NewMesh& shape, const Columns& columns, std::optional<int> decimals)
+      : decimals_(decimals),
+        source_(shape.source),
+        mesh_(shape.mesh),
+        columns_(columns),
+        line_end_(line_end_of(shape.source.bytes)) {}
 
   std::string run() {
     text_ = beginning(source_, columns_);
@@ -70,7 +74,7 @@ class TextWriter {
   void append_vertex(std::size_t i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (axis > 0) text_ += ' ';
-      append_real(text_, mesh_.positions[i][axis]);
+      append_decimals(text_, mesh_.positions[i][axis], decimals_);
     }
     if (columns_.normal != nullptr) append_numbers(values_of(*columns_.normal, i));
     if (columns_.color != nullptr) append_color(*columns_.color, i);
@@ -113,6 +117,7 @@ class TextWriter {
     text_ += rest;
   }
 
+  std::optional<int> decimals_;
   const ShapeFile& source_;
   const Mesh& mesh_;
   const Columns& columns_;
@@ -176,10 +181,10 @@ class BinaryWriter {
 
 }  // namespace
 
-std::string remeshed(const NewMesh& shape, const WriteOptions&) {
+std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
   const Columns columns(shape.mesh);
   if (layout_of<Layout>(shape.source).binary) return BinaryWriter(shape, columns).run();
-  return TextWriter(shape, columns).run();
+  return TextWriter(shape, columns, options.decimals).run();
 }
 
 std::vector<std::string> remesh_losses(const ShapeFile& source) {

@@ -13,20 +13,20 @@ Vec3d vector_at(const std::vector<double>& values, std::size_t i) {
 }
 
 std::string rewrite_text(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                         const Attribute* old_normals) {
-  Splice splice(source.bytes);
+                         const Attribute* old_normals, const WriteOptions& options) {
+  Splice splice(source.bytes, options.decimals);
   TextCursor text(source.bytes, source.format, layout_of<Layout>(source).vertex_begin);
   const auto next = [&] { return text.next(); };
   for (std::size_t i = 0; i < positions.size(); ++i) {
     splice.replace_changed(source.mesh.positions[i], positions[i], next);
-    if (!normals.empty()) splice.replace_changed(vector_at(old_normals->values, i), normals[i], next);
+    if (!normals.empty()) splice.replace_direction(vector_at(old_normals->values, i), normals[i], next);
     text.next_line();
   }
   return splice.finish();
 }
 
 std::string rewrite_binary(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                           const Attribute* old_normals) {
+                           const Attribute* old_normals, const WriteOptions&) {
   check_fits_floats(positions);
   const Layout& layout = layout_of<Layout>(source);
   std::string bytes = source.bytes;
@@ -43,9 +43,17 @@ std::string rewrite_binary(const ShapeFile& source, std::span<const Vec3d> posit
 }  // namespace
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions&) {
+                    const WriteOptions& options) {
   const auto rewrite = layout_of<Layout>(source).binary ? rewrite_binary : rewrite_text;
-  return rewrite(source, positions, normals, source.mesh.find_attribute("normal"));
+  return rewrite(source, positions, normals, source.mesh.find_attribute("normal"), options);
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  if (layout_of<Layout>(source).binary) return;
+  TextCursor text(source.bytes, source.format, layout_of<Layout>(source).vertex_begin);
+  for (std::size_t i = 0; i < source.mesh.vertex_count(); ++i, text.next_line()) {
+    for (std::size_t axis = 0; axis < 3; ++axis) visit(text.next());
+  }
 }
 
 std::vector<std::string> source_losses(const ShapeFile& source) {

@@ -1,5 +1,7 @@
 // Reading OFF as text.
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 
 #include "knead/io/cursor.h"
 #include "knead/io/off/mesh.h"
@@ -20,6 +22,7 @@ class TextReader {
     layout.width = width_;
     for (std::size_t i = 0; i < faces_; ++i) read_face(i);
     layout.faces_end = text_.position();
+    if (hexadecimal_) shape_.notes.emplace_back("colors are in hexadecimal and are read as whole numbers");
     if (!text_.next().empty()) {
       shape_.notes.push_back(counted(bytes_left(), "byte follows the last face", "bytes follow the last face"));
     }
@@ -61,6 +64,28 @@ class TextReader {
     return word;
   }
 
+  // A number after the coordinates or the indices; a color 0xRRGGBB or 0xRRGGBBAA is three or four. Returns whether
+  // they are whole.
+  bool add_number(std::string_view word, const char* expected) {
+    const bool is_color = numbers_.size() >= first_color_;
+    const bool is_hexadecimal = is_color && word.size() > 2 && word[0] == '0' && (word[1] == 'x' || word[1] == 'X');
+    if (!is_hexadecimal) {
+      numbers_.push_back(text_.real(word, expected));
+      return is_whole(word);
+    }
+    const std::string_view digits = word.substr(2);
+    std::uint32_t value = 0;
+    const char* end = digits.data() + digits.size();
+    const auto [stop, error] = std::from_chars(digits.data(), end, value, 16);
+    const std::size_t bytes = (digits.size() + 1) / 2;
+    if (error != std::errc{} || stop != end || bytes == 2 || bytes > 4) {
+      text_.fail(in_quotes(word) + " is no color; expected 0xRRGGBB or 0xRRGGBBAA");
+    }
+    for (std::size_t i = bytes; i-- > 0;) numbers_.push_back((value >> (8 * i)) & 0xffu);
+    hexadecimal_ = true;
+    return true;
+  }
+
   static bool is_whole(std::string_view word) {
     return std::all_of(word.begin(), word.end(), [](char c) { return c >= '0' && c <= '9'; });
   }
@@ -68,10 +93,15 @@ class TextReader {
   void read_vertex(std::size_t i) {
     numbers_.clear();
     whole_.clear();
+    first_color_ = fields_.normals ? 6 : 3;
     for (std::string_view word = begin_row(i, vertices_, "vertices"); !word.empty(); word = text_.next_on_line()) {
-      const bool is_coordinate = numbers_.size() < 3;
-      numbers_.push_back(is_coordinate ? text_.coordinate(word) : text_.real(word, "a number"));
-      whole_.push_back(!is_coordinate && is_whole(word));
+      bool is_whole_number = false;
+      if (numbers_.size() < 3) {
+        numbers_.push_back(text_.coordinate(word));
+      } else {
+        is_whole_number = add_number(word, "a number");
+      }
+      whole_.resize(numbers_.size(), is_whole_number);
     }
     if (i == 0) check_width();
     if (numbers_.size() != width_) {
@@ -102,10 +132,10 @@ class TextReader {
       face_.push_back(static_cast<std::uint32_t>(v));
     }
     numbers_.clear();
+    first_color_ = 0;
     bool whole = true;
     for (std::string_view word = text_.next_on_line(); !word.empty(); word = text_.next_on_line()) {
-      numbers_.push_back(text_.real(word, "a number of a color"));
-      whole = whole && is_whole(word);
+      whole = add_number(word, "a number of a color") && whole;
     }
     builder_.add_face(face_, numbers_, whole);
   }
@@ -120,6 +150,8 @@ class TextReader {
   std::vector<double> numbers_;  // of a line
   std::vector<bool> whole_;      // which of them are whole numbers
   std::vector<std::uint32_t> face_;
+  std::size_t first_color_ = 0;  // number of the row
+  bool hexadecimal_ = false;     // some color
 };
 
 }  // namespace

@@ -24,21 +24,32 @@ void fail_length(std::string_view bytes, std::size_t position, bool ascii, const
 
 void BinaryBody::fail_missing(const Element& element) const { fail(cut_short(element)); }
 
-void TextBody::end_row(const Element& element) {
-  while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
-  if (position_ < bytes_.size() && !is_line_end(bytes_[position_])) {
-    fail("more numbers on the line than element '" + element.name + "' declares, from " + in_quotes(next_token()) +
-         " on; check the counts in the header");
-  }
+std::string not_an_index(double value) {
+  return "vertex index " + shown(value) + " is not the number of a vertex; repair the file";
 }
 
-double TextBody::number(NumberType type, const Element& element) {
+bool TextBody::end_row() {
+  const auto skip_blanks = [&] {
+    while (position_ < bytes_.size() && is_blank(bytes_[position_])) ++position_;
+  };
+  bool surplus = false;
+  for (skip_blanks(); position_ < bytes_.size() && !is_line_end(bytes_[position_]); skip_blanks()) {
+    const std::string_view token = next_token();
+    double value = 0;
+    if (parse_real(token, value) != ParseResult::ok) fail(in_quotes(token) + " is not a number");
+    position_ += token.size();
+    surplus = true;
+  }
+  return surplus;
+}
+
+double TextBody::number(StoredType type, const Element& element) {
   skip_to_token();
   if (position_ == bytes_.size()) fail(cut_short(element));
   const std::string_view token = next_token();
   double value = 0;
   float single = 0;
-  const bool is_single = type == NumberType::float32;
+  const bool is_single = type == StoredType::float32;
   const ParseResult result = is_single ? parse_real(token, single) : parse_real(token, value);
   if (result == ParseResult::malformed) fail(in_quotes(token) + " is not a number");
   if (result == ParseResult::overflow) {
@@ -64,9 +75,7 @@ void TextBody::indices(const Property& property, std::size_t count, const Elemen
   items.resize(count);
   for (std::int64_t& item : items) {
     const double value = number(property.type, element);
-    if (value != std::floor(value) || std::abs(value) > 0x1p32) {
-      fail("vertex index " + shown(value) + " is not the number of a vertex; repair the file");
-    }
+    if (!is_index(value)) fail(not_an_index(value));
     item = static_cast<std::int64_t>(value);
   }
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "knead/io/ply/header.h"
@@ -15,6 +16,10 @@ namespace knead::io_detail::ply {
 // Throws InvalidInput for a list of an element whose length is no count of items.
 [[noreturn]] void fail_length(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
                               const Element& element, double length);
+
+// Whether a number could be the index of a vertex, and what to say of one that could not.
+inline bool is_index(double value) { return value == std::floor(value) && std::abs(value) <= 0x1p32; }
+std::string not_an_index(double value);
 
 class BinaryBody {
  public:
@@ -40,9 +45,9 @@ class BinaryBody {
   }
 
   void begin_row() {}
-  void end_row(const Element&) {}
+  bool end_row() { return false; }
 
-  double number(NumberType type, const Element& element) {
+  double number(StoredType type, const Element& element) {
     const std::size_t size = size_of(type);
     if (left() < size) fail_missing(element);
     return read_binary(skip(size), type, swapped_);
@@ -65,15 +70,19 @@ class BinaryBody {
     return static_cast<std::size_t>(value);
   }
 
-  // The items of a list of integers whose length was just read.
+  // The items of a list whose length was just read.
   void indices(const Property& property, std::size_t count, const Element&, std::vector<std::int64_t>& items) {
     items.resize(count);
     visit_type(property.type, [&](auto value) {
       const char* from = skip(count * sizeof value);
       for (std::size_t i = 0; i < count; ++i) {
         std::memcpy(&value, from + i * sizeof value, sizeof value);
+        if (swapped_) value = swap_bytes(value);
+        if constexpr (std::is_floating_point_v<decltype(value)>) {
+          if (!is_index(double{value})) fail_index(double{value});
+        }
         // NOLINTNEXTLINE(bugprone-signed-char-misuse): a number, no character
-        items[i] = static_cast<std::int64_t>(swapped_ ? swap_bytes(value) : value);
+        items[i] = static_cast<std::int64_t>(value);
       }
     });
   }
@@ -83,6 +92,8 @@ class BinaryBody {
   [[noreturn]] void fail_missing(const Element& element) const;
 
  private:
+  [[noreturn]] void fail_index(double value) const { fail(not_an_index(value)); }
+
   std::string_view bytes_;
   std::size_t position_;
   bool swapped_;
@@ -104,10 +115,10 @@ class TextBody {
 
   void begin_row() { skip_to_token(); }
 
-  // A row may span lines but ends with one.
-  void end_row(const Element& element);
+  // A row may span lines but ends with one. Returns true if the last line has further numbers, which are read over.
+  bool end_row();
 
-  double number(NumberType type, const Element& element);
+  double number(StoredType type, const Element& element);
   std::size_t length(const Property& property, const Element& element);
 
   void indices(const Property& property, std::size_t count, const Element& element, std::vector<std::int64_t>& items);

@@ -16,7 +16,7 @@ T load(const char* from) {
 
 // Calls visit(T{}, std::bool_constant) for a number type and a byte order.
 template <class Visit>
-void visit_stored(NumberType type, bool swapped, Visit visit) {
+void visit_stored(StoredType type, bool swapped, Visit visit) {
   visit_type(type, [&](auto value) {
     if (swapped) {
       visit(value, std::true_type{});
@@ -106,7 +106,7 @@ class ColumnReader {
     if (coordinates) check_coordinates(block);
   }
 
-  void read_column(NumberType type, const Block& block, std::size_t offset, const Sink& sink) {
+  void read_column(StoredType type, const Block& block, std::size_t offset, const Sink& sink) {
     double* const to = target_.place(sink, block.rows.first);
     if (to == nullptr) return;
     const std::size_t to_stride = target_.place_stride(sink);
@@ -123,9 +123,7 @@ class ColumnReader {
   void check_coordinates(const Block& block) {
     for (std::size_t i = 0; i < block.rows.count; ++i) {
       if (is_finite(target_.mesh().positions[block.rows.first + i])) continue;
-      body_.fail_at(
-          block.position + i * block.stride,
-          "a coordinate of vertex " + std::to_string(block.rows.first + i) + " is not finite; repair the file");
+      target_.unplaced().add(block.rows.first + i, block.position + i * block.stride);
     }
   }
 
@@ -141,7 +139,7 @@ class ColumnReader {
           for (std::size_t c = 0; c < corners_; ++c) {
             const T index = load<T, swapped()>(from + i * block.stride + c * sizeof(T));
             // NOLINTBEGIN(bugprone-signed-char-misuse): a number, no character; a negative one becomes huge
-            largest = std::max(largest, static_cast<std::uint64_t>(std::int64_t{index}));
+            largest = std::max(largest, static_cast<std::uint64_t>(static_cast<std::int64_t>(index)));
             *to++ = static_cast<std::uint32_t>(index);
             // NOLINTEND(bugprone-signed-char-misuse)
           }

@@ -11,6 +11,7 @@
 #include "knead/io/ply/plan.h"
 #include "knead/io/ply/ply.h"
 #include "knead/io/text.h"
+#include "knead/io/unplaced.h"
 #include "knead/math/error.h"
 
 namespace knead::io_detail::ply {
@@ -53,7 +54,8 @@ std::string property_name(const Attribute& attribute, int component) {
 void append_properties(std::string& header, const std::vector<Attribute>& attributes) {
   for (const Attribute& attribute : attributes) {
     for (int c = 0; c < attribute.components; ++c) {
-      header += "property " + std::string(type_name(attribute.type)) + " " + property_name(attribute, c) + "\n";
+      header +=
+          "property " + std::string(type_name(stored_type(attribute.type))) + " " + property_name(attribute, c) + "\n";
     }
   }
 }
@@ -68,7 +70,7 @@ void append_values(std::string& bytes, const std::vector<Attribute>& attributes,
   for (const Attribute& attribute : attributes) {
     const std::size_t n = static_cast<std::size_t>(attribute.components);
     for (std::size_t c = 0; c < n; ++c)
-      append_binary(bytes, attribute.type, nearest(attribute.type, attribute.values[element * n + c]),
+      append_binary(bytes, stored_type(attribute.type), nearest(attribute.type, attribute.values[element * n + c]),
                     is_swapped(Encoding::little_endian));
   }
 }
@@ -79,8 +81,8 @@ std::size_t largest_face(const Mesh& mesh) {
   return largest;
 }
 
-std::string header_for(const Mesh& mesh, const Holdings& held, NumberType coordinate, NumberType length,
-                       NumberType uv_length) {
+std::string header_for(const Mesh& mesh, const Holdings& held, StoredType coordinate, StoredType length,
+                       StoredType uv_length) {
   const std::string type(type_name(coordinate));
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.vertex_count()) +
                        "\nproperty " + type + " x\nproperty " + type + " y\nproperty " + type + " z\n";
@@ -99,10 +101,10 @@ void check_range(const Mesh& mesh) {
   }
 }
 
-void append_corner_uv(std::string& bytes, const Mesh& mesh, const Attribute& uv, std::size_t f, NumberType length) {
+void append_corner_uv(std::string& bytes, const Mesh& mesh, const Attribute& uv, std::size_t f, StoredType length) {
   append_binary(bytes, length, 2.0 * static_cast<double>(mesh.face(f).size()), is_swapped(Encoding::little_endian));
   for (std::size_t i = 2 * std::size_t{mesh.face_begin[f]}; i < 2 * std::size_t{mesh.face_begin[f + 1]}; ++i) {
-    append_binary(bytes, NumberType::float32, nearest(NumberType::float32, uv.values[i]),
+    append_binary(bytes, StoredType::float32, nearest(NumberType::float32, uv.values[i]),
                   is_swapped(Encoding::little_endian));
   }
 }
@@ -113,10 +115,10 @@ std::string generate(const Mesh& mesh, const WriteOptions& options) {
   if (!options.double_coordinates) check_range(mesh);
   const bool swapped = is_swapped(Encoding::little_endian);
   const Holdings held = sort_attributes(mesh);
-  const NumberType coordinate = options.double_coordinates ? NumberType::float64 : NumberType::float32;
+  const StoredType coordinate = options.double_coordinates ? StoredType::float64 : StoredType::float32;
   const std::size_t largest = largest_face(mesh);
-  const NumberType length = largest < 256 ? NumberType::uint8 : NumberType::uint32;
-  const NumberType uv_length = largest < 128 ? NumberType::uint8 : NumberType::uint32;
+  const StoredType length = largest < 256 ? StoredType::uint8 : StoredType::uint32;
+  const StoredType uv_length = largest < 128 ? StoredType::uint8 : StoredType::uint32;
   std::string bytes = header_for(mesh, held, coordinate, length, uv_length);
   bytes.reserve(bytes.size() + mesh.vertex_count() * 24 + mesh.face_count() * 4 + mesh.corner_vertex.size() * 4);
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
@@ -125,11 +127,16 @@ std::string generate(const Mesh& mesh, const WriteOptions& options) {
   }
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     append_binary(bytes, length, static_cast<double>(mesh.face(f).size()), swapped);
-    for (const std::uint32_t v : mesh.face(f)) append_binary(bytes, NumberType::int32, v, swapped);
+    for (const std::uint32_t v : mesh.face(f)) append_binary(bytes, StoredType::int32, v, swapped);
     if (held.corner_uv) append_corner_uv(bytes, mesh, *held.corner_uv, f, uv_length);
     append_values(bytes, held.face, f);
   }
   return bytes;
+}
+
+void append_row_losses(const Layout& layout, std::vector<std::string>& losses) {
+  if (!layout.unplaced.empty()) losses.push_back(unplaced_loss(layout.unplaced.size()));
+  if (layout.surplus) losses.emplace_back("numbers beyond those that the header declares are left out");
 }
 
 std::vector<std::string> losses(const Mesh& mesh) { return sort_attributes(mesh).losses; }
@@ -144,6 +151,7 @@ std::vector<std::string> source_losses(const ShapeFile& source) {
       if (is_known && property.is_list && !is_read) losses.push_back("list '" + property.name + "' is left out");
     }
   }
+  append_row_losses(layout_of<Layout>(source), losses);
   return losses;
 }
 

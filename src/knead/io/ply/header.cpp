@@ -2,9 +2,10 @@
 
 #include <array>
 #include <charconv>
-#include <optional>
+#include <utility>
 #include <vector>
 
+#include "knead/io/cursor.h"
 #include "knead/io/face_builder.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
@@ -14,25 +15,27 @@ namespace {
 
 struct TypeName {
   std::string_view name;
-  NumberType type;
+  StoredType type;
 };
 
-constexpr std::array<TypeName, 16> kTypeNames = {{{"char", NumberType::int8},
-                                                  {"uchar", NumberType::uint8},
-                                                  {"short", NumberType::int16},
-                                                  {"ushort", NumberType::uint16},
-                                                  {"int", NumberType::int32},
-                                                  {"uint", NumberType::uint32},
-                                                  {"float", NumberType::float32},
-                                                  {"double", NumberType::float64},
-                                                  {"int8", NumberType::int8},
-                                                  {"uint8", NumberType::uint8},
-                                                  {"int16", NumberType::int16},
-                                                  {"uint16", NumberType::uint16},
-                                                  {"int32", NumberType::int32},
-                                                  {"uint32", NumberType::uint32},
-                                                  {"float32", NumberType::float32},
-                                                  {"float64", NumberType::float64}}};
+constexpr std::array<TypeName, 18> kTypeNames = {{{"char", StoredType::int8},
+                                                  {"uchar", StoredType::uint8},
+                                                  {"short", StoredType::int16},
+                                                  {"ushort", StoredType::uint16},
+                                                  {"int", StoredType::int32},
+                                                  {"uint", StoredType::uint32},
+                                                  {"float", StoredType::float32},
+                                                  {"double", StoredType::float64},
+                                                  {"int8", StoredType::int8},
+                                                  {"uint8", StoredType::uint8},
+                                                  {"int16", StoredType::int16},
+                                                  {"uint16", StoredType::uint16},
+                                                  {"int32", StoredType::int32},
+                                                  {"uint32", StoredType::uint32},
+                                                  {"float32", StoredType::float32},
+                                                  {"float64", StoredType::float64},
+                                                  {"int64", StoredType::int64},
+                                                  {"uint64", StoredType::uint64}}};
 
 // Every name is compared with those before it, and every property of vertices and faces is an attribute.
 constexpr std::size_t kMostNames = 4096;
@@ -40,15 +43,19 @@ constexpr std::size_t kMostNames = 4096;
 // Reads the header line by line.
 class HeaderParser {
  public:
-  HeaderParser(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
+  HeaderParser(std::string_view bytes, const std::string& name)
+      : bytes_(bytes), name_(name), position_(text_begin(bytes, name)) {}
 
   Layout parse() {
+    if (position_ > 0) layout_.notes.emplace_back("begins with a byte order mark, which is kept");
     next_line();
     if (words_.size() != 1 || words_[0] != "ply") fail("does not begin with 'ply'; is it a PLY file?");
     bool has_format = false;
     for (next_line(); words_.empty() || words_[0] != "end_header" || words_.size() > 1; next_line()) {
       if (words_.empty() || words_[0] == "comment" || words_[0] == "obj_info") continue;
-      if (words_[0] == "format") {
+      if (words_[0][0] == '#') {
+        note_hash_lines();
+      } else if (words_[0] == "format") {
         parse_format();
         has_format = true;
       } else if (words_[0] == "element") {
@@ -100,6 +107,11 @@ class HeaderParser {
     }
   }
 
+  void note_hash_lines() {
+    if (std::exchange(hash_lines_, true)) return;
+    layout_.notes.emplace_back("header lines that begin with # are read as comments");
+  }
+
   void parse_format() {
     if (words_.size() != 3) fail("expected 'format ENCODING 1.0'");
     if (words_[2] != "1.0") fail("PLY version " + in_quotes(words_[2]) + " is not known; only 1.0 is");
@@ -134,12 +146,12 @@ class HeaderParser {
     layout_.elements.push_back(std::move(element));
   }
 
-  NumberType parse_type(std::string_view word) const {
+  StoredType parse_type(std::string_view word) const {
     for (const TypeName& known : kTypeNames) {
       if (known.name == word) return known.type;
     }
     fail("number type " + in_quotes(word) +
-         " is not known; expected char, uchar, short, ushort, int, uint, float or double");
+         " is not known; expected char, uchar, short, ushort, int, uint, int64, uint64, float or double");
   }
 
   void parse_property() {
@@ -176,7 +188,8 @@ class HeaderParser {
   std::string_view bytes_;
   const std::string& name_;
   const char* ends_ = "\r\n";
-  std::size_t position_ = 0;
+  std::size_t position_;
+  bool hash_lines_ = false;
   std::size_t line_number_ = 0;
   std::size_t line_begin_ = 0;
   std::string_view line_;
@@ -188,11 +201,18 @@ class HeaderParser {
 
 Layout parse_header(std::string_view bytes, const std::string& name) { return HeaderParser(bytes, name).parse(); }
 
-std::string_view type_name(NumberType type) {
+std::string_view type_name(StoredType type) {
   for (const TypeName& known : kTypeNames) {
     if (known.type == type) return known.name;
   }
   return "double";
+}
+
+StoredType stored_type(NumberType type) {
+  for (const TypeName& known : kTypeNames) {
+    if (number_type(known.type) == type) return known.type;
+  }
+  return StoredType::float64;
 }
 
 }  // namespace knead::io_detail::ply

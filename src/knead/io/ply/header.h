@@ -5,7 +5,6 @@
 #include <string>
 #include <string_view>
 
-#include "knead/io/number_types.h"
 #include "knead/io/ply/layout.h"
 
 namespace knead::io_detail::ply {
@@ -15,7 +14,10 @@ namespace knead::io_detail::ply {
 Layout parse_header(std::string_view bytes, const std::string& name);
 
 // "float", "uchar", ...
-std::string_view type_name(NumberType type);
+std::string_view type_name(StoredType type);
+
+// The type that a new file has for numbers of that type.
+StoredType stored_type(NumberType type);
 
 inline bool is_swapped(Encoding encoding) {
   return (encoding == Encoding::big_endian) == (std::endian::native == std::endian::little);

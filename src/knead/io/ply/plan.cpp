@@ -26,6 +26,10 @@ constexpr std::array<Group, 6> kGroups = {{{"normal", {"nx", "ny", "nz", ""}, 3,
                                            {"uv", {"texture_s", "texture_t", "", ""}, 2, 2},
                                            {"color", {"red", "green", "blue", "alpha"}, 3, 4}}};
 
+// The names of the list of a face's vertices; the first two are the usual ones.
+constexpr std::array<std::string_view, 5> kIndexNames = {"vertex_indices", "vertex_index", "vertex_indexes", "indices",
+                                                         "vertices"};
+
 bool is_group_name(const std::string& name) {
   return std::any_of(kGroups.begin(), kGroups.end(), [&](const Group& group) { return group.attribute == name; });
 }
@@ -66,9 +70,6 @@ class Planner {
   void add_indices(const Element& element) {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       if (!is_index_list(element, element.properties[p])) continue;
-      if (!is_integer(element.properties[p].type)) {
-        throw InvalidInput(Place{name_}, "the indices of element '" + element.name + "' must have an integer type");
-      }
       (*sinks_)[p].kind = element.name == "face" ? Sink::Kind::faces : Sink::Kind::strips;
       return;
     }
@@ -104,7 +105,7 @@ class Planner {
     for (std::size_t i = 0; i < members.size(); ++i) {
       (*sinks_)[members[i]] = {Sink::Kind::attribute, plan_.attributes.size(), i};
     }
-    const NumberType type = element.properties[members[0]].type;
+    const NumberType type = number_type(element.properties[members[0]].type);
     plan_.attributes.push_back({attribute, domain, type, static_cast<int>(members.size()), {}});
   }
 
@@ -112,7 +113,7 @@ class Planner {
     for (std::size_t p = 0; p < element.properties.size(); ++p) {
       if (!element.properties[p].is_list || element.properties[p].name != "texcoord") continue;
       (*sinks_)[p] = {Sink::Kind::corner_uv, plan_.attributes.size(), 0};
-      plan_.attributes.push_back({"uv", Domain::corner, element.properties[p].type, 2, {}});
+      plan_.attributes.push_back({"uv", Domain::corner, number_type(element.properties[p].type), 2, {}});
     }
   }
 
@@ -128,7 +129,7 @@ Plan make_plan(const Layout& layout, const std::string& name) { return Planner(l
 
 bool is_index_list(const Element& element, const Property& property) {
   return property.is_list && (element.name == "face" || element.name == "tristrips") &&
-         (property.name == "vertex_indices" || property.name == "vertex_index");
+         std::find(kIndexNames.begin(), kIndexNames.end(), property.name) != kIndexNames.end();
 }
 
 }  // namespace knead::io_detail::ply

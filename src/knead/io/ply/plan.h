@@ -28,6 +28,9 @@ struct Plan {
 // Throws InvalidInput where the vertices or the faces lack what makes a shape.
 Plan make_plan(const Layout& layout, const std::string& name);
 
+// Adds what is lost of the rows of vertices and faces when they are written anew.
+void append_row_losses(const Layout& layout, std::vector<std::string>& losses);
+
 // Whether a list holds the vertices of faces, or of strips of triangles.
 bool is_index_list(const Element& element, const Property& property);
 

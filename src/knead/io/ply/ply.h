@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/decimals.h"
 #include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
 
@@ -18,5 +19,7 @@ std::vector<std::string> losses(const Mesh& mesh);
 std::vector<std::string> source_losses(const ShapeFile& source);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
 std::vector<std::string> remesh_losses(const ShapeFile& source);
+bool reads_floats(const ShapeFile& source);
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 
 }  // namespace knead::io_detail::ply

@@ -104,23 +104,24 @@ std::string as_binary(io_detail::ply::Encoding encoding) {
   const std::string format =
       encoding == io_detail::ply::Encoding::big_endian ? "binary_big_endian" : "binary_little_endian";
   std::string bytes = replaced(kTextShape.substr(0, kTextShape.find("50.00")), "ascii", format);
-  const auto put = [&](NumberType type, double value) { io_detail::append_binary(bytes, type, value, swapped); };
-  put(NumberType::float32, 50);
+  using io_detail::StoredType;
+  const auto put = [&](StoredType type, double value) { io_detail::append_binary(bytes, type, value, swapped); };
+  put(StoredType::float32, 50);
   const std::array<std::array<double, 3>, 4> xyz{{{0.25, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
   for (std::size_t i = 0; i < 4; ++i) {
-    for (int c = 0; c < 3; ++c) put(NumberType::uint8, 10.0 + static_cast<double>(i));
-    put(NumberType::float32, xyz[i][0]);
-    put(NumberType::uint8, static_cast<double>(i));
-    for (std::size_t k = 0; k < i; ++k) put(NumberType::int16, -5);
-    put(NumberType::float32, xyz[i][1]);
-    put(NumberType::float32, xyz[i][2]);
-    put(NumberType::float32, 0.5);
+    for (int c = 0; c < 3; ++c) put(StoredType::uint8, 10.0 + static_cast<double>(i));
+    put(StoredType::float32, xyz[i][0]);
+    put(StoredType::uint8, static_cast<double>(i));
+    for (std::size_t k = 0; k < i; ++k) put(StoredType::int16, -5);
+    put(StoredType::float32, xyz[i][1]);
+    put(StoredType::float32, xyz[i][2]);
+    put(StoredType::float32, 0.5);
   }
   const std::array<std::array<double, 3>, 4> faces{{{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {0, 3, 2}}};
   for (const auto& face : faces) {
-    put(NumberType::uint8, 3);
-    for (const double v : face) put(NumberType::int32, v);
-    put(NumberType::int32, 77);
+    put(StoredType::uint8, 3);
+    for (const double v : face) put(StoredType::int32, v);
+    put(StoredType::int32, 77);
   }
   return bytes;
 }
@@ -233,7 +234,7 @@ TEST(Ply, ValuesThatAreNotFiniteAreNotedUnlessTheyAreCoordinates) {
   EXPECT_EQ(shape.mesh.find_attribute("normal")->values[0], 0);
   ASSERT_EQ(shape.notes.size(), 1u);
   EXPECT_EQ(error_of(replaced(kWithNormals, "0 0 0 0 0 1", "0 inf 0 0 0 1")),
-            "shape.ply:13: a coordinate of vertex 0 is not finite; repair the file");
+            "shape.ply:13: a coordinate of vertex 0 is not finite, and a face uses the vertex; repair the file");
 }
 
 TEST(Ply, ErrorsNameTheLine) {
@@ -242,7 +243,7 @@ TEST(Ply, ErrorsNameTheLine) {
   EXPECT_NE(error_of(replaced(kTextShape, "3 0 1 3 11", "3 0 1 4 11")).find("shape.ply:27: vertex index 4"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kTextShape, "3 0 1 3 11", "3 0 1 2.5 11")).find("vertex index 2.5"), std::string::npos);
-  EXPECT_NE(error_of(replaced(kTextShape, "3 0 1 3 11", "3 0 1 3 11 5")).find("shape.ply:27: more numbers"),
+  EXPECT_NE(error_of(replaced(kTextShape, "3 0 1 3 11", "2 0 1 3 11 5")).find("shape.ply:27: more numbers"),
             std::string::npos);
   EXPECT_NE(error_of(replaced(kWithNormals, "float z", "float w")).find("no property 'z'"), std::string::npos);
   EXPECT_NE(error_of(replaced(kTextShape, "float z", "real z")).find("shape.ply:14: number type 'real'"),

@@ -1,10 +1,12 @@
 // Reading PLY (Turk 1994): every number goes straight to its place in the mesh.
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "knead/io/layout.h"
 #include "knead/io/ply/body.h"
 #include "knead/io/ply/columns.h"
+#include "knead/io/ply/header.h"
 #include "knead/io/ply/layout.h"
 #include "knead/io/ply/ply.h"
 #include "knead/io/ply/target.h"
@@ -15,6 +17,49 @@ namespace {
 std::size_t count_lists(const Element& element) {
   return static_cast<std::size_t>(std::count_if(element.properties.begin(), element.properties.end(),
                                                 [](const Property& property) { return property.is_list; }));
+}
+
+std::string more_numbers(const Element& element) {
+  return "more numbers than element '" + element.name + "' declares; check the counts in the header";
+}
+
+bool is_vertex_list(const Sink& sink) { return sink.kind == Sink::Kind::faces || sink.kind == Sink::Kind::strips; }
+
+// Whether a list of the element holds the vertices of faces as integers.
+bool has_whole_faces(const Element& element, const std::vector<Sink>& sinks) {
+  for (std::size_t p = 0; p < sinks.size(); ++p) {
+    if (sinks[p].kind == Sink::Kind::faces) return is_integer(element.properties[p].type);
+  }
+  return false;
+}
+
+// Notes names and types of the lists of vertices that are not the usual ones.
+void note_lists(const Layout& layout, const Plan& plan, std::vector<std::string>& notes) {
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    for (std::size_t p = 0; p < plan.sinks[e].size(); ++p) {
+      if (!is_vertex_list(plan.sinks[e][p])) continue;
+      const Property& property = layout.elements[e].properties[p];
+      if (property.name != "vertex_indices" && property.name != "vertex_index") {
+        notes.push_back("the list '" + property.name + "' is read as the vertices of faces");
+      }
+      if (!is_integer(property.type)) {
+        notes.push_back("the vertices of faces have the type " + std::string(type_name(property.type)) +
+                        " and are read as whole numbers");
+      }
+    }
+  }
+}
+
+// Refuses shapes of which nothing would be left.
+template <class Body>
+void check_unplaced(const Body& body, Target& target, const std::string& name) {
+  const Unplaced& unplaced = target.unplaced();
+  if (const std::optional<std::size_t> used = first_used(unplaced, target.mesh())) {
+    body.fail_at(unplaced.begin[*used], "a coordinate of vertex " + std::to_string(unplaced.rows[*used]) +
+                                            " is not finite, and a face uses the vertex; repair the file");
+  }
+  if (unplaced.rows.size() < target.vertices()) return;
+  throw InvalidInput(Place{name}, "no vertex has finite coordinates; there is no shape in it");
 }
 
 // Reads an element row by row.
@@ -49,7 +94,10 @@ class RowReader {
         read_number(property, sinks_[p]);
       }
     }
-    body_.end_row(element_);
+    if (body_.end_row()) {
+      if (!kept_) body_.fail_at(begin_, more_numbers(element_));  // more likely a row of another element
+      target_.add_surplus();
+    }
     if (texcoord_sink_ != nullptr) target_.add_corner_uv(*texcoord_sink_, texcoords_, corners_, kept_);
     if (kept_) ++row_;
   }
@@ -64,7 +112,7 @@ class RowReader {
   void read_number(const Property& property, const Sink& sink) {
     const double value = body_.number(property.type, element_);
     if (sink.kind == Sink::Kind::coordinate && !std::isfinite(value)) {
-      body_.fail_at(begin_, "a coordinate of vertex " + std::to_string(row_) + " is not finite; repair the file");
+      target_.unplaced().add(row_, begin_);
     }
     target_.put(value, sink, row_);
   }
@@ -137,8 +185,7 @@ void read_element(Body& body, const Element& element, const std::vector<Sink>& s
   reserve_rows(element, sinks, body.left(), Body::kAscii, target);
   if constexpr (!Body::kAscii) {
     const std::size_t lists = count_lists(element);
-    const bool of_faces =
-        std::any_of(sinks.begin(), sinks.end(), [](const Sink& sink) { return sink.kind == Sink::Kind::faces; });
+    const bool of_faces = has_whole_faces(element, sinks);
     if (lists == 0 || (lists == 1 && of_faces)) return read_columns(body, element, sinks, target);
   }
   RowReader<Body>(body, element, sinks, target).run();
@@ -155,12 +202,27 @@ void read_body(ShapeFile& shape, Layout& layout, const std::string& name) {
     read_element(body, layout.elements[e], plan.sinks[e], target);
     layout.elements[e].rows_end = body.position();
   }
+  check_unplaced(body, target, name);
   if constexpr (Body::kAscii) body.skip_to_token();
+  if (target.has_surplus() && body.left() > 0) body.fail(more_numbers(layout.elements.back()));
   if (body.left() > 0) shape.notes.push_back(std::to_string(body.left()) + " bytes follow the last element");
+  shape.notes.insert(shape.notes.end(), layout.notes.begin(), layout.notes.end());
+  note_lists(layout, plan, shape.notes);
+  layout.unplaced = target.unplaced().rows;
+  layout.surplus = target.has_surplus();
   target.finish(shape.notes);
 }
 
 }  // namespace
+
+bool reads_floats(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  for (const Property& property : layout.elements[layout.vertex_element].properties) {
+    const bool is_axis = property.name == "x" || property.name == "y" || property.name == "z";
+    if (is_axis && property.type == StoredType::float32) return true;
+  }
+  return false;
+}
 
 ShapeFile parse(std::string bytes, const std::string& name) {
   ShapeFile shape;

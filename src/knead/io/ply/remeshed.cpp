@@ -25,7 +25,7 @@ bool is_face_list(const Sink& sink) { return sink.kind == Sink::Kind::faces; }
 // Whether the numbers of an element are none that could count vertices.
 bool cannot_refer(const Element& element) {
   return std::none_of(element.properties.begin(), element.properties.end(), [](const Property& p) {
-    const bool is_byte = p.type == NumberType::int8 || p.type == NumberType::uint8;
+    const bool is_byte = p.type == StoredType::int8 || p.type == StoredType::uint8;
     return p.is_list || (is_integer(p.type) && !is_byte);
   });
 }
@@ -60,11 +60,17 @@ std::vector<const Attribute*> held_attributes(const Plan& plan, const Mesh& sour
   return held;
 }
 
+// A number that the type holds.
+std::string integer_text(StoredType type, double number) {
+  if (type == StoredType::uint64) return std::to_string(static_cast<std::uint64_t>(number));
+  return std::to_string(static_cast<std::int64_t>(number));
+}
+
 // A property of the new file.
 struct Column {
   Sink sink;
-  NumberType type = NumberType::float32;      // of the number, or of the list's items
-  NumberType count_type = NumberType::uint8;  // of a list's length
+  StoredType type = StoredType::float32;      // of the number, or of the list's items
+  StoredType count_type = StoredType::uint8;  // of a list's length
   const Attribute* attribute = nullptr;
 };
 
@@ -112,7 +118,7 @@ class Writer {
     if (fates_[e] == Fate::dropped) {
       replace(element.line_begin, element.line_end, "");
     } else if (is_strips) {
-      columns_[e].push_back({{Sink::Kind::faces, 0, 0}, NumberType::int32, NumberType::uint8, nullptr});
+      columns_[e].push_back({{Sink::Kind::faces, 0, 0}, StoredType::int32, StoredType::uint8, nullptr});
       replace(
           element.line_begin, element.line_end,
           "element face " + std::to_string(count) + line_end_ + "property list uchar int vertex_indices" + line_end_);
@@ -135,27 +141,28 @@ class Writer {
     if (sink.kind == Sink::Kind::skip || sink.kind == Sink::Kind::strips) return false;
     if (is_of_attribute && column.attribute == nullptr) return false;
     if (sink.kind == Sink::Kind::coordinate && needs_doubles(property.type, sink.component)) {
-      widen(property, NumberType::float64, column);
+      widen(property, StoredType::float64, column);
     }
     const double most = static_cast<double>(mesh_.vertex_count()) - 1;
-    if (sink.kind == Sink::Kind::faces && nearest_of(property.type, most) < most) {
-      widen(property, most > nearest_of(NumberType::int32, most) ? NumberType::uint32 : NumberType::int32, column);
+    const bool is_narrow = !is_integer(property.type) || nearest_of(property.type, most) < most;
+    if (sink.kind == Sink::Kind::faces && is_narrow) {
+      widen(property, most > nearest_of(StoredType::int32, most) ? StoredType::uint32 : StoredType::int32, column);
     }
     columns_[e].push_back(column);
     return true;
   }
 
-  bool needs_doubles(NumberType type, std::size_t axis) const {
-    if (type == NumberType::float32) return options_.double_coordinates;
+  bool needs_doubles(StoredType type, std::size_t axis) const {
+    if (type == StoredType::float32) return options_.double_coordinates;
     return std::any_of(mesh_.positions.begin(), mesh_.positions.end(),
                        [&](const Vec3d& p) { return nearest_of(type, p[axis]) != p[axis]; });
   }
 
   // The word for the type, in the style of the one that stands there.
-  void widen(const Property& property, NumberType type, Column& column) {
+  void widen(const Property& property, StoredType type, Column& column) {
     const bool sized = std::isdigit(static_cast<unsigned char>(source_.bytes[property.type_end - 1])) != 0;
-    const std::string_view sized_name = type == NumberType::float64 ? "float64"
-                                        : type == NumberType::int32 ? "int32"
+    const std::string_view sized_name = type == StoredType::float64 ? "float64"
+                                        : type == StoredType::int32 ? "int32"
                                                                     : "uint32";
     replace(property.type_begin, property.type_end, sized ? sized_name : type_name(type));
     column.type = type;
@@ -206,11 +213,13 @@ class Writer {
 
   void append_coordinate(const Column& column, std::size_t row) {
     const double value = mesh_.positions[row][column.sink.component];
-    if (column.type == NumberType::float32 && !fits_float(value)) {
+    if (column.type == StoredType::float32 && !fits_float(value)) {
       throw InvalidInput("vertex " + std::to_string(row) +
                          " has coordinates beyond the range of float; use double precision");
     }
-    append_number(column.type, value);
+    if (!ascii_ || !options_.decimals || is_integer(column.type)) return append_number(column.type, value);
+    begin_number();
+    append_decimals(result_, value, options_.decimals);
   }
 
   void append_corner_uv(const Column& column, std::size_t face) {
@@ -219,14 +228,18 @@ class Writer {
       append_number(column.type, column.attribute->values[i]);
   }
 
-  void append_number(NumberType type, double value) {
-    const double number = nearest_of(type, value);
-    if (!ascii_) return append_binary(result_, type, number, swapped_);
+  void begin_number() {
     if (!at_line_begin_) result_ += ' ';
     at_line_begin_ = false;
+  }
+
+  void append_number(StoredType type, double value) {
+    const double number = nearest_of(type, value);
+    if (!ascii_) return append_binary(result_, type, number, swapped_);
+    begin_number();
     if (is_integer(type)) {
-      result_ += std::to_string(static_cast<std::int64_t>(number));
-    } else if (type == NumberType::float32) {
+      result_ += integer_text(type, number);
+    } else if (type == StoredType::float32) {
       append_real(result_, static_cast<float>(number));
     } else {
       append_real(result_, number);
@@ -282,6 +295,7 @@ std::vector<std::string> remesh_losses(const ShapeFile& source) {
       if (!is_kept) losses.push_back(what + element.properties[p].name + "' is left out");
     }
   }
+  append_row_losses(layout, losses);
   return losses;
 }
 

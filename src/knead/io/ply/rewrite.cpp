@@ -2,12 +2,15 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <optional>
 
+#include "knead/io/decimals.h"
 #include "knead/io/layout.h"
 #include "knead/io/ply/header.h"
 #include "knead/io/ply/layout.h"
 #include "knead/io/ply/ply.h"
 #include "knead/io/text.h"
+#include "knead/io/unplaced.h"
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
 
@@ -20,28 +23,51 @@ enum class Role { none, position, normal };
 struct Column {
   Role role = Role::none;
   std::size_t axis = 0;
-  NumberType type = NumberType::float32;  // that it is written with
+  StoredType type = StoredType::float32;  // that it is written with
   bool widened = false;                   // another type than in the source
 };
 
 class Rewriter {
  public:
-  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals, bool as_doubles)
+  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+           const WriteOptions& options)
       : source_(source),
         layout_(layout_of<Layout>(source)),
         element_(layout_.elements[layout_.vertex_element]),
         ascii_(layout_.encoding == Encoding::ascii),
         swapped_(is_swapped(layout_.encoding)),
         old_normals_(source.mesh.find_attribute("normal")),
+        old_positions_(source.mesh.positions),
         positions_(positions),
-        normals_(normals) {
-    for (const Property& property : element_.properties) columns_.push_back(column_for(property, as_doubles));
+        normals_(normals),
+        decimals_(options.decimals) {
+    if (!layout_.unplaced.empty()) take_rows();
+    for (const Property& property : element_.properties)
+      columns_.push_back(column_for(property, options.double_coordinates));
     for (const Property& property : element_.properties) {
       if (property.is_list) {
         stride_ = 0;
         break;
       }
       stride_ += size_of(property.type);
+    }
+  }
+
+  // Calls visit with the words of a text.
+  void visit_coordinates(const WordVisitor& visit) const {
+    std::size_t position = layout_.vertex_begin;
+    for (std::size_t i = 0; i < positions_.size(); ++i) {
+      for (std::size_t p = 0; p < columns_.size(); ++p) {
+        if (element_.properties[p].is_list) {
+          position = skip_list(position, element_.properties[p]);
+          continue;
+        }
+        const std::size_t begin = token_begin(position);
+        position = token_end(source_.bytes, begin);
+        if (columns_[p].role != Role::position) continue;
+        visit(std::string_view(source_.bytes).substr(begin, position - begin));
+      }
+      position = row_end(position);
     }
   }
 
@@ -69,20 +95,35 @@ class Rewriter {
       column.axis = axis;
       break;
     }
-    const bool narrow = is_integer(property.type) || (as_doubles && property.type == NumberType::float32);
+    const bool narrow = is_integer(property.type) || (as_doubles && property.type == StoredType::float32);
     column.widened = column.role == Role::position && narrow;
-    if (column.widened) column.type = NumberType::float64;
+    if (column.widened) column.type = StoredType::float64;
     widened_ = widened_ || column.widened;
     return column;
   }
 
+  // From now on, values are those of the file's rows; rows without a place have the same before and after.
+  void take_rows() {
+    const auto expand = [&](std::span<const Vec3d> values, std::vector<Vec3d>& rows) {
+      rows = by_row(values, layout_.unplaced);
+      return std::span<const Vec3d>(rows);
+    };
+    old_positions_ = expand(old_positions_, expanded_[0]);
+    positions_ = expand(positions_, expanded_[1]);
+    if (!normals_.empty()) normals_ = expand(normals_, expanded_[2]);
+    next_unplaced_ = layout_.unplaced.begin();
+  }
+
   Vec3d old_normal(std::size_t i) const {
-    const double* n = old_normals_->values.data() + 3 * i;
+    const auto& unplaced = layout_.unplaced;
+    const auto next = std::lower_bound(unplaced.begin(), unplaced.end(), i);
+    if (next != unplaced.end() && *next == i) return {};
+    const double* n = old_normals_->values.data() + 3 * (i - static_cast<std::size_t>(next - unplaced.begin()));
     return {n[0], n[1], n[2]};
   }
 
   bool is_changed(std::size_t i) const {
-    return !(positions_[i] == source_.mesh.positions[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
+    return !(positions_[i] == old_positions_[i]) || (!normals_.empty() && !(normals_[i] == old_normal(i)));
   }
 
   void copy_until(std::size_t end) {
@@ -108,7 +149,7 @@ class Rewriter {
       for (const Column& column : columns_) {
         if (column.role == Role::position) {
           patch_column(to, column, {first, last}, positions_,
-                       [&](std::size_t i) { return source_.mesh.positions[i][column.axis]; });
+                       [&](std::size_t i) { return old_positions_[i][column.axis]; });
         } else if (column.role == Role::normal) {
           patch_column(to, column, {first, last}, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
         }
@@ -143,18 +184,20 @@ class Rewriter {
   }
 
   double old_value(std::size_t i, const Column& column) const {
-    return column.role == Role::position ? source_.mesh.positions[i][column.axis] : old_normal(i)[column.axis];
+    return column.role == Role::position ? old_positions_[i][column.axis] : old_normal(i)[column.axis];
   }
 
   void check_range(std::size_t i, const Column& column) const {
-    if (column.type != NumberType::float32 || fits_float(value(i, column))) return;
+    if (column.type != StoredType::float32 || fits_float(value(i, column))) return;
     throw InvalidInput("vertex " + std::to_string(i) +
                        " has moved to coordinates beyond the range of float; use double precision");
   }
 
   // Returns the byte after the row.
   std::size_t rewrite_row(std::size_t i, std::size_t position) {
-    const bool changed = widened_ || is_changed(i);
+    const bool unplaced = !layout_.unplaced.empty() && next_unplaced_ != layout_.unplaced.end() && *next_unplaced_ == i;
+    if (unplaced) ++next_unplaced_;
+    const bool changed = !unplaced && (widened_ || is_changed(i));
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       const Property& property = element_.properties[p];
       if (property.is_list) {
@@ -164,9 +207,23 @@ class Rewriter {
       if (ascii_) position = token_begin(position);
       const std::size_t end = ascii_ ? token_end(source_.bytes, position) : position + size_of(property.type);
       if (changed && columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
+      if (unplaced && columns_[p].widened && !ascii_) widen_number(property.type, position, end);
       position = end;
     }
+    return row_end(position);
+  }
+
+  // After the numbers that the header does not declare.
+  std::size_t row_end(std::size_t position) const {
+    while (layout_.surplus && position < source_.bytes.size() && !is_line_end(source_.bytes[position])) ++position;
     return position;
+  }
+
+  // The same number as a double, be it finite or not.
+  void widen_number(StoredType type, std::size_t begin, std::size_t end) {
+    copy_until(begin);
+    append_binary(result_, StoredType::float64, read_binary(source_.bytes.data() + begin, type, swapped_), swapped_);
+    copied_ = end;
   }
 
   void rewrite_number(std::size_t i, const Column& column, std::size_t begin, std::size_t end) {
@@ -174,10 +231,22 @@ class Rewriter {
     if (number == old_value(i, column) && (!column.widened || (ascii_ && reads_as(begin, end, number)))) return;
     check_range(i, column);
     const bool rounds_back =
-        column.type == NumberType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
+        column.type == StoredType::float32 && static_cast<float>(number) == static_cast<float>(old_value(i, column));
     if (rounds_back) return;  // what is there keeps its spelling
+    const auto decimals = column.role == Role::position ? decimals_ : direction_decimals(decimals_);
+    if (!ascii_ || !decimals) {
+      copy_until(begin);
+      append_number(column.type, number);
+      copied_ = end;
+      return;
+    }
+    number_text_.clear();
+    append_decimals(number_text_, number, decimals);
+    double rounded = 0;
+    parse_real(number_text_, rounded);
+    if (reads_as(begin, end, rounded)) return;
     copy_until(begin);
-    append_number(column.type, number);
+    result_ += number_text_;
     copied_ = end;
   }
 
@@ -187,10 +256,10 @@ class Rewriter {
            read == number;
   }
 
-  void append_number(NumberType type, double number) {
+  void append_number(StoredType type, double number) {
     if (!ascii_) {
       append_binary(result_, type, number, swapped_);
-    } else if (type == NumberType::float32) {
+    } else if (type == StoredType::float32) {
       append_real(result_, static_cast<float>(number));
     } else {
       append_real(result_, number);
@@ -221,8 +290,13 @@ class Rewriter {
   bool ascii_;
   bool swapped_;
   const Attribute* old_normals_;
+  std::array<std::vector<Vec3d>, 3> expanded_;
+  std::vector<std::uint32_t>::const_iterator next_unplaced_;
+  std::span<const Vec3d> old_positions_;
   std::span<const Vec3d> positions_;
   std::span<const Vec3d> normals_;
+  std::optional<int> decimals_;
+  std::string number_text_;
   std::vector<Column> columns_;
   bool widened_ = false;
   std::size_t stride_ = 0;  // bytes of a row; 0: rows have lists
@@ -234,7 +308,12 @@ class Rewriter {
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options) {
-  return Rewriter(source, positions, normals, options.double_coordinates).run();
+  return Rewriter(source, positions, normals, options).run();
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  const Layout& layout = layout_of<Layout>(source);
+  if (layout.encoding == Encoding::ascii) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
 }
 
 }  // namespace knead::io_detail::ply

@@ -57,6 +57,12 @@ void Target::finish(std::vector<std::string>& notes) {
     return (strips_ && attribute.domain != Domain::vertex) ||
            (!corner_uv_complete_ && attribute.domain == Domain::corner);
   });
+  remove_unplaced(unplaced_, mesh_);
+  if (!unplaced_.rows.empty()) notes.push_back(unplaced_note(unplaced_.rows.size()));
+  if (surplus_ > 0) {
+    notes.push_back(counted(surplus_, "line has more numbers than the header declares; they are kept but not read",
+                            "lines have more numbers than the header declares; they are kept but not read"));
+  }
   faces_.append_notes(notes);
   if (not_finite_ > 0) {
     notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",

@@ -10,6 +10,7 @@
 
 #include "knead/io/face_builder.h"
 #include "knead/io/ply/plan.h"
+#include "knead/io/unplaced.h"
 
 namespace knead::io_detail::ply {
 
@@ -29,6 +30,11 @@ class Target {
   Mesh& mesh() { return mesh_; }
   std::size_t vertices() const { return vertices_; }
   FaceBuilder& faces() { return faces_; }
+  Unplaced& unplaced() { return unplaced_; }  // rows whose coordinates are not finite, in the file's order
+
+  // Counts a line of text with more numbers than the header declares.
+  void add_surplus() { ++surplus_; }
+  bool has_surplus() const { return surplus_ > 0; }
 
   // Makes room for a number of each of these rows.
   void grow(const std::vector<Sink>& sinks, Rows rows);
@@ -56,7 +62,8 @@ class Target {
   // u v for the corners of one face that was kept or not.
   void add_corner_uv(const Sink& sink, std::span<const double> values, std::size_t corners, bool kept);
 
-  // Adds the notes. Drops attributes of faces where there are strips too, and texture coordinates that some face lacks.
+  // Adds the notes. Drops attributes of faces where there are strips too, texture coordinates that some face lacks, and
+  // the vertices without a place.
   void finish(std::vector<std::string>& notes);
 
  private:
@@ -64,6 +71,8 @@ class Target {
   FaceBuilder faces_;
   std::size_t vertices_;
   std::size_t not_finite_ = 0;
+  std::size_t surplus_ = 0;
+  Unplaced unplaced_;
   bool strips_ = false;
   bool corner_uv_complete_ = true;
 };

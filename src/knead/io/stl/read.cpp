@@ -1,5 +1,6 @@
 // Reading STL.
 #include <algorithm>
+#include <limits>
 
 #include "knead/io/face_builder.h"
 #include "knead/io/layout.h"
@@ -32,10 +33,12 @@ class Reader {
 
  private:
   bool is_binary() const {
-    if (bytes_.size() >= kFirstTriangle && std::uint64_t{declared()} * kTriangleBytes <= bytes_.size() - kFirstTriangle)
-      return true;
-    const bool has_zero = bytes_.substr(0, kFirstTriangle).find('\0') != std::string_view::npos;
-    if (begins_with_solid() && !has_zero) return false;
+    const std::string_view text = without_end_zeros(bytes_).substr(0, kFirstTriangle);
+    const bool is_text = begins_with_solid() && text.find('\0') == std::string_view::npos;
+    if (bytes_.size() >= kFirstTriangle &&
+        std::uint64_t{triangles()} * kTriangleBytes <= bytes_.size() - kFirstTriangle)
+      return !is_text || declared() > 0;
+    if (is_text) return false;
     if (bytes_.size() < kFirstTriangle) {
       throw InvalidInput(Place{name_}, "is not STL: neither text that begins with 'solid' nor the " +
                                            std::to_string(kFirstTriangle) + " bytes at least of a binary file");
@@ -50,6 +53,15 @@ class Reader {
     return ByteCursor(bytes_.substr(kHeaderBytes), name_).take<std::uint32_t>("the count of triangles");
   }
 
+  // As declared, or as many as fill the file where what is declared cannot be meant.
+  std::uint32_t triangles() const {
+    constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+    const std::size_t left = bytes_.size() - kFirstTriangle;
+    const bool is_meant = declared() != 0 && declared() != none;
+    if (is_meant || left == 0 || left % kTriangleBytes != 0 || left / kTriangleBytes >= none) return declared();
+    return static_cast<std::uint32_t>(left / kTriangleBytes);
+  }
+
   bool begins_with_solid() const {
     std::string word(TextCursor(bytes_, name_, text_begin(bytes_, name_)).next().substr(0, 5));
     for (char& c : word) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -57,7 +69,11 @@ class Reader {
   }
 
   void read_binary() {
-    const std::size_t count = declared();
+    const std::size_t count = triangles();
+    if (count != declared()) {
+      shape_.notes.push_back("the header declares " + counted(declared(), "triangle", "triangles") + "; the " +
+                             std::to_string(count) + " that fill the file are read");
+    }
     reserve(count);
     ByteCursor cursor(bytes_, name_);
     cursor.take_bytes(kFirstTriangle, "the header");
@@ -97,7 +113,20 @@ class Reader {
       }
       faces_.add(corners_);
     }
+    note_oddities(facets.oddities());
     return facets.solids();
+  }
+
+  void note_oddities(const Oddities& odd) {
+    const auto say = [&](bool is_so, const char* what) {
+      if (is_so) shape_.notes.emplace_back(what);
+    };
+    say(odd.open_end, "ends without 'endsolid'; it may be cut short");
+    say(odd.on_one_line, "a triangle stands on the line of its solid's name");
+    say(odd.colors, "lines 'color' are kept but not read");
+    say(odd.split_words, "'end loop' and the like are read as one word");
+    const std::size_t zeros = bytes_.size() - without_end_zeros(bytes_).size();
+    if (zeros > 0) shape_.notes.push_back(counted(zeros, "zero byte ends the file", "zero bytes end the file"));
   }
 
   void reserve(std::size_t count) {

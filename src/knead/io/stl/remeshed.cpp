@@ -84,8 +84,9 @@ Vec3d parsed(const std::array<std::string_view, 3>& words) {
 
 class TextWriter {
  public:
-  explicit TextWriter(const Facets& facets)
-      : facets_(facets),
+  TextWriter(const Facets& facets, std::optional<int> decimals)
+      : decimals_(decimals),
+        facets_(facets),
         mesh_(facets.shape.mesh),
         bytes_(facets.shape.source.bytes),
         new_facets_(facets.source, facets.shape.source.mesh.face_count()) {}
@@ -115,25 +116,26 @@ class TextWriter {
   void append_facet(const Facet& facet, std::size_t gap, std::uint32_t t) {
     const std::string_view text = std::string_view(bytes_).substr(0, facet.end);
     std::size_t copied = gap;
-    const auto replace = [&](std::string_view word, double from, double to) {
+    const auto replace = [&](std::string_view word, double from, double to, std::optional<int> decimals) {
       if (from == to) return;
       const std::size_t begin = static_cast<std::size_t>(word.data() - text.data());
       result_ += text.substr(copied, begin - copied);
-      append_real(result_, to);
+      append_decimals(result_, to, decimals);
       copied = begin + word.size();
     };
     const Vec3d old_normal = parsed(facet.normal);
     const Vec3d normal = is_finite(old_normal) ? facets_.normal(t, old_normal) : old_normal;
     for (std::size_t axis = 0; axis < 3 && is_finite(normal); ++axis)
-      replace(facet.normal[axis], old_normal[axis], normal[axis]);
+      replace(facet.normal[axis], old_normal[axis], normal[axis], direction_decimals(decimals_));
     for (std::size_t c = 0; c < 3; ++c) {
       const Vec3d from = parsed(facet.corner[c]);
       const Vec3d& to = mesh_.positions[facets_.triangles[t][c]];
-      for (std::size_t axis = 0; axis < 3; ++axis) replace(facet.corner[c][axis], from[axis], to[axis]);
+      for (std::size_t axis = 0; axis < 3; ++axis) replace(facet.corner[c][axis], from[axis], to[axis], decimals_);
     }
     result_ += text.substr(copied);
   }
 
+  std::optional<int> decimals_;
   const Facets& facets_;
   const Mesh& mesh_;
   const std::string& bytes_;
@@ -143,9 +145,9 @@ class TextWriter {
 
 }  // namespace
 
-std::string remeshed(const NewMesh& shape, const WriteOptions&) {
+std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
   const Facets facets(shape);
-  return layout_of<Layout>(shape.source).binary ? write_binary(facets) : TextWriter(facets).run();
+  return layout_of<Layout>(shape.source).binary ? write_binary(facets) : TextWriter(facets, options.decimals).run();
 }
 
 std::vector<std::string> remesh_losses(const ShapeFile& /*source*/) { return {}; }

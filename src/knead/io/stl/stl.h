@@ -9,12 +9,15 @@
 #include <vector>
 
 #include "knead/io/cursor.h"
+#include "knead/io/decimals.h"
 #include "knead/io/new_mesh.h"
 #include "knead/io/shape_file.h"
+#include "knead/io/text.h"
 
 namespace knead::io_detail::stl {
 
-// Binary where the count of triangles fits into the file, even if it begins with "solid"; else text if it does.
+// Binary where the count of triangles fits into the file, even if it begins with "solid"; else text if it does. A
+// binary file whose count is 0 or 2^32 - 1 has as many triangles as its length says, if they fill it.
 // Corners at equal positions become one vertex; every triangle becomes a face, also one without area. Attribute
 // "attribute" of faces: the 16 bits after each triangle of a binary file, if any are not 0.
 ShapeFile parse(std::string bytes, const std::string& name);
@@ -32,6 +35,7 @@ std::vector<std::string> losses(const Mesh& mesh);
 std::vector<std::string> source_losses(const ShapeFile& source);
 std::string remeshed(const NewMesh& shape, const WriteOptions& options);
 std::vector<std::string> remesh_losses(const ShapeFile& source);
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
 bool stores_floats(const ShapeFile& source);
 
 // The normal of a triangle, of unit length; zero for one without area.
@@ -50,27 +54,42 @@ struct Facet {
   std::array<std::array<std::string_view, 3>, 3> corner;
 };
 
+// What text files have that the specification does not: it is read over.
+struct Oddities {
+  bool open_end = false;     // no `endsolid` at the end
+  bool on_one_line = false;  // a facet follows the name of its solid on the line
+  bool colors = false;       // `color` and numbers
+  bool split_words = false;  // `end loop`, `end facet`, `end solid`
+};
+
 // The triangles of a text file, one after the other.
 class FacetCursor {
  public:
   // The bytes and the name must outlive this.
-  FacetCursor(std::string_view bytes, const std::string& name) : text_(bytes, name, text_begin(bytes, name)) {}
+  FacetCursor(std::string_view bytes, const std::string& name)
+      : text_(without_end_zeros(bytes), name, text_begin(bytes, name)) {}
 
   // The next triangle; false at the end of the file. Throws InvalidInput where something else stands. That its words
   // are numbers is for the caller to find out.
   bool next(Facet& facet);
 
   const TextCursor& text() const { return text_; }
-  std::size_t solids() const { return solids_; }  // so far
+  std::size_t solids() const { return solids_; }          // so far
+  const Oddities& oddities() const { return oddities_; }  // so far
 
  private:
   bool begin_facet();
+  void end_name(bool of_begin);
+  bool is_at_facet();
+  std::string_view next_keyword();
   void expect(std::string_view keyword);
   [[noreturn]] void fail_expected(const std::string& what, std::string_view found) const;
 
   TextCursor text_;
+  Oddities oddities_;
   bool in_solid_ = false;
   std::size_t solids_ = 0;
+  std::size_t facets_ = 0;
 };
 
 }  // namespace knead::io_detail::stl

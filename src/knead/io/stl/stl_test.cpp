@@ -193,8 +193,8 @@ TEST(Stl, ErrorsInTextNameTheLine) {
   EXPECT_EQ(error_of(replaced(kText, "normal 0 0 1.00", "normal 0 0")), "shape.stl:3: expected 'outer', found 'loop'");
   EXPECT_EQ(error_of(replaced(kText, "    endloop\n", "vertex 0 0 9\n")),
             "shape.stl:7: expected 'endloop', found 'vertex'");
-  EXPECT_EQ(error_of(replaced(kText, "EndSolid", "")),
-            "shape.stl:14: the file ends where 'facet' or 'endsolid' is expected; it is cut short");
+  EXPECT_EQ(error_of("solid a\n\n"),
+            "shape.stl:3: the file ends where 'facet' or 'endsolid' is expected; it is cut short");
   EXPECT_EQ(error_of(kText.substr(0, kText.find("    endloop"))),
             "shape.stl:7: the file ends where 'endloop' is expected; it is cut short");
   EXPECT_EQ(error_of(kText + "\nmore"), "shape.stl:15: expected 'solid', found 'more'");

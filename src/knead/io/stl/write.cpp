@@ -81,22 +81,23 @@ Vec3d parsed(const std::array<std::string_view, 3>& words) {
   return v;
 }
 
-std::string rewrite_text(const Moved& moved) {
+std::string rewrite_text(const Moved& moved, const WriteOptions& options) {
   const ShapeFile& source = moved.source;
-  Splice splice(source.bytes);
-  const auto replace = [&](const std::array<std::string_view, 3>& words, const Vec3d& from, const Vec3d& to) {
-    std::size_t next = 0;
-    splice.replace_changed(from, to, [&] { return words[next++]; });
+  Splice splice(source.bytes, options.decimals);
+  const auto words_of = [](const std::array<std::string_view, 3>& words) {
+    return [&words, next = std::size_t{0}]() mutable { return words[next++]; };
   };
   FacetCursor facets(source.bytes, source.format);
   Facet facet;
   for (std::size_t t = 0; facets.next(facet); ++t) {
     if (!moved.any(t)) continue;
     const Vec3d old_normal = parsed(facet.normal);
-    if (!(old_normal == Vec3d{})) replace(facet.normal, old_normal, moved.normal(t, old_normal));
+    if (!(old_normal == Vec3d{})) {
+      splice.replace_direction(old_normal, moved.normal(t, old_normal), words_of(facet.normal));
+    }
     for (std::size_t c = 0; c < 3; ++c) {
       const std::uint32_t v = moved.vertex(t, c);
-      replace(facet.corner[c], source.mesh.positions[v], moved.positions[v]);
+      splice.replace_changed(source.mesh.positions[v], moved.positions[v], words_of(facet.corner[c]));
     }
   }
   return splice.finish();
@@ -129,9 +130,19 @@ Vec3d facet_normal(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d>,
-                    const WriteOptions&) {
+                    const WriteOptions& options) {
   const Moved moved{source, positions};
-  return layout_of<Layout>(source).binary ? rewrite_binary(moved) : rewrite_text(moved);
+  return layout_of<Layout>(source).binary ? rewrite_binary(moved) : rewrite_text(moved, options);
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  if (layout_of<Layout>(source).binary) return;
+  FacetCursor facets(source.bytes, source.format);
+  for (Facet facet; facets.next(facet);) {
+    for (const auto& corner : facet.corner) {
+      for (const std::string_view word : corner) visit(word);
+    }
+  }
 }
 
 std::string generate(const Mesh& mesh, const WriteOptions&) {

@@ -1,0 +1,366 @@
+// The history as layers, the view after a crash, and turntables, driven by the events of a pointer and by scripts.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "document/layers.h"
+#include "studio_fixture.h"
+
+namespace knead::studio {
+namespace {
+
+class StudioLayers : public StudioTest {
+ protected:
+  // A ball pulled, painted and turned: three entries.
+  static void begin(Studio& studio) {
+    run(studio, ball());
+    for (const int tool : {0, 5, 11}) run(studio, kTools[tool].script);
+    ASSERT_EQ(errors(studio), "");
+    ASSERT_EQ(studio.shown().history.size(), 3u);
+  }
+
+  static std::vector<std::string> names(const Studio& studio) {
+    std::vector<std::string> result;
+    for (const auto& entry : studio.shown().history) result.push_back(name_of(entry->strokes));
+    return result;
+  }
+
+  static std::vector<SessionStroke> strokes(const Studio& studio, std::size_t entry) {
+    return studio.shown().history[entry]->strokes;
+  }
+
+  static std::string at(const Vec3d& p) { return fmt_of(p.x) + ", " + fmt_of(p.y) + ", " + fmt_of(p.z); }
+
+  // Drags a handle of the selected entry, by its place in the scene.
+  static void drag_handle(Studio& studio, std::size_t handle, const Vec3d& by, bool is_kept) {
+    const Vec3d from = place_of(studio.layers().paths, {0, handle});
+    run(studio, R"({"move": [)" + at(from) + R"(]}
+{"press": [)" + at(from) +
+                    R"(]}
+{"move": [)" + at(from + by * 0.5) +
+                    R"(]}
+{"move": [)" + at(from + by) +
+                    "]}\n" + (is_kept ? R"({"release": [)" + at(from + by) + "]}" : R"({"key": "Escape"})"));
+  }
+
+ private:
+  static std::string fmt_of(double x) { return std::to_string(x); }
+};
+
+TEST_F(StudioLayers, EntriesAreNamedAsTheToolsAre) {
+  for (const auto& [script, name] : std::map<int, std::string>{
+           {0, "Ball"}, {4, "Capsule"}, {5, "Paint"}, {8, "Points"}, {9, "Curve"}, {10, "Stamp"}, {14, "Bend"}}) {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, kTools[script].script);
+    ASSERT_EQ(studio.shown().history.size(), 1u) << name;
+    EXPECT_EQ(names(studio)[0], name);
+    studio.close();
+  }
+}
+
+TEST_F(StudioLayers, ARenamedEntryKeepsItsNameInTheFile) {
+  Studio studio(options());
+  begin(studio);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"layer": 1, "name": "left ear"})");
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"Ball", "left ear", "Rotate"}));
+  EXPECT_TRUE(positions(studio) == before);
+  EXPECT_TRUE(studio.shown().is_changed);
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == before);
+  Studio other(options());
+  run(other, R"({"open": ")" + (folder_ / "work.knead").string() + "\"}");
+  EXPECT_EQ(names(other), names(studio));
+  run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_EQ(names(studio)[1], "Paint");
+}
+
+TEST_F(StudioLayers, AnEntryThatIsOffIsAbsent) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    begin(studio);
+    const std::vector<Vec3d> before = positions(studio);
+    run(studio, R"({"layer": 1, "off": true})");
+    EXPECT_TRUE(is_off(strokes(studio, 1)));
+    EXPECT_FALSE(positions(studio) == before);
+    Session without = parse_session("{\"knead\": 1}\n", "s");
+    for (const std::size_t i : {0U, 2U}) {
+      for (const SessionStroke& stroke : strokes(studio, i)) without.strokes.push_back(stroke);
+    }
+    const ReplayResult expected = replay(*studio.shown().state.mesh, without);
+    EXPECT_TRUE(positions(studio) == expected.shape.positions());
+    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+    run(studio, R"({"layer": 1, "off": false})");
+    EXPECT_TRUE(positions(studio) == before);
+    studio.close();
+  }
+}
+
+TEST_F(StudioLayers, EntriesAreMovedJoinedSplitAndRemoved) {
+  Studio studio(options());
+  begin(studio);
+  const std::vector<Vec3d> before = positions(studio);
+  run(studio, R"({"layer": 2, "move_to": 0})");
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"Rotate", "Ball", "Paint"}));
+  EXPECT_FALSE(positions(studio) == before);
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+  run(studio, R"({"key": "Ctrl+Z"}
+{"layer": 1, "name": "face"}
+{"layer": 2, "join": true})");
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"Ball", "face"}));
+  EXPECT_TRUE(positions(studio) == before) << "joining moves nothing";
+  EXPECT_EQ(strokes(studio, 1).size(), 2u);
+  saved_and_replayed(studio);
+  Studio other(options());
+  run(other, R"({"open": ")" + (folder_ / "work.knead").string() + "\"}");
+  EXPECT_EQ(names(other), names(studio)) << "a group is a group in the file";
+  run(studio, R"({"layer": 1, "split": true})");
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"Ball", "face 1", "face 2"}));
+  EXPECT_TRUE(positions(studio) == before);
+  run(studio, R"({"layer": 0, "remove": true})");
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"face 1", "face 2"}));
+  for (int i = 0; i < 4; ++i) run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_TRUE(positions(studio) == before);
+  EXPECT_EQ(names(studio), (std::vector<std::string>{"Ball", "Paint", "Rotate"}));
+}
+
+TEST_F(StudioLayers, ADragOfTheStrengthIsOneChange) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    begin(studio);
+    const std::vector<Vec3d> before = positions(studio);
+    run(studio, R"({"layer": 2, "drag_strength": [0.9, 0.7, 0.5]})");
+    EXPECT_EQ(strength_of(strokes(studio, 2)), 0.5);
+    EXPECT_FALSE(positions(studio) == before);
+    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+    run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_TRUE(positions(studio) == before) << "one undo takes the whole drag back";
+    EXPECT_EQ(strength_of(strokes(studio, 2)), 1);
+    run(studio, R"({"key": "Ctrl+Shift+Z"}
+{"layer": 2, "strength": 1.5})");
+    EXPECT_EQ(strength_of(strokes(studio, 2)), 1.5);
+    studio.close();
+  }
+}
+
+// The history editor showed the old number after an undo.
+TEST_F(StudioLayers, TheEditorFollowsUndo) {
+  Studio studio(options());
+  begin(studio);
+  run(studio, R"({"layer": 2, "select": true})");
+  const std::vector<SessionStroke> old = studio.layers().strokes;
+  std::vector<SessionStroke> changed = old;
+  std::get<RotateStroke>(changed[0].stroke).angle_deg = 77;
+  set_strokes(studio.layers(), changed);
+  studio.change_layers(replaced(2, changed));
+  EXPECT_EQ(strokes(studio, 2), changed);
+  EXPECT_EQ(studio.layers().strokes, changed);
+  run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_EQ(studio.layers().strokes, old);
+  EXPECT_EQ(studio.layers().text.find("77"), std::string::npos);
+  run(studio, R"({"key": "Ctrl+Shift+Z"})");
+  EXPECT_EQ(studio.layers().strokes, changed);
+  run(studio, R"({"layer": 2, "move_to": 0})");
+  EXPECT_EQ(studio.layers().entry, 0u) << "the selection goes along";
+  run(studio, R"({"layer": 0, "remove": true}
+{"layer": 1, "remove": true}
+{"layer": 0, "remove": true})");
+  EXPECT_FALSE(studio.layers().entry);
+}
+
+TEST_F(StudioLayers, APathIsDraggedByItsHandles) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    begin(studio);
+    const std::vector<Vec3d> before = positions(studio);
+    run(studio, R"({"layer": 0, "select": true})");
+    ASSERT_EQ(studio.layers().paths.size(), 1u);
+    const std::size_t last = studio.layers().paths[0].handles.size() - 1;
+    ASSERT_GE(last, 2u);
+    const auto path = std::get<ImplicitStroke>(strokes(studio, 0)[0].stroke).path;
+    drag_handle(studio, last, {0.3, 0.1, 0}, true);
+    const auto moved = std::get<ImplicitStroke>(strokes(studio, 0)[0].stroke).path;
+    ASSERT_EQ(moved.size(), path.size());
+    EXPECT_EQ(moved.front(), path.front());
+    EXPECT_NEAR(norm(moved.back() - path.back() - Vec3d{0.3, 0.1, 0}), 0, 0.01) << "a pixel";
+    EXPECT_FALSE(positions(studio) == before);
+    EXPECT_EQ(studio.shown().history.size(), 3u) << "the tool was not used";
+    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+    run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_TRUE(positions(studio) == before) << "the drag is one change";
+    drag_handle(studio, last, {0.3, 0.1, 0}, false);
+    EXPECT_TRUE(positions(studio) == before) << "Escape takes it back";
+    EXPECT_EQ(std::get<ImplicitStroke>(strokes(studio, 0)[0].stroke).path, path);
+    studio.close();
+  }
+}
+
+TEST_F(StudioLayers, TheCentreOfAToolIsDragged) {
+  Studio studio(options());
+  begin(studio);
+  run(studio, R"({"layer": 2, "select": true})");
+  ASSERT_EQ(studio.layers().paths.size(), 1u);
+  const Vec3d center = std::get<RotateStroke>(strokes(studio, 2)[0].stroke).center;
+  drag_handle(studio, 0, {-0.2, 0, 0}, true);
+  EXPECT_NEAR(norm(std::get<RotateStroke>(strokes(studio, 2)[0].stroke).center - center - Vec3d{-0.2, 0, 0}), 0, 0.01);
+}
+
+TEST_F(StudioLayers, BothSidesOfAMirroredDragFollowAHandle) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, R"({"tool": "ball"}
+{"set": {"mirror": [true, false, false]}}
+{"drag": [[0.3, 0, 0.95], [0.5, 0.3, 0.95], [0.8, 0.3, 0.95]], "steps": 6})");
+  ASSERT_EQ(studio.shown().history.size(), 1u);
+  run(studio, R"({"layer": 0, "select": true})");
+  ASSERT_EQ(studio.layers().paths.size(), 2u);
+  drag_handle(studio, studio.layers().paths[0].handles.size() - 1, {0.1, 0.2, 0}, true);
+  const std::vector<LayerPath>& paths = studio.layers().paths;
+  ASSERT_EQ(paths.size(), 2u) << "each side is still one path";
+  for (std::size_t i = 0; i < paths[0].points.size(); ++i) {
+    const Vec3d& p = paths[0].points[i];
+    EXPECT_EQ(paths[1].points[i], (Vec3d{-p.x, p.y, p.z}));
+  }
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+}
+
+TEST_F(StudioLayers, EscapeStopsAReplayAndLeavesTheHistory) {
+  Studio studio(options(true));
+  run(studio, ball(40962));
+  for (int i = 0; i < 4; ++i) run(studio, kTools[0].script);
+  const std::vector<Vec3d> before = positions(studio);
+  const std::size_t entries = studio.shown().history.size();
+  studio.change_layers(with_strength(0, 0.5));
+  EXPECT_TRUE(positions(studio) == before || !studio.is_busy()) << "what is seen stays until the new one is there";
+  studio.perform(Action::cancel);
+  studio.wait();
+  studio.refresh();
+  const double strength = strength_of(strokes(studio, 0));
+  EXPECT_EQ(studio.shown().history.size(), entries);
+  if (strength == 1) {
+    EXPECT_TRUE(positions(studio) == before);
+  } else {
+    EXPECT_FALSE(positions(studio) == before) << "it was done before it could be stopped";
+  }
+  studio.close();
+}
+
+// What a kill leaves: changes of layers that have ended, and of a drag what was before it.
+TEST_F(StudioLayers, ChangesComeBackAfterACrash) {
+  std::vector<Vec3d> before;
+  std::vector<std::string> names_before;
+  {
+    Studio studio(options());
+    begin(studio);
+    run(studio, R"({"layer": 0, "name": "nose"}
+{"layer": 1, "off": true}
+{"layer": 2, "strength": 0.5}
+{"layer": 2, "move_to": 1})");
+    before = positions(studio);
+    names_before = names(studio);
+    studio.drag_layers(with_strength(0, 0.3));
+    EXPECT_FALSE(positions(studio) == before);
+  }
+  Studio next(options());
+  ASSERT_EQ(next.abandoned().size(), 1u);
+  EXPECT_EQ(next.abandoned()[0].entries, 3u);
+  run(next, R"({"recover": "newest"})");
+  EXPECT_EQ(errors(next), "");
+  EXPECT_TRUE(positions(next) == before);
+  EXPECT_EQ(names(next), names_before);
+  next.close();
+}
+
+// The dialog counted lines of the session, the history entries.
+TEST_F(StudioLayers, TheRecoveryCountsAsTheHistoryDoes) {
+  std::size_t entries = 0;
+  {
+    Studio studio(options());
+    run(studio, ball());
+    for (const int tool : {16, 5, 0}) run(studio, kTools[tool].script);
+    entries = studio.shown().history.size();
+  }
+  Studio next(options());
+  ASSERT_EQ(next.abandoned().size(), 1u);
+  EXPECT_GT(next.abandoned()[0].strokes, entries) << "the test needs a gesture of several lines";
+  EXPECT_EQ(next.abandoned()[0].entries, entries);
+  run(next, R"({"recover": "newest"})");
+  EXPECT_EQ(next.shown().history.size(), entries);
+  next.close();
+}
+
+TEST_F(StudioLayers, TheViewAndTheToolComeBackAfterACrash) {
+  View view;
+  {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, R"({"tool": "bend"}
+{"set": {"radius": 0.123, "mirror": [false, true, false], "drag": "axis", "axis": [0, 1, 0]}}
+{"view": {"yaw_deg": 33, "pitch_deg": -12, "target": [0.1, 0.2, 0.3], "height": 1.7, "projection": "orthographic"}}
+{"move": [400, 300]}
+{"wheel": 2})");
+    view = studio.navigation().view;
+  }
+  Studio next(options());
+  run(next, R"({"size": [800, 600]}
+{"recover": "newest"})");
+  EXPECT_EQ(errors(next), "");
+  const View& back = next.navigation().view;
+  EXPECT_NEAR(back.yaw, view.yaw, 1e-12);
+  EXPECT_NEAR(back.pitch, view.pitch, 1e-12);
+  EXPECT_EQ(back.target, view.target);
+  EXPECT_EQ(back.height, view.height);
+  EXPECT_EQ(back.projection, render::Projection::orthographic);
+  EXPECT_EQ(next.settings().tool->name, "Bend");
+  EXPECT_EQ(next.settings().radius, 0.123);
+  EXPECT_EQ(next.settings().drag, DragMode::axis);
+  EXPECT_EQ(next.settings().axis, (Vec3d{0, 1, 0}));
+  next.close();
+}
+
+TEST_F(StudioLayers, ATurntableShowsTheShapeFromAllAround) {
+  Studio studio(options());
+  run(studio, ball());
+  const View start = studio.navigation().view;
+  std::vector<std::string> files;
+  std::vector<double> yaws;
+  ScriptHost host;
+  host.picture = [&](const std::filesystem::path& path) {
+    files.push_back(path.string());
+    yaws.push_back(studio.navigation().view.yaw);
+    EXPECT_EQ(studio.navigation().view.pitch, start.pitch);
+  };
+  std::istringstream script(R"({"turntable": "turn_%04d.png", "pictures": 8})");
+  run_script(script, "script", studio, host);
+  ASSERT_EQ(files.size(), 8u);
+  EXPECT_EQ(files.front(), "turn_0000.png");
+  EXPECT_EQ(files.back(), "turn_0007.png");
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_NEAR(yaws[i], start.yaw + static_cast<double>(i) * std::acos(-1.0) / 4, 1e-12);
+  }
+  EXPECT_EQ(studio.navigation().view, start);
+  EXPECT_FALSE(studio.turntable());
+}
+
+TEST_F(StudioLayers, EscapeStopsATurntable) {
+  Studio studio(options());
+  run(studio, ball());
+  const View start = studio.navigation().view;
+  studio.record_turntable("turn_%04d.png", 36);
+  int written = 0;
+  const auto write = [&](const std::filesystem::path& /*path*/) { ++written; };
+  EXPECT_TRUE(studio.step_turntable(write));
+  EXPECT_TRUE(studio.step_turntable(write));
+  studio.handle(KeyChanged{"Escape", true, {}});
+  EXPECT_FALSE(studio.step_turntable(write));
+  EXPECT_EQ(written, 2);
+  EXPECT_EQ(studio.navigation().view, start);
+  studio.record_turntable("turn.png", 36);
+  EXPECT_FALSE(studio.turntable());
+  EXPECT_NE(errors(studio).find("%04d"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace knead::studio

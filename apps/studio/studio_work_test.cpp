@@ -1,0 +1,214 @@
+// Work that takes time: it has a name, it stops, what it leaves is done later; and the surface is relaxed with Shift.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "platform/worker.h"
+#include "studio.h"
+#include "studio_fixture.h"
+
+namespace knead::studio {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Waits for something that happens within a second on a busy machine, and fails after a minute.
+::testing::AssertionResult comes_true(const std::function<bool()>& condition) {
+  const Clock::time_point end = Clock::now() + std::chrono::minutes(1);
+  while (Clock::now() < end) {
+    if (condition()) return ::testing::AssertionSuccess();
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return ::testing::AssertionFailure() << "not within a minute";
+}
+
+void press_escape(Studio& studio) { studio.perform(Action::cancel); }
+
+class StudioWorkTest : public StudioTest {
+ protected:
+  static void do_lines(Studio& studio, const std::string& script) {
+    std::istringstream lines(script);
+    run_script(lines, "script", studio, {});
+  }
+};
+
+// --- Shift ---
+
+using RelaxTest = StudioTest;
+
+TEST_F(RelaxTest, ShiftRelaxesWithEveryToolAndKeepsTheVolume) {
+  for (const char* tool : {"ball", "paint", "points", "stamp", "rotate", "handles"}) {
+    Studio studio(options());
+    run(studio, ball(10242) + R"({"tool": "paint"}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]]})");
+    const Mesh before = studio.shown().state.to_mesh();
+    run(studio, std::string(R"({"tool": ")") + tool + R"("}
+{"drag": [[-0.5, 0, 0.86], [0.5, 0.1, 0.86]], "modifiers": ["shift"]})");
+    EXPECT_EQ(errors(studio), "") << tool;
+    ASSERT_EQ(studio.shown().history.size(), 2U) << tool;
+    const auto* relax = std::get_if<RelaxStroke>(&studio.shown().history.back()->strokes.front().stroke);
+    ASSERT_NE(relax, nullptr) << tool;
+    EXPECT_EQ(relax->radius, studio.settings().radius);
+    EXPECT_EQ(relax->surface, 1);
+    EXPECT_GT(relax->points.size(), 4U);
+    const Mesh after = studio.shown().state.to_mesh();
+    EXPECT_NE(after.positions, before.positions) << tool;
+    EXPECT_NEAR(measure(after).volume / measure(before).volume, 1, 1e-6) << tool;
+    EXPECT_EQ(self_intersections(triangulate(after), after.positions).count, 0U) << tool;
+    EXPECT_EQ(after.corner_vertex, before.corner_vertex);
+  }
+}
+
+TEST_F(RelaxTest, CtrlAndShiftRelaxTheTrianglesOnly) {
+  Studio studio(options());
+  run(studio, ball() + R"({"drag": [[0, 0, 1], [0.3, 0.3, 1]], "modifiers": ["ctrl", "shift"]})");
+  ASSERT_EQ(studio.shown().history.size(), 1U);
+  EXPECT_EQ(std::get<RelaxStroke>(studio.shown().history.front()->strokes.front().stroke).surface, 0);
+}
+
+TEST_F(RelaxTest, BesideTheShapeAndOnAPointCloudNothingHappens) {
+  Studio studio(options());
+  run(studio, ball() + R"({"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]], "modifiers": ["shift"]})");
+  EXPECT_TRUE(studio.shown().history.empty());
+  write_mesh(folder_ / "cloud.xyz", Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+  run(studio, R"({"open": ")" + (folder_ / "cloud.xyz").string() + R"("}
+{"drag": [[0, 0, 0], [0.5, 0, 0]], "modifiers": ["shift"]})");
+  EXPECT_EQ(errors(studio), "A point cloud has no surface to relax.\n");
+  EXPECT_TRUE(studio.shown().history.empty());
+}
+
+// --- remeshing later ---
+
+TEST_F(StudioWorkTest, OneGoesOnSculptingWhileARemeshRuns) {
+  Studio studio(options(true));
+  run(studio, ball(40962) + R"({"tool": "ball"}
+{"set": {"remesh": true, "max_edge": 0.01}})");
+  do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
+  ASSERT_TRUE(comes_true([&] {
+    const auto work = studio.work();
+    return work && work->what == "Remeshing";
+  }));
+  do_lines(studio, R"({"set": {"remesh": false}}
+{"press": [0, 0.6, 0.8]}
+{"move": [0, 0.7, 0.8]}
+{"move": [0, 0.8, 0.8]})");
+  ASSERT_TRUE(studio.gesture().has_value());
+  // The drag is computed on the shape as it is shown, which is not remeshed yet.
+  ASSERT_TRUE(comes_true([&] {
+    studio.refresh();
+    return studio.shown().history.size() == 1 && !studio.is_busy();
+  }));
+  EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
+  do_lines(studio, R"({"release": [0, 0.8, 0.8]})");
+  studio.wait();
+  studio.refresh();
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.shown().history.size(), 2U);
+  EXPECT_GT(studio.shown().state.mesh->vertex_count(), 40962U);
+  const std::vector<Vec3d> after = positions(studio);
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == after);
+}
+
+TEST_F(StudioWorkTest, EscapeStopsARemeshWhichIsDoneBeforeTheExport) {
+  Studio studio(options(true));
+  run(studio, ball(40962) + R"({"tool": "ball"}
+{"set": {"remesh": true, "max_edge": 0.01}})");
+  do_lines(studio, R"({"drag": [[0, 0, 1], [0.3, 0.3, 1.2]]})");
+  ASSERT_TRUE(comes_true([&] {
+    const auto work = studio.work();
+    return work && work->what == "Remeshing";
+  }));
+  press_escape(studio);
+  ASSERT_TRUE(comes_true([&] { return !studio.is_busy(); }));
+  studio.refresh();
+  EXPECT_EQ(studio.shown().state.mesh->vertex_count(), 40962U);
+  ASSERT_EQ(studio.shown().history.size(), 1U);
+  run(studio, R"({"export": ")" + (folder_ / "out.ply").string() + "\"}");
+  EXPECT_EQ(errors(studio), "");
+  const ReplayResult replayed = saved_and_replayed(studio);
+  EXPECT_TRUE(positions(studio) == replayed.shape.positions());
+  EXPECT_EQ(read_shape(folder_ / "out.ply").mesh.positions, replayed.shape.positions());
+}
+
+TEST_F(StudioWorkTest, EscapeStopsCountingCrossings) {
+  Studio studio(options(true));
+  run(studio, ball(163842));
+  studio.take_notices();
+  studio.count_crossings();
+  ASSERT_TRUE(comes_true([&] {
+    const auto work = studio.work();
+    return !studio.is_busy() || (work && work->what == "Counting crossings");
+  }));
+  press_escape(studio);
+  studio.wait();
+  const std::vector<Notice> notices = studio.take_notices();
+  ASSERT_EQ(notices.size(), 1U);
+  EXPECT_TRUE(notices.front().text == "Stopped." || notices.front().text == "0 pairs of triangles cross.");
+}
+
+TEST_F(StudioWorkTest, UndoWithoutMemoryHasTheBitsOfTheFirstTime) {
+  fs::create_directories(folder_ / "config");
+  std::ofstream(folder_ / "config" / "studio.json") << R"({"undo_memory_mb": 0})";
+  Studio studio(options(true));
+  EXPECT_EQ(studio.preferences().undo_memory_mb, 0);
+  run(studio, ball());
+  std::vector<std::vector<Vec3d>> states{positions(studio)};
+  for (int i = 0; i < 6; ++i) {
+    const std::string x = std::to_string(0.1 * i);
+    run(studio, R"({"drag": [[)" + x + R"(, 0, 1], [0.3, 0.3, 1]]})");
+    states.push_back(positions(studio));
+  }
+  for (std::size_t i = states.size() - 1; i-- > 0;) {
+    run(studio, R"({"key": "Ctrl+Z"})");
+    EXPECT_TRUE(positions(studio) == states[i]) << i;
+  }
+}
+
+// --- the worker ---
+
+TEST(Worker, AJobInterruptsWhatWasLeftForLaterWhichThenComesAgain) {
+  std::atomic<int> begun{0};
+  std::atomic<int> ended{0};
+  Worker worker(true, [&](Progress& progress) {
+    ++begun;
+    while (begun == 1 && !progress.cancel) std::this_thread::yield();
+    ++ended;
+  });
+  worker.post([](Progress&) {});
+  ASSERT_TRUE(comes_true([&] { return begun == 1; }));
+  bool was_cancelled = true;
+  worker.post([&](Progress& progress) { was_cancelled = progress.cancel; });
+  worker.wait();
+  EXPECT_FALSE(was_cancelled);
+  EXPECT_EQ(begun, 2);
+  EXPECT_EQ(ended, 2);
+}
+
+TEST(Worker, SaysWhatItDoesAndHowMuchOfIt) {
+  Worker worker(true, [](Progress&) {});
+  std::atomic<bool> goes_on{true};
+  std::atomic<bool> is_half{false};
+  worker.post(
+      [&](Progress& progress) {
+        progress.total = 10;
+        progress.done = 5;
+        is_half = true;
+        while (goes_on) std::this_thread::yield();
+      },
+      "Counting");
+  ASSERT_TRUE(comes_true([&] { return is_half.load(); }));
+  const auto status = worker.status();
+  ASSERT_TRUE(status.has_value());
+  EXPECT_EQ(status->what, "Counting");
+  EXPECT_EQ(status->fraction, 0.5);
+  goes_on = false;
+  worker.wait();
+  EXPECT_FALSE(worker.status().has_value());
+}
+
+}  // namespace
+}  // namespace knead::studio

@@ -1,0 +1,77 @@
+#include "view_memory.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <numbers>
+#include <sstream>
+
+#include "knead/math/error.h"
+#include "script.h"
+
+namespace knead::studio {
+
+namespace {
+
+std::string text_of(const Vec3d& v) { return fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+
+std::string view_line(const View& view) {
+  const double degrees = 180 / std::numbers::pi;
+  return fmt::format(
+      R"({{"view": {{"yaw_deg": {}, "pitch_deg": {}, "target": {}, "height": {}, "projection": "{}"}}}})",
+      view.yaw * degrees, view.pitch * degrees, text_of(view.target), view.height,
+      view.projection == render::Projection::perspective ? "perspective" : "orthographic");
+}
+
+// The words that scripts have for them.
+const char* word_of(DragMode mode) {
+  return std::array{"view", "surface", "normal", "axis"}[static_cast<std::size_t>(mode)];
+}
+
+const char* word_of(HandleMode mode) {
+  return std::array{"full", "zero", "erase", "move"}[static_cast<std::size_t>(mode)];
+}
+
+const char* word_of(PullStart start) {
+  return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
+}
+
+std::string settings_line(const ToolSettings& to) {
+  std::string text = fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "capsule_length": {}, )",
+                                 to.radius, to.inner_ratio, to.depth, to.capsule_length);
+  text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
+                      to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
+  text += fmt::format(R"("start": "{}", "paint_in": {}, "barrel": {}, "mirror": [{}, {}, {}], "remesh": {})",
+                      word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2],
+                      to.remesh);
+  text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
+                      to.symmetry.turns, text_of(to.symmetry.axis));
+  if (to.symmetry.plane) {
+    text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),
+                        text_of(to.symmetry.plane->normal));
+  }
+  if (to.remesh_settings.max_edge) text += fmt::format(R"(, "max_edge": {})", *to.remesh_settings.max_edge);
+  return text + "}}";
+}
+
+}  // namespace
+
+std::string script_of_view(Studio& studio) {
+  const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.settings().tool));
+  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n";
+}
+
+void restore_view(Studio& studio, const std::string& script) {
+  std::istringstream lines(script);
+  std::string line;
+  while (std::getline(lines, line)) {
+    std::istringstream one(line);
+    try {
+      run_script(one, "view", studio, {});
+    } catch (const InvalidInput& error) {
+      studio.tell({false, fmt::format("The view could not be restored as it was: {}", error.what())});
+    }
+  }
+}
+
+}  // namespace knead::studio

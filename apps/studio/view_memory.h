@@ -1,0 +1,17 @@
+// The camera, the tool and its settings as lines of a script (script.h), which the journal keeps: after a crash Studio
+// looks as it did before.
+#pragma once
+
+#include <string>
+
+#include "studio.h"
+
+namespace knead::studio {
+
+// Returns the lines that give another Studio this view and these settings.
+std::string script_of_view(Studio& studio);
+
+// Carries the lines out. What this version does not know is told, and the rest is used.
+void restore_view(Studio& studio, const std::string& script);
+
+}  // namespace knead::studio

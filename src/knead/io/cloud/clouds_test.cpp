@@ -1,0 +1,111 @@
+// PCD and PTX, and the extensions of point files.
+#include <gtest/gtest.h>
+
+#include "knead/io/shape_file.h"
+#include "knead/io/test_samples.h"
+#include "knead/math/error.h"
+#include "support/shape_text.h"
+
+namespace knead {
+namespace {
+
+TEST(Pcd, TextWithNormalsColorsAndOtherFields) {
+  const ShapeFile shape = parse_shape(pcd_samples()[1].bytes, "pcd", "a.pcd");
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{5, 6, 7}, {1, 2, 3}}));
+  EXPECT_EQ(vertex_normals_of(shape), (std::vector<Vec3d>{{0, 0, 1}, {0, 1, 0}}));
+  ASSERT_NE(shape.mesh.find_attribute("color"), nullptr);
+  EXPECT_EQ(shape.mesh.find_attribute("color")->components, 3);
+  EXPECT_EQ(shape.mesh.find_attribute("id")->values, (std::vector<double>{9, 8}));
+  EXPECT_EQ(shape.mesh.find_attribute("hist"), nullptr);
+  EXPECT_EQ(text_of(conversion_losses("a.ply", shape)), "field 'hist' is left out\n");
+}
+
+TEST(Pcd, OnlyWordsThatChangeAreReplaced) {
+  const std::string text = pcd_samples()[1].bytes;
+  const ShapeFile shape = parse_shape(text, "pcd", "a.pcd");
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[1].y = 0.1;
+  const std::vector<Vec3d> normals{{0, 0, 1}, {0.6, 0.8, 0}};
+  const std::string expected = replaced(text, "0 1 -1.7e38 2 1 3 0", "0.6 1 -1.7e38 0.1 0.8 3 0");
+  EXPECT_EQ(serialize_shape("pcd", shape, positions, {.normals = normals}), expected);
+}
+
+TEST(Pcd, BinaryPackedColorsAndPointsWithoutAPlace) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 2, 3}, {4, 5, 6}};
+  mesh.attributes.push_back({"color", Domain::vertex, NumberType::uint8, 3, {1, 2, 3, 4, 5, 6, 255, 254, 253}});
+  std::string bytes = serialize_mesh("pcd", mesh);
+  EXPECT_NE(bytes.find("FIELDS x y z rgb\nSIZE 4 4 4 4\nTYPE F F F U\n"), std::string::npos);
+  EXPECT_EQ(parse_shape(bytes, "pcd", "a").mesh.attributes, mesh.attributes);
+  const std::size_t begin = bytes.find("DATA binary\n") + 12;
+  bytes.replace(begin + 16, 4, std::string("\0\0\xc0\x7f", 4));  // NaN
+  const ShapeFile shape = parse_shape(bytes, "pcd", "a");
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{0, 0, 0}, {4, 5, 6}}));
+  EXPECT_EQ(shape.mesh.attributes[0].values, (std::vector<double>{1, 2, 3, 255, 254, 253}));
+  EXPECT_NE(text_of(shape.notes).find("1 vertex has coordinates that are not finite"), std::string::npos);
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[1].x = -4;
+  std::string expected = bytes;
+  expected[begin + 32 + 3] = '\xc0';
+  EXPECT_EQ(serialize_shape("pcd", shape, positions), expected);
+}
+
+TEST(Pcd, ErrorsInOneLine) {
+  const std::string text = pcd_samples()[0].bytes;
+  const auto error_of = [&](const std::string& from, const std::string& to) {
+    return refusal(replaced(text, from, to), "pcd", "a.pcd");
+  };
+  EXPECT_NE(error_of("DATA ascii", "DATA binary_compressed").find("a.pcd:11: the points are compressed"),
+            std::string::npos);
+  EXPECT_NE(error_of("POINTS 3", "POINTS 4").find("WIDTH times HEIGHT is not POINTS"), std::string::npos);
+  EXPECT_NE(error_of("FIELDS x y z", "FIELDS x y w").find("not one field 'z'"), std::string::npos);
+  EXPECT_NE(error_of("TYPE F F F", "TYPE F F I").find("not one field 'z'"), std::string::npos);
+  EXPECT_NE(error_of("SIZE 4 4 4", "SIZE 4 4 3").find("3 bytes is not known"), std::string::npos);
+  EXPECT_NE(error_of("1 0 1.5", "1 0 1.5 6").find("a.pcd:14: more numbers"), std::string::npos);
+  EXPECT_NE(error_of("1 0 1.5", "1 0").find("expected a number"), std::string::npos);
+  EXPECT_NE(error_of("VERSION", "VERSO").find("unknown header line"), std::string::npos);
+}
+
+TEST(Ptx, PointsStandWhereTheMatrixPutsThem) {
+  const std::string text = ptx_samples()[2].bytes;
+  const ShapeFile shape = parse_shape(text, "ptx", "a.ptx");
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{10, 21, 30.5}, {9, 20, 33.5}}));
+  EXPECT_EQ(shape.mesh.find_attribute("intensity")->values, (std::vector<double>{0.5, 0.25}));
+  EXPECT_EQ(shape.mesh.find_attribute("color")->values, (std::vector<double>{255, 0, 9, 1, 2, 3}));
+  EXPECT_NE(text_of(shape.notes).find("1 direction has no point; its line is kept"), std::string::npos);
+  std::vector<Vec3d> positions = shape.mesh.positions;
+  positions[1] += Vec3d{0, 0, 0.5};
+  EXPECT_EQ(serialize_shape("ptx", shape, positions), replaced(text, "0 1 3 0.25", "0 1 3.5 0.25"));
+}
+
+TEST(Ptx, ScansTogetherAndWhatIsRefused) {
+  const std::string text = ptx_samples()[3].bytes;
+  const ShapeFile shape = parse_shape(text, "ptx", "a.ptx");
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{1, 5, 0}, {10, 21, 34.5}}));
+  EXPECT_NE(text_of(shape.notes).find("2 scans are read as one shape"), std::string::npos);
+  EXPECT_NE(refusal(replaced(text, "0 0 1 0\n0 0 0 1", "0 0 0 0\n0 0 0 1"), "ptx", "a").find("has no inverse"),
+            std::string::npos);
+  EXPECT_NE(refusal("1000000\n1000000\n" + text.substr(4), "ptx", "a.ptx").find("cut short"), std::string::npos);
+  EXPECT_THROW(serialize_mesh("ptx", shape.mesh), InvalidInput);
+  EXPECT_THROW(conversion_losses("a.ptx", parse_shape("0 0 0\n", "xyz", "a")), InvalidInput);
+}
+
+TEST(PointFiles, Extensions) {
+  for (const char* extension : {"txt", "asc", "pts", "csv", "xyzn", "xyzrgb", "XYZ"}) {
+    EXPECT_EQ(format_of(std::string("scan.") + extension), "xyz");
+  }
+  EXPECT_EQ(format_of("scan.pcd"), "pcd");
+  EXPECT_EQ(format_of("scan.ptx"), "ptx");
+  const std::vector<std::string_view> all = shape_extensions();
+  EXPECT_NE(std::find(all.begin(), all.end(), "asc"), all.end());
+}
+
+TEST(PointFiles, DecimalCommasAreRefusedWithASentence) {
+  for (const char* text : {"0,0 1,5 0,0\n", "1 2 3\n0,5\t1,5\t2,5\n"}) {
+    EXPECT_NE(refusal(text, "xyz", "a.txt").find("write decimals with points, not commas"), std::string::npos) << text;
+  }
+  EXPECT_EQ(refusal("0.5, 1.5, 2.5\n1 ,2 ,3\n", "xyz", "a.csv"), "none");
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,300 @@
+// Reading PCD, and writing it back.
+#include "knead/io/cloud/pcd.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include "knead/io/binary_floats.h"
+#include "knead/io/cursor.h"
+#include "knead/io/face_builder.h"
+#include "knead/io/layout.h"
+#include "knead/io/splice.h"
+#include "knead/io/unplaced.h"
+
+namespace knead::io_detail::pcd {
+namespace {
+
+constexpr bool kSwapped = std::endian::native == std::endian::big;  // binary files are little-endian
+
+bool is_attribute_name(const std::string& name) { return name == "normal" || name == "color" || name == "uv"; }
+
+class Reader {
+ public:
+  Reader(ShapeFile& shape, const std::string& name)
+      : shape_(shape), name_(name), layout_(parse_header(shape.bytes, name)) {}
+
+  Layout run() {
+    const std::size_t left = shape_.bytes.size() - layout_.body_begin;
+    const std::size_t least = layout_.row_size * (layout_.ascii ? 2 : 1);
+    if (least > 0 && layout_.points > (left + (layout_.ascii ? 1 : 0)) / least) {
+      throw InvalidInput(Place{name_}, std::to_string(layout_.points) + " points are declared, but only " +
+                                           std::to_string(left) + " bytes follow; the file is cut short");
+    }
+    plan();
+    if (layout_.ascii) {
+      read_text();
+    } else {
+      read_binary_rows();
+    }
+    remove_unplaced(unplaced_, shape_.mesh);
+    if (shape_.mesh.positions.empty()) {
+      throw InvalidInput(Place{name_}, "no point has finite coordinates; there is no shape in it");
+    }
+    add_notes();
+    layout_.unplaced = std::move(unplaced_.rows);
+    return std::move(layout_);
+  }
+
+ private:
+  // Where the numbers of each field go.
+  void plan() {
+    const auto has_three = [&] {
+      return std::count_if(layout_.fields.begin(), layout_.fields.end(),
+                           [](const Field& field) { return field.role == Role::normal; }) == 3;
+    };
+    if (!has_three()) {
+      for (Field& field : layout_.fields) field.role = field.role == Role::normal ? Role::other : field.role;
+    }
+    attribute_.assign(layout_.fields.size(), kNone);
+    for (std::size_t f = 0; f < layout_.fields.size(); ++f) plan_field(f);
+    shape_.mesh.positions.resize(layout_.points);
+    for (Attribute& attribute : shape_.mesh.attributes) {
+      attribute.values.resize(layout_.points * static_cast<std::size_t>(attribute.components));
+    }
+  }
+
+  void plan_field(std::size_t f) {
+    const Field& field = layout_.fields[f];
+    std::vector<Attribute>& attributes = shape_.mesh.attributes;
+    const auto known = [&](const std::string& attribute) {
+      const auto found =
+          std::find_if(attributes.begin(), attributes.end(), [&](const Attribute& a) { return a.name == attribute; });
+      return static_cast<std::size_t>(found - attributes.begin());
+    };
+    const auto add = [&](const std::string& attribute, NumberType type, int components) {
+      attribute_[f] = known(attribute);
+      if (attribute_[f] == attributes.size()) attributes.push_back({attribute, Domain::vertex, type, components, {}});
+    };
+    if (field.role == Role::normal) {
+      add("normal", number_type(field.type), 3);
+    } else if (field.role == Role::color && known("color") == attributes.size()) {
+      add("color", NumberType::uint8, field.name == "rgba" ? 4 : 3);
+    } else if (field.role == Role::other && field.count == 1 && !is_attribute_name(field.name) &&
+               known(field.name) == attributes.size()) {
+      add(field.name, number_type(field.type), 1);
+    }
+  }
+
+  void put(std::size_t f, std::size_t row, double value, std::size_t byte) {
+    const Field& field = layout_.fields[f];
+    if (field.role == Role::position) {
+      shape_.mesh.positions[row][field.axis] = value;
+      if (!std::isfinite(value)) unplaced_.add(row, byte);
+    } else if (attribute_[f] != kNone) {
+      Attribute& attribute = shape_.mesh.attributes[attribute_[f]];
+      const std::size_t component = field.role == Role::normal ? field.axis : 0;
+      if (!std::isfinite(value)) ++not_finite_;
+      attribute.values[row * static_cast<std::size_t>(attribute.components) + component] =
+          std::isfinite(value) ? value : 0;
+    }
+  }
+
+  // Red, green, blue and alpha of the bits 0xAARRGGBB.
+  void put_color(std::size_t f, std::size_t row, std::uint32_t bits) {
+    if (attribute_[f] == kNone) return;
+    Attribute& color = shape_.mesh.attributes[attribute_[f]];
+    constexpr int shifts[4] = {16, 8, 0, 24};
+    const std::size_t n = static_cast<std::size_t>(color.components);
+    for (std::size_t c = 0; c < n; ++c) color.values[row * n + c] = (bits >> shifts[c]) & 0xffu;
+  }
+
+  void read_binary_rows() {
+    const char* row = shape_.bytes.data() + layout_.body_begin;
+    for (std::size_t i = 0; i < layout_.points; ++i, row += layout_.row_size) {
+      for (std::size_t f = 0; f < layout_.fields.size(); ++f) {
+        const Field& field = layout_.fields[f];
+        if (field.role == Role::color) {
+          std::uint32_t bits = 0;
+          std::memcpy(&bits, row + field.offset, sizeof bits);
+          put_color(f, i, kSwapped ? swap_bytes(bits) : bits);
+        } else if (field.count == 1) {
+          put(f, i, read_binary(row + field.offset, field.type, kSwapped), 0);
+        }
+      }
+    }
+    note_rest(shape_.bytes.size() - layout_.body_begin - layout_.points * layout_.row_size);
+  }
+
+  void read_text() {
+    TextCursor text(shape_.bytes, name_, layout_.body_begin);
+    for (std::size_t i = 0; i < layout_.points; ++i) {
+      std::string_view word = text.next();
+      for (std::size_t f = 0; f < layout_.fields.size(); ++f) {
+        const Field& field = layout_.fields[f];
+        for (std::size_t c = 0; c < field.count; ++c, word = text.next_on_line()) {
+          const double value = text.real(word, "a number");
+          if (field.role == Role::color) {
+            put_color(f, i, color_bits(field.type, value));
+          } else if (field.count == 1) {
+            put(f, i, value, text.word_begin());
+          }
+        }
+      }
+      if (!word.empty()) text.fail("more numbers on the line than the header's fields have; repair the file");
+    }
+    if (!text.next().empty()) note_rest(shape_.bytes.size() - text.word_begin());
+  }
+
+  static std::uint32_t color_bits(StoredType type, double value) {
+    if (!is_integer(type)) return std::bit_cast<std::uint32_t>(static_cast<float>(std::isfinite(value) ? value : 0.0));
+    if (!(std::abs(value) <= 0x1p32 - 1)) return 0;
+    return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
+  }
+
+  void note_rest(std::size_t bytes) {
+    if (bytes > 0) shape_.notes.push_back(counted(bytes, "byte follows", "bytes follow") + " the last point");
+  }
+
+  void add_notes() {
+    if (!unplaced_.rows.empty()) shape_.notes.push_back(unplaced_note(unplaced_.rows.size()));
+    if (not_finite_ > 0) {
+      shape_.notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
+                                     "attribute values are not finite and are read as 0"));
+    }
+    shape_.notes.emplace_back("has no faces and is read as a point cloud");
+  }
+
+  static constexpr std::size_t kNone = ~std::size_t{0};
+
+  ShapeFile& shape_;
+  const std::string& name_;
+  Layout layout_;
+  Unplaced unplaced_;
+  std::vector<std::size_t> attribute_;  // of each field
+  std::size_t not_finite_ = 0;
+};
+
+// The numbers that may differ, row by row of the file.
+class Moved {
+ public:
+  Moved(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals)
+      : source_(source), layout_(layout_of<Layout>(source)), positions_(positions), normals_(normals) {
+    if (!normals.empty()) old_normals_ = vertex_normals_of(source);
+  }
+
+  // Calls visit(row, field, old value, new value) for each coordinate and component of a normal of points with a place.
+  template <class Visit>
+  void for_each(Visit visit) const {
+    std::size_t point = 0;
+    for (std::size_t row = 0; row < layout_.points; ++row) {
+      if (row - point < layout_.unplaced.size() && layout_.unplaced[row - point] == row) continue;
+      for (const Field& field : layout_.fields) {
+        if (field.role == Role::position) {
+          visit(row, field, source_.mesh.positions[point][field.axis], positions_[point][field.axis]);
+        } else if (field.role == Role::normal && !normals_.empty()) {
+          visit(row, field, old_normals_[point][field.axis], normals_[point][field.axis]);
+        }
+      }
+      ++point;
+    }
+  }
+
+ private:
+  const ShapeFile& source_;
+  const Layout& layout_;
+  std::span<const Vec3d> positions_;
+  std::span<const Vec3d> normals_;
+  std::vector<Vec3d> old_normals_;
+};
+
+std::string rewrite_binary(const ShapeFile& source, const Moved& moved) {
+  const Layout& layout = layout_of<Layout>(source);
+  std::string bytes = source.bytes;
+  moved.for_each([&](std::size_t row, const Field& field, double from, double to) {
+    if (from == to) return;
+    if (field.type == StoredType::float32 && !fits_float(to)) {
+      throw InvalidInput("point " + std::to_string(row) +
+                         " has moved to coordinates beyond the range of float, the file's type; write another format");
+    }
+    std::string number;
+    append_binary(number, field.type, to, kSwapped);
+    bytes.replace(layout.body_begin + row * layout.row_size + field.offset, number.size(), number);
+  });
+  return bytes;
+}
+
+// The words of a text, each in turn.
+class Walk {
+ public:
+  explicit Walk(const ShapeFile& source)
+      : row_size_(layout_of<Layout>(source).row_size),
+        text_(source.bytes, source.format, layout_of<Layout>(source).body_begin) {}
+
+  // That word of that row; later than the one before.
+  std::string_view word(std::size_t row, std::size_t column) {
+    std::string_view word;
+    for (const std::size_t wanted = row * row_size_ + column + 1; taken_ < wanted; ++taken_) word = text_.next();
+    return word;
+  }
+
+ private:
+  std::size_t row_size_;
+  TextCursor text_;
+  std::size_t taken_ = 0;
+};
+
+}  // namespace
+
+ShapeFile parse(std::string bytes, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "pcd";
+  shape.bytes = std::move(bytes);
+  set_layout(shape, Reader(shape, name).run());
+  return shape;
+}
+
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options) {
+  const Moved moved(source, positions, normals);
+  if (!layout_of<Layout>(source).ascii) return rewrite_binary(source, moved);
+  Splice splice(source.bytes, options.decimals);
+  Walk walk(source);
+  moved.for_each([&](std::size_t row, const Field& field, double from, double to) {
+    const std::string_view word = walk.word(row, field.offset);
+    if (field.role == Role::position) {
+      splice.replace_coordinate(word, from, to);
+    } else {
+      splice.replace_component(word, from, to);
+    }
+  });
+  return splice.finish();
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  std::vector<std::string> losses;
+  for (const Field& field : layout.fields) {
+    const bool is_kept = field.role != Role::other || source.mesh.find_attribute(field.name) != nullptr;
+    if (!is_kept) losses.push_back("field '" + field.name + "' is left out");
+  }
+  if (!layout.unplaced.empty()) losses.push_back(unplaced_loss(layout.unplaced.size()));
+  return losses;
+}
+
+bool stores_floats(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const auto is_float = [](const Field& f) { return f.role == Role::position && f.type == StoredType::float32; };
+  return !layout.ascii && std::any_of(layout.fields.begin(), layout.fields.end(), is_float);
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  if (!layout_of<Layout>(source).ascii) return;
+  Walk walk(source);
+  Moved(source, source.mesh.positions, {}).for_each([&](std::size_t row, const Field& field, double, double) {
+    visit(walk.word(row, field.offset));
+  });
+}
+
+}  // namespace knead::io_detail::pcd
