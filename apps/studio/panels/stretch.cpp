@@ -15,7 +15,7 @@ namespace {
 constexpr int kPlain = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
                        ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
 
-ImU32 colour_of(const render::Color& c) { return ImGui::GetColorU32(ImVec4{c.r, c.g, c.b, c.a}); }
+ImU32 colour_of(const render::Color& c) { return ImGui::GetColorU32(ImVec4{c.red, c.green, c.blue, c.alpha}); }
 
 void draw_ramp(const Gui& gui) {
   const ImVec2 corner = ImGui::GetCursorScreenPos();
