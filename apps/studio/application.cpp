@@ -2,24 +2,21 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <memory>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "knead/io/atomic_file.h"
 #include "knead/render/live_view.h"
-#include "panels/dialogs.h"
-#include "panels/panels.h"
+#include "panels/interface.h"
 #include "platform/gui.h"
+#include "platform/gui_backend.h"
 #include "platform/window.h"
 #include "studio.h"
 #include "view/overlay.h"
@@ -50,26 +47,18 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
-bool may_repeat(Action action) {
-  switch (action) {
-    case Action::undo:
-    case Action::redo:
-    case Action::larger:
-    case Action::smaller:
-    case Action::rounder:
-    case Action::sharper:
-      return true;
-    default:
-      return false;
-  }
-}
-
 // A window with all that is drawn in it.
 class Application {
  public:
   explicit Application(Studio& studio)
-      : window_("Knead Studio", kWidth, kHeight), studio_(studio), gui_(window_, studio.preferences().interface_scale) {
-    dialogs_.is_recovery_open = !studio_.abandoned().empty();
+      : window_("Knead Studio", kWidth, kHeight),
+        studio_(studio),
+        gui_(window_.scale() * studio.preferences().interface_scale),
+        backend_(window_),
+        interface_(studio, gui_,
+                   {[this] { window_.toggle_full_screen(); },
+                    [this](const std::filesystem::path& path) { write_picture(path); }}) {
+    interface_.set_size(window_.width(), window_.height());
   }
   ~Application() { studio_.set_hit_test({}); }
   Application(const Application&) = delete;
@@ -77,7 +66,7 @@ class Application {
 
   // Until the person quits, or the driver has lost what is drawn: false.
   bool run() {
-    while (!has_ended_) {
+    while (!interface_.has_ended()) {
       if (view_.is_lost()) return false;
       const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
       studio_.refresh();
@@ -89,7 +78,7 @@ class Application {
       }
       const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
       if (has_settled) studio_.remember_look();
-      if (has_settled && messages_.messages.empty() && samples_ == 0 && !studio_.turntable()) {
+      if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.turntable()) {
         last_frame_.reset();
         continue;
       }
@@ -104,47 +93,25 @@ class Application {
  private:
   void draw_frame(const std::vector<Event>& events) {
     const Clock::time_point began = Clock::now();
+    backend_.begin_frame();
     gui_.begin_frame();
-    studio_.set_pointer_over_view(!gui_.has_pointer());
-    for (const Event& event : gui_.for_the_view(events)) {
-      if (!is_asking(dialogs_)) send(event);
-      answer();
+    interface_.handle(events);
+    if (window_.is_closing()) {
+      window_.set_closing(false);
+      interface_.close();
     }
     wait_for_step();
     studio_.refresh();
-    draw_panels();
-    answer();
+    interface_.draw(times_, {overlay_.knows_stretch(), estimate_.update(studio_)});
     draw_picture();
     studio_.step_turntable([this](const std::filesystem::path& path) { write_view(path); });
     gui_.end_frame();
+    backend_.draw();
     times_.drawing = seconds_between(began, Clock::now());
     window_.show();
     note_time();
     set_title();
     quality_.note(times_.drawing, samples_);
-  }
-
-  void send(const Event& event) {
-    try {
-      if (const auto* files = std::get_if<FilesDropped>(&event)) {
-        do_or_ask(studio_, dialogs_, [this, dropped = *files] { studio_.handle(dropped); });
-      } else if (!is_idle_repeat(event)) {
-        studio_.handle(event);
-      }
-    } catch (const std::exception& error) {
-      studio_.tell({true, error.what()});
-    }
-  }
-
-  // A key that is held goes on being told; most actions are meant once.
-  bool is_idle_repeat(const Event& event) {
-    const auto* key = std::get_if<KeyChanged>(&event);
-    if (key == nullptr) return false;
-    if (!key->down) return held_.erase(key->key) == 0;
-    const bool is_first = held_.insert(key->key).second;
-    if (is_first) return false;
-    const std::optional<Action> action = action_of(studio_.preferences().keys, {key->key, key->modifiers});
-    return !action || !may_repeat(*action);
   }
 
   // Gives a quick step of a drag the time to be in this very picture.
@@ -157,36 +124,6 @@ class Application {
     }
   }
 
-  void answer() {
-    if (const auto action = studio_.take_request()) {
-      if (*action == Action::full_screen) {
-        window_.toggle_full_screen();
-      } else if (*action == Action::quit) {
-        window_.set_closing(true);
-      } else {
-        answer_request(studio_, dialogs_, *action);
-      }
-    }
-    if (!window_.is_closing()) return;
-    window_.set_closing(false);
-    do_or_ask(studio_, dialogs_, [this] { has_ended_ = true; });
-  }
-
-  void draw_panels() {
-    draw_numbers(studio_, gui_);
-    draw_menus(studio_, dialogs_);
-    draw_status(studio_, gui_);
-    if (studio_.view().panels) {
-      draw_tool_bar(studio_, gui_);
-      draw_side_panel(studio_, gui_, editor_);
-    }
-    if (studio_.view().statistics) draw_statistics(studio_, gui_, times_);
-    if (studio_.view().help) draw_help(studio_, gui_);
-    draw_stretch(studio_, gui_, {overlay_.knows_stretch(), estimate_.update(studio_)});
-    draw_messages(studio_, gui_, messages_);
-    draw_dialogs(studio_, dialogs_, gui_, [this](const std::filesystem::path& path) { write_picture(path); });
-  }
-
   // Starts or ends the use of the GPU, as chosen.
   void choose_mover() {
     const bool wanted = studio_.preferences().backend == BackendChoice::gpu;
@@ -197,8 +134,10 @@ class Application {
       const GpuPreview& gpu = *shape_.gpu();
       times_.mover = gpu.description();
       studio_.set_hit_test([this](const Ray& ray) { return hit_on_gpu(ray); });
-      studio_.tell({false, fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
-                                       gpu.is_software() ? " It is emulated in software, so the CPU is faster." : "")});
+      studio_.tell({false,
+                    fmt::format("The GPU {} now moves the shape during a drag.{}", times_.mover,
+                                gpu.is_software() ? " It is emulated in software, so the CPU is faster." : ""),
+                    Subject::gpu});
     } catch (const std::exception& error) {
       give_up_gpu(error);
     }
@@ -216,7 +155,7 @@ class Application {
     try {
       return shape_.gpu()->hit(ray);
     } catch (const std::exception& error) {
-      studio_.tell({true, error.what()});
+      studio_.tell({true, error.what(), Subject::gpu});
       return std::nullopt;
     }
   }
@@ -224,7 +163,7 @@ class Application {
   void give_up_gpu(const std::exception& error) {
     leave_gpu();
     studio_.preferences().backend = BackendChoice::cpu;
-    studio_.tell({true, fmt::format("Studio continues on the CPU: {}.", error.what())});
+    studio_.tell({true, fmt::format("Studio continues on the CPU: {}.", error.what()), Subject::gpu});
   }
 
   bool follow_shape() {
@@ -272,11 +211,12 @@ class Application {
   }
 
   void write_picture(const std::filesystem::path& path) {
+    studio_.withdraw(Subject::picture);
     try {
       write_view(path);
       studio_.tell({false, fmt::format("Wrote {}.", path.filename().string())});
     } catch (const std::exception& error) {
-      studio_.tell({true, error.what()});
+      studio_.tell({true, error.what(), Subject::picture});
     }
   }
 
@@ -301,16 +241,14 @@ class Application {
   Window window_;
   Studio& studio_;
   Gui gui_;
+  GuiBackend backend_;
+  Interface interface_;
   render::LiveView view_;
   Overlay overlay_;
   StretchEstimate estimate_;
   ShownShape shape_;
   std::uint64_t reads_before_ = 0;
-  Dialogs dialogs_;
-  HistoryEditor editor_;
-  Messages messages_;
   FrameTimes times_;
-  std::set<std::string> held_;
   std::string title_;
   std::uint64_t drawn_version_ = 0;
   Clock::time_point last_active_ = Clock::now();
@@ -318,7 +256,6 @@ class Application {
   std::optional<Clock::time_point> last_frame_;
   PictureQuality quality_;
   int samples_ = 0;  // of the last picture, as LiveScene::samples
-  bool has_ended_ = false;
 };
 
 // What other runs left behind and nobody misses.

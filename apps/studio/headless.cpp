@@ -47,6 +47,7 @@ bool run_headless(std::istream& script, const std::string& name, const StudioOpt
   bool is_fine = true;
   const auto print_notices = [&] {
     for (const Notice& notice : studio.take_notices()) {
+      if (notice.text.empty()) continue;
       fmt::print(stderr, "{}: {}\n", notice.is_error ? "error" : "note", notice.text);
       is_fine = is_fine && !notice.is_error;
     }

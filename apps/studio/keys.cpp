@@ -26,7 +26,10 @@ const std::vector<ActionInfo> kFixedActions{
     {save, "save", "Save", "File", {"Ctrl+S"}},
     {save_as, "save_as", "Save as...", "File", {"Ctrl+Shift+S"}},
     {export_shape, "export", "Export...", "File", {"Ctrl+E"}},
+    {export_frames, "export_frames", "Export frames...", "File", {"Ctrl+Shift+E"}},
     {picture, "picture", "Picture...", "File", {"F12"}},
+    {stamp_file, "stamp_file", "Stamp from a file...", "File", {"Ctrl+Shift+T"}},
+    {recover, "recover", "Recover unsaved work...", "File", {"Ctrl+Shift+O"}},
     {quit, "quit", "Quit", "File", {"Ctrl+Q"}},
     {undo, "undo", "Undo", "Edit", {"Ctrl+Z"}},
     {redo, "redo", "Redo", "Edit", {"Ctrl+Shift+Z", "Ctrl+Y"}},
@@ -75,7 +78,9 @@ const std::vector<ActionInfo> kFixedActions{
     {panels, "panels", "Panels", "Window", {"Tab"}},
     {history, "history", "History", "Window", {"L"}},
     {statistics, "statistics", "Statistics", "Window", {"T"}},
+    {tool_labels, "tool_labels", "Names of the tools", "Window", {"Shift+T"}},
     {full_screen, "full_screen", "Full screen", "Window", {"F11"}},
+    {search, "search", "Search commands...", "Window", {"F3"}},
 };
 
 // All, in the order of Action.

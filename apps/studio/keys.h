@@ -18,7 +18,10 @@ enum class Action {
   save,
   save_as,
   export_shape,
+  export_frames,
   picture,
+  stamp_file,
+  recover,
   quit,
   undo,
   redo,
@@ -67,7 +70,9 @@ enum class Action {
   panels,
   history,
   statistics,
+  tool_labels,
   full_screen,
+  search,
   first_tool,  // this and those that follow choose a tool, in the order of studio_tools()
 };
 

@@ -41,8 +41,8 @@ class StudioLayers : public StudioTest {
                     R"(]}
 {"move": [)" + at(from + by * 0.5) +
                     R"(]}
-{"move": [)" + at(from + by) + "]}\n" +
-                    (is_kept ? R"({"release": [)" + at(from + by) + "]}" : R"({"key": "Escape"})"));
+{"move": [)" + at(from + by) +
+                    "]}\n" + (is_kept ? R"({"release": [)" + at(from + by) + "]}" : R"({"key": "Escape"})"));
   }
 
  private:

@@ -22,7 +22,7 @@ constexpr const char* kHelp =
     "deformed, after the strokes of the session. H shows the keys.\n"
     "\n"
     "--backend gpu: the GPU moves the shape during a drag (View > Deform on).\n"
-    "--script needs no display: it does what the lines of FILE say, as a hand would do it (- is standard input;\n"
+    "--script needs no display: it does what the lines of FILE say, as a person would (- is standard input;\n"
     "docs/studio.md has the lines).\n";
 
 int fail(int code, const char* message) {

@@ -93,16 +93,19 @@ class Reader {
         read_color(key, value, loaded_.preferences.outer_ring);
       } else if (key == "inner_ring") {
         read_color(key, value, loaded_.preferences.inner_ring);
+      } else if (key == "panels") {
+        read_panels(value);
       } else if (key == "interface_scale") {
         read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
       } else if (key == "undo_memory_mb") {
         read_number(key, value, {0, kMostUndoMemory}, loaded_.preferences.undo_memory_mb);
       } else if (!read_look(key, value)) {
-        complain(
-            fmt::format("\"{}\" is not known; known are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-                        "inner_ring, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, background, projection and "
-                        "field_of_view_deg",
-                        key));
+        complain(fmt::format(
+            "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
+            "inner_ring, panels, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, background, "
+            "projection and "
+            "field_of_view_deg",
+            key));
       }
     }
   }
@@ -125,6 +128,28 @@ class Reader {
     if (!color)
       return complain(fmt::format("\"{}\" must be a colour such as \"#0073b3\", got {}", key, to_text(value)));
     target = *color;
+  }
+
+  void read_panels(const Json& value) {
+    if (!value.is_object()) return complain("\"panels\" must be an object, as in {\"width\": 360}");
+    PanelState& panels = loaded_.preferences.panels;
+    for (const auto& [key, each] : value.members()) {
+      bool* const flag = key == "shown"     ? &panels.shown
+                         : key == "history" ? &panels.history
+                         : key == "labels"  ? &panels.labels
+                                            : nullptr;
+      if (flag != nullptr && each.is_flag()) {
+        *flag = each.flag();
+      } else if (key == "width" && each.is_number() && each.number() > 0) {
+        panels.width = each.number();
+      } else if (key == "closed" && each.is_array()) {
+        for (const Json& part : each.items()) {
+          if (part.is_text()) panels.closed.push_back(part.text());
+        }
+      } else {
+        complain(fmt::format("panels: \"{}\" cannot be {}", key, to_text(each)));
+      }
+    }
   }
 
   void read_number(const std::string& key, const Json& value, std::pair<double, double> limits, double& target) {
@@ -196,6 +221,26 @@ class Reader {
 
 }  // namespace
 
+namespace {
+
+// What differs from the defaults; nothing if all is as by default.
+std::optional<Json> json_of(const PanelState& panels) {
+  const PanelState usual;
+  if (panels == usual) return std::nullopt;
+  Json json = Json::object();
+  if (panels.shown != usual.shown) json.set("shown", panels.shown);
+  if (panels.history != usual.history) json.set("history", panels.history);
+  if (panels.labels != usual.labels) json.set("labels", panels.labels);
+  if (panels.width != usual.width) json.set("width", panels.width);
+  if (panels.closed.empty()) return json;
+  Json closed = Json::array();
+  for (const std::string& part : panels.closed) closed.push_back(part);
+  json.set("closed", std::move(closed));
+  return json;
+}
+
+}  // namespace
+
 fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", ".config"); }
 
 fs::path state_folder() { return folder_of("XDG_STATE_HOME", ".local/state"); }
@@ -238,6 +283,7 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
                  std::string(kPressures[static_cast<std::size_t>(preferences.pressure)])),
           member("outer_ring", preferences.outer_ring, plain.outer_ring, text_of(preferences.outer_ring)),
           member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
+          {"panels", json_of(preferences.panels)},
           member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
           member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
           member("shading", look.material, plain.look.material,

@@ -24,6 +24,17 @@ enum class BackendChoice { cpu, gpu };
 enum class LengthUnit { none, millimetre, centimetre, metre };
 const char* text_of(LengthUnit unit);  // "", "mm", "cm", "m"
 
+// How the panels were left.
+struct PanelState {
+  bool shown = true;
+  bool history = true;
+  bool labels = false;              // names beside the icons of the tool bar
+  double width = 308;               // of the side panel, in points
+  std::vector<std::string> closed;  // parts of the side panel that are folded
+
+  friend bool operator==(const PanelState&, const PanelState&) = default;
+};
+
 struct Preferences {
   KeyMap keys = default_keys();
   NavigationPreset navigation = NavigationPreset::blender;
@@ -34,6 +45,7 @@ struct Preferences {
   // Of the rings at the cursor. The defaults are colours that people who see few colours tell apart.
   render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
   render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
+  PanelState panels;
   Look look;
   double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
   double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again

@@ -104,6 +104,22 @@ TEST_F(PreferencesTest, SavingKeepsWhatAPersonWrote) {
   EXPECT_EQ(load_preferences(folder_ / "new" / "folder").preferences.navigation, NavigationPreset::maya);
 }
 
+TEST_F(PreferencesTest, PanelsComeBackAsTheyWereLeft) {
+  Preferences preferences;
+  preferences.panels = {false, false, true, 412.5, {"view", "history"}};
+  save_preferences(folder_, preferences);
+  const LoadedPreferences loaded = load_preferences(folder_);
+  EXPECT_TRUE(loaded.messages.empty());
+  EXPECT_EQ(loaded.preferences.panels, preferences.panels);
+  save_preferences(folder_, {});
+  EXPECT_EQ(file_bytes(folder_ / "studio.json").find("panels"), std::string::npos) << "as by default";
+  const LoadedPreferences odd = load(R"({"panels": {"width": -3, "shown": "no", "labels": true, "colour": 1}})");
+  EXPECT_EQ(odd.messages.size(), 3U);
+  EXPECT_EQ(odd.preferences.panels.width, PanelState{}.width);
+  EXPECT_TRUE(odd.preferences.panels.labels);
+  EXPECT_EQ(load(R"({"panels": 3})").messages.size(), 1U);
+}
+
 TEST_F(PreferencesTest, RecentFilesStandOnceTheLatestFirst) {
   std::vector<fs::path> recent;
   for (std::size_t i = 0; i < kMostRecent + 3; ++i) {

@@ -267,6 +267,7 @@ class Script {
       view.pitch = value.number() * std::numbers::pi / 180;
     } else if (key == "target") {
       view.target = vector_of(value);
+      studio_.navigation().home.reset();
     } else if (key == "height") {
       view.height = value.number();
     } else if (key == "projection") {

@@ -50,6 +50,10 @@ Studio::Studio(StudioOptions options)
   document_.limit_undo_memory(static_cast<std::size_t>(preferences_.undo_memory_mb * 1e6));
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
+  saved_panels_ = preferences_.panels;
+  view_.panels = saved_panels_.shown;
+  view_.history = saved_panels_.history;
+  view_.tool_labels = saved_panels_.labels;
   navigation_.view.projection = preferences_.look.projection;
   navigation_.view.field_of_view_deg = preferences_.look.field_of_view_deg;
   view_.look = preferences_.look;
@@ -59,8 +63,30 @@ Studio::Studio(StudioOptions options)
 
 Studio::~Studio() { worker_.reset(); }
 
+void Studio::save_preferences() {
+  withdraw(Subject::preferences);
+  try {
+    studio::save_preferences(options_.config, preferences_);
+  } catch (const IoError& error) {
+    tell({true, error.what(), Subject::preferences});
+  }
+}
+
+void Studio::remember_panels() {
+  PanelState now = preferences_.panels;
+  now.shown = view_.panels;
+  now.history = view_.history;
+  now.labels = view_.tool_labels;
+  if (now == saved_panels_) return;
+  preferences_.panels = saved_panels_ = std::move(now);
+  save_preferences();
+}
+
 void Studio::tell(Notice notice) {
   const std::lock_guard lock(mailbox_.mutex);
+  const bool withdraws = !notice.is_error && mailbox_.troubled.erase(notice.subject) > 0;
+  if (notice.text.empty() && !withdraws) return;
+  if (notice.is_error && notice.subject != Subject::other) mailbox_.troubled.insert(notice.subject);
   mailbox_.notices.push_back(std::move(notice));
 }
 
@@ -147,7 +173,8 @@ const PendingStrokes* Studio::pending() const {
 void Studio::frame_all() {
   if (shown_.opened == 0) return;
   const Box box = bounding_box(shown_.state.positions.copy());
-  navigation_.view = framed(navigation_.view, box, static_cast<double>(navigation_.width) / navigation_.height);
+  navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
+  navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }
 
 void Studio::handle(const Event& event) {
@@ -224,7 +251,8 @@ void Studio::begin() {
     pending_ = PendingStrokes{shown_.state, {}};
     ended_strokes_.clear();
   }
-  if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble});
+  withdraw(Subject::gesture);
+  if (gesture_ && !gesture_->trouble.empty()) tell({true, gesture_->trouble, Subject::gesture});
   if (settings_.tool->use == ToolUse::stamp && !placed_.stamp) use_stamp(ShapeKind::sphere);
   send_live();
 }
@@ -301,8 +329,7 @@ void Studio::find_barrel(bool may_turn) {
   const bool bends = turning.axis == &Placement::x;
   const auto find = [this, placement, bends, may_turn, settings = settings_](Progress& progress) {
     try {
-      Placement found =
-          settings.uses_barrel ? document_.with_barrel(placement, bends, may_turn, progress) : placement;
+      Placement found = settings.uses_barrel ? document_.with_barrel(placement, bends, may_turn, progress) : placement;
       found.profile = document_.profile(settings, found);
       const std::lock_guard lock(mailbox_.mutex);
       mailbox_.barrel = {placement, found};
@@ -391,6 +418,7 @@ void Studio::remesh_last() {
 
 void Studio::set_stamp(const std::function<StampShape()>& make) {
   const auto load = [this, make](Progress& progress) {
+    withdraw(Subject::stamp);
     try {
       StampShape stamp = make();
       stop_if_cancelled(&progress);
@@ -399,7 +427,7 @@ void Studio::set_stamp(const std::function<StampShape()>& make) {
     } catch (const Cancelled&) {
       tell({false, "The stamp was not loaded."});
     } catch (const std::exception& error) {
-      tell({true, error.what()});
+      tell({true, error.what(), Subject::stamp});
     }
   };
   post(load, "Loading the stamp");

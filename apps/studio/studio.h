@@ -9,6 +9,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,7 @@ struct ViewSettings {
   Vec3d cut_normal{1, 0, 0};
   double cut_offset = 0;  // from the middle of the shape as it was opened, along the normal
   bool panels = true;
+  bool tool_labels = false;  // names beside the icons of the tool bar
   bool history = true;
   bool statistics = false;
   bool help = false;
@@ -92,6 +94,8 @@ class Studio {
   std::optional<Action> take_request() { return std::exchange(request_, std::nullopt); }
   std::vector<Notice> take_notices();
   void tell(Notice notice);
+  // Withdraws the errors about it.
+  void withdraw(Subject subject) { tell({false, {}, subject}); }
 
   // Files. By its extension: a session (.knead) or a shape.
   void open(const std::filesystem::path& path);
@@ -153,6 +157,10 @@ class Studio {
   Navigation& navigation() { return navigation_; }
   const Navigation& navigation() const { return navigation_; }
   Preferences& preferences() { return preferences_; }
+  // Writes the preferences to their file; a notice says if that failed.
+  void save_preferences();
+  // Writes them if panels are shown, hidden, resized or folded otherwise than when they were last written.
+  void remember_panels();
   const Preferences& preferences() const { return preferences_; }
   std::vector<Reference>& references() { return references_; }
   const std::vector<Reference>& references() const { return references_; }
@@ -256,6 +264,7 @@ class Studio {
 
   StudioOptions options_;
   Preferences preferences_;
+  PanelState saved_panels_;
   Navigation navigation_;
   ToolSettings settings_;
   ViewSettings view_;
@@ -292,6 +301,7 @@ class Studio {
     std::mutex mutex;
     DocumentState shown;
     std::vector<Notice> notices;
+    std::set<Subject> troubled;                             // of errors that were told and not withdrawn
     std::optional<std::pair<Placement, Placement>> barrel;  // as it was, and with its barrel
     std::optional<StampShape> stamp;
   };

@@ -144,7 +144,8 @@ bool Studio::perform_tool(Action action) {
 
 bool Studio::perform_view(Action action) {
   if (const auto side = side_of(action)) {
-    navigation_.view = seen_from(navigation_.view, *side);
+    const View& before = navigation_.view;
+    navigation_.view = keeping(navigation_.home.value_or(before.target), before, seen_from(before, *side));
     return true;
   }
   const auto toggle = [](bool& flag) {
@@ -180,6 +181,8 @@ bool Studio::perform_view(Action action) {
       return toggle(view_.history);
     case Action::statistics:
       return toggle(view_.statistics);
+    case Action::tool_labels:
+      return toggle(view_.tool_labels);
     case Action::shading:
       view_.look.material = static_cast<render::Material>((static_cast<int>(view_.look.material) + 1) % 3);
       return true;

@@ -36,7 +36,8 @@ void Studio::frame_stroke() {
   if (shown_.opened == 0 || shown_.history.empty()) return frame_all();
   const Box box = reach_of(shown_.history.back()->strokes);
   if (!(box.diagonal() > 0)) return frame_all();
-  navigation_.view = framed(navigation_.view, box, static_cast<double>(navigation_.width) / navigation_.height);
+  navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
+  navigation_.home = box.center();
 }
 
 // A drag that turns the view turns it about what the pointer is on.

@@ -8,9 +8,19 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/masks_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/navigation_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/preferences_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/search_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/words_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/layers_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/studio_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/studio_work_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view/stretch_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/document/stroke_fields_test.cpp
   LIBRARIES knead_studio_core fmt::fmt)
+target_compile_definitions(knead_studio_test PRIVATE KNEAD_SOURCES="${PROJECT_SOURCE_DIR}")
+
+if(TARGET knead_studio_panels)
+  knead_test(knead_studio_panels_test SOURCES
+    ${CMAKE_CURRENT_LIST_DIR}/panels/interface_test.cpp
+    ${CMAKE_CURRENT_LIST_DIR}/panels/layout_test.cpp
+    LIBRARIES knead_studio_panels)
+endif()

@@ -66,8 +66,8 @@ bool Studio::step_turntable(const std::function<void(const std::filesystem::path
 void Studio::stop_turntable() {
   if (!turntable_) return;
   if (turntable_->next < turntable_->pictures) {
-    tell({false, fmt::format("The recording was stopped after {} of {} pictures.", turntable_->next,
-                             turntable_->pictures)});
+    tell({false,
+          fmt::format("The recording was stopped after {} of {} pictures.", turntable_->next, turntable_->pictures)});
   }
   navigation_.view = turntable_->start;
   turntable_.reset();

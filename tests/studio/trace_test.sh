@@ -26,11 +26,11 @@ wait_for "the window" has_title "$(basename "$shape")"
 sleep 2
 before=$(journal_lines)
 # First some pictures with nothing to be done, in which a slow driver makes Studio draw more simply.
-for ((k = 0; k < 12; ++k)); do xdotool mousemove $((660 + k)) 460 sleep 0.2; done
-xdotool mousemove 700 500 sleep 0.5 mousedown 1 sleep 0.5
+for ((k = 0; k < 12; ++k)); do xdotool mousemove $((527 + k)) 459 sleep 0.2; done
+xdotool mousemove 565 497 sleep 0.5 mousedown 1 sleep 0.5
 for ((k = 1; k <= 12; ++k)); do # the next when the one before is done, however slow the machine is
   last=$(journal_lines)
-  xdotool mousemove $((700 + 5 * k)) $((500 + 3 * k)) sleep 0.3
+  xdotool mousemove $((565 + 5 * k)) $((497 + 3 * k)) sleep 0.3
   for ((i = 0; i < 100; ++i)); do
     if has_grown "$last"; then break; fi
     sleep 0.1

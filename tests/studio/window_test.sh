@@ -44,28 +44,28 @@ wait_for "the window" has_title 'hand.ply'
 sleep 1
 picture start
 
-# Of the hand as it is opened: the palm about (690, 570), the middle finger about (725, 300); nothing at (1000, 700).
+# Of the hand as it is opened: the palm about (556, 564), the middle finger about (589, 308); nothing at (1000, 700).
 xdotool key 6 sleep 2
-click 606 560
-use stamp 6 585 570 680 565
+click 476 554
+use stamp 6 456 564 546 559
 xdotool key Escape sleep 0.3
 for ((i = 0; i < 4; ++i)); do xdotool key bracketleft sleep 0.2; done
-use ball 1 700 600 730 620
-use capsule 2 680 540 690 515
-use paint 3 690 620 740 610
+use ball 1 565 592 593 611
+use capsule 2 546 535 556 512
+use paint 3 556 611 603 602
 xdotool key 4 sleep 0.3
-click 680 480
-use points 4 680 480 690 500
+click 546 478
+use points 4 546 478 556 497
 xdotool key Escape sleep 0.3 key 5 sleep 0.3
-drag 640 520 700 520
-use curve 5 670 520 670 535
+drag 508 516 565 516
+use curve 5 537 516 537 531
 xdotool key Escape sleep 0.3 key 7 sleep 0.3
-click 690 690
+click 556 678
 use rotate 7 1000 700 1040 700
 use stretch 8 1000 700 1040 700
 # From the front the ring finger goes upwards in the picture, so that the barrel is placed on it.
 xdotool key Escape sleep 0.3 key alt+1 sleep 0.6 key 0 sleep 0.3
-click 624 300
+click 493 308
 use bend 0 1000 700 1040 700
 use twist 9 1000 700 1040 700
 grep -q '"tool": "implicit"' "$work"/state/knead/journals/*/session.knead || die "no implicit stroke in the journal"

@@ -36,16 +36,17 @@ double seconds_since(std::chrono::steady_clock::time_point began) {
 
 Document::Document(DocumentOptions options) : options_(std::move(options)) {}
 
-bool Document::guarded(const std::function<void()>& work) const {
+bool Document::guarded(Subject subject, const std::function<void()>& work) const {
+  if (subject != Subject::other) options_.tell({false, {}, subject});
   try {
     work();
     return true;
   } catch (const Cancelled&) {
     options_.tell({false, "Stopped."});
   } catch (const std::bad_alloc&) {
-    options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape."});
+    options_.tell({true, "There is not enough memory. Close other programs or open a smaller shape.", subject});
   } catch (const std::exception& error) {
-    options_.tell({true, error.what()});
+    options_.tell({true, error.what(), subject});
   }
   return false;
 }
@@ -88,6 +89,9 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
     }
   }();
   close();
+  for (const Subject subject : {Subject::saving, Subject::exporting, Subject::strokes, Subject::gesture}) {
+    options_.tell({false, {}, subject});
+  }
   source_ = std::move(next);
   history_.emplace(std::move(history));
   history_->limit_memory(undo_memory_);
@@ -152,9 +156,10 @@ bool Document::take(const WorkResult& result, const char* what) {
 bool Document::tell_failure(const WorkResult& result, const char* what) const {
   if (result.is_done()) return true;
   if (!result.refusal.empty()) {
-    options_.tell({true, fmt::format("{}: {}", what, result.refusal)});
+    options_.tell({true, fmt::format("{}: {}", what, result.refusal), Subject::strokes});
   } else if (result.status == AdvectStatus::step_limit) {
-    options_.tell({true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what)});
+    options_.tell(
+        {true, fmt::format("{}: a point needs too many steps there; make the stroke weaker.", what), Subject::strokes});
   } else {
     options_.tell({false, fmt::format("{}: cancelled.", what)});
   }
@@ -189,8 +194,9 @@ void Document::tell_warnings(const HistoryEntry& entry) const {
 void Document::finish(Progress& progress) {
   ++shown_.ended;
   if (!history_) return;
-  if (!shown_.refusal.empty()) options_.tell({true, std::exchange(shown_.refusal, {})});
+  const std::string refusal = std::exchange(shown_.refusal, {});
   const bool is_told = guarded([&] {
+    if (!refusal.empty()) options_.tell({true, refusal, Subject::strokes});
     if (!history_->live().empty()) end_gesture(progress);
     show_state();
   });
@@ -360,7 +366,7 @@ void Document::count_thin_triangles() {
 void Document::when_idle(Progress& progress) {
   if (!history_) return;
   if (!picker_is_stale_ && history_->is_settled()) return measure_large_volume();
-  guarded([&] {
+  guarded(Subject::other, [&] {
     if (picker_is_stale_) get_ready();
     const bool was_settled = history_->is_settled();
     if (settle(progress) && !was_settled) get_ready();
@@ -379,7 +385,7 @@ void Document::get_ready() {
 
 void Document::count_crossings(Progress& progress) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::other, [&] {
     if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
     SelfIntersectionOptions options;

@@ -20,9 +20,13 @@
 
 namespace knead::studio {
 
+// What a notice is about. A new attempt at the same withdraws the errors about it.
+enum class Subject { other, opening, saving, exporting, strokes, gesture, stamp, picture, preferences, gpu };
+
 struct Notice {
   bool is_error = false;
-  std::string text;  // a sentence or two: what happened, what to do
+  std::string text;  // a sentence or two: what happened, what to do; empty: only withdraws errors
+  Subject subject = Subject::other;
 };
 
 // The entries of the history, each as its strokes, and a change of them (document/layers.h).
@@ -143,7 +147,8 @@ class Document {
   void measure_volume();
   void measure_large_volume();
   void count_thin_triangles();
-  bool guarded(const std::function<void()>& work) const;
+  bool guarded(Subject subject, const std::function<void()>& work) const;
+  bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
 
@@ -157,8 +162,8 @@ class Document {
   bool picker_is_stale_ = false;
   bool volume_is_stale_ = false;
   std::chrono::steady_clock::time_point measured_{};  // when the volume was measured last
-  bool is_dragging_layers_ = false;  // the last change of the history is a step of the drag
-  LineChange dragged_lines_;         // of its steps
+  bool is_dragging_layers_ = false;                   // the last change of the history is a step of the drag
+  LineChange dragged_lines_;                          // of its steps
   std::string view_to_recover_;
   std::size_t undo_memory_ = std::size_t{1} << 30;
 };

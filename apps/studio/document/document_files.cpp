@@ -90,7 +90,7 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
 }
 
 void Document::open_shape(const std::filesystem::path& path, Progress& progress) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     ShapeFile file = read_shape(path);
     stop_if_cancelled(&progress);
     open(std::move(file), path.filename().string(), path);
@@ -98,7 +98,7 @@ void Document::open_shape(const std::filesystem::path& path, Progress& progress)
 }
 
 void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
     open(made_shape(kind, vertices), "new " + name, {});
   });
@@ -124,7 +124,7 @@ void Document::append(Session session, Progress& progress) {
 }
 
 void Document::open_session(const std::filesystem::path& path, Progress& progress) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     Session session = read_session(path);
     const std::filesystem::path own = session.mesh ? path.parent_path() / *session.mesh : std::filesystem::path();
     const bool fits = history_ && history_->done().empty();
@@ -140,7 +140,7 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
 }
 
 void Document::recover(const std::filesystem::path& journal, Progress& progress) {
-  guarded([&] {
+  guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
     view_to_recover_ = text_of_file(journal / kViewFile);
     open(std::move(work.shape), work.title, {});
@@ -177,7 +177,7 @@ Session Document::to_session(const std::filesystem::path& path) const {
 
 void Document::save(const std::filesystem::path& path) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::saving, [&] {
     if (path.extension() != ".knead") {
       throw InvalidInput(path.string() + ": a session's file ends in .knead; to write the shape, use Export");
     }
@@ -205,7 +205,7 @@ void Document::save(const std::filesystem::path& path) {
 
 void Document::export_shape(const std::filesystem::path& path, bool as_double, Progress& progress) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::exporting, [&] {
     if (!settle(progress)) throw Cancelled();
     const ShapeState& state = history_->state();
     const bool is_remeshed = state.mesh != history_->base().mesh;
@@ -238,7 +238,7 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
 // PATTERN as "out_%04d.ply": evenly spaced moments of the whole history.
 void Document::export_frames(const std::filesystem::path& pattern, int frames, Progress& progress) {
   if (!history_) return;
-  guarded([&] {
+  guarded(Subject::exporting, [&] {
     const std::string text = pattern.string();
     const std::size_t at = text.find("%04d");
     if (at == std::string::npos) {

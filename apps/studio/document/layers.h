@@ -41,8 +41,8 @@ struct LayerEditor {
   std::size_t entries = 0;                     // of the history then
   std::vector<SessionStroke> strokes;
   std::vector<LayerPath> paths;  // of the strokes
-  std::string text;     // the same as lines of a session, as typed
-  std::string problem;  // why the text cannot be used; empty: it can
+  std::string text;              // the same as lines of a session, as typed
+  std::string problem;           // why the text cannot be used; empty: it can
 };
 
 // Selects an entry, or none. The strokes are those of the history.

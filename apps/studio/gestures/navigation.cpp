@@ -5,6 +5,8 @@
 #include <numbers>
 #include <variant>
 
+#include "gestures/screen.h"
+
 namespace knead::studio {
 
 namespace {
@@ -14,6 +16,10 @@ constexpr double kZoomPerStep = 1.15;
 constexpr double kZoomPerHeight = 8;  // of a drag over the whole height
 constexpr double kSmallestHeight = 1e-9;
 constexpr double kLargestHeight = 1e12;
+constexpr double kFramingMargin = 0.08;  // of the free part of the picture, at each side
+constexpr double kLeastFree = 0.25;      // of the picture
+constexpr int kFramingRounds = 12;       // each halves what is wrong, or better
+constexpr Box kUnitCube{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
 
 // The axes of the turntable.
 struct Turntable {
@@ -45,6 +51,27 @@ Axes axes_of(const View& view) {
 
 double distance_of(const View& view) { return view.height / (2 * std::tan(view.field_of_view_deg * kPi / 360)); }
 
+// The rectangle that a box fills in the picture, in pixels: its middle and its size.
+struct SeenBox {
+  double x;
+  double y;
+  double width;
+  double height;
+};
+
+// Nothing where a corner is behind the eye.
+std::optional<SeenBox> seen_box(const Screen& screen, const Box& box) {
+  Box seen;
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vec3d p{(corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
+                  (corner & 4) != 0 ? box.max.z : box.min.z};
+    const std::optional<Pixel> pixel = pixel_of(screen, p);
+    if (!pixel) return std::nullopt;
+    seen.extend({pixel->x, pixel->y, 0});
+  }
+  return SeenBox{seen.center().x, seen.center().y, seen.max.x - seen.min.x, seen.max.y - seen.min.y};
+}
+
 bool start_drag(Navigation& navigation, const ButtonChanged& event) {
   navigation.x = event.x;
   navigation.y = event.y;
@@ -70,7 +97,7 @@ bool move(Navigation& navigation, const PointerMoved& event) {
     case NavigationDrag::none:
       return false;
     case NavigationDrag::orbit:
-      view = orbited_about(view, navigation.pivot.value_or(view.target), dx, dy, height);
+      view = orbited_about(view, navigation.pivot.value_or(navigation.home.value_or(view.target)), dx, dy, height);
       break;
     case NavigationDrag::pan:
       view = panned(view, dx, dy, height);
@@ -138,13 +165,45 @@ View toggled_projection(const View& view) {
   return result;
 }
 
-View framed(const View& view, const Box& box, double aspect) {
+View framed(const View& view, const Box& box, const Picture& picture) {
+  const double width = picture.width;
+  const double height = picture.height;
+  const Margins& covered = picture.covered;
+  const double free_width = std::max<double>(width - covered.left - covered.right, kLeastFree * width);
+  const double free_height = std::max<double>(height - covered.top - covered.bottom, kLeastFree * height);
+  const double x = std::min(covered.left, picture.width) + 0.5 * free_width;
+  const double y = std::min(covered.top, picture.height) + 0.5 * free_height;
   const Axes axes = axes_of(view);
-  const render::FitOptions options{view.projection, view.field_of_view_deg, 0.08};
-  const render::Camera camera = render::fit_camera(box, -axes.back, camera_of(view).up, aspect, options);
+  const render::FitOptions options{view.projection, view.field_of_view_deg, kFramingMargin};
+  const render::Camera camera = render::fit_camera(box, -axes.back, camera_of(view).up, width / height, options);
   View result = view;
   result.target = camera.target;
   result.height = std::clamp(camera.height, kSmallestHeight, kLargestHeight);
+  // Perspective shows a box beside the middle of the picture at another size than in the middle.
+  for (int i = 0; i < kFramingRounds; ++i) {
+    const Screen screen{camera_of(result), picture.width, picture.height};
+    const std::optional<SeenBox> seen = seen_box(screen, box.empty() ? kUnitCube : box);
+    if (!seen) {
+      result.height = std::min(2 * result.height, kLargestHeight);
+      continue;
+    }
+    result = panned(result, x - seen->x, y - seen->y, height);
+    const double free = 1 - 2 * kFramingMargin;
+    const double grows = std::min(free * free_width / seen->width, free * free_height / seen->height);
+    if (std::isfinite(grows) && grows > 0) {
+      result = zoomed(result, grows, under_pointer(result, x, y, width, height));
+    }
+  }
+  return result;
+}
+
+View keeping(const Vec3d& point, const View& before, const View& after) {
+  const Vec3d from = before.target - point;
+  const Axes old = axes_of(before);
+  const Axes now = axes_of(after);
+  View result = after;
+  result.target =
+      point + now.right * dot(from, old.right) + now.up * dot(from, old.up) + now.back * dot(from, old.back);
   return result;
 }
 
@@ -156,13 +215,7 @@ View orbited(const View& view, double dx, double dy, double picture_height) {
 }
 
 View orbited_about(const View& view, const Vec3d& pivot, double dx, double dy, double picture_height) {
-  View result = orbited(view, dx, dy, picture_height);
-  const Axes before = axes_of(view);
-  const Axes after = axes_of(result);
-  const Vec3d d = view.target - pivot;
-  result.target =
-      pivot + after.right * dot(d, before.right) + after.up * dot(d, before.up) + after.back * dot(d, before.back);
-  return result;
+  return keeping(pivot, view, orbited(view, dx, dy, picture_height));
 }
 
 View panned(const View& view, double dx, double dy, double picture_height) {

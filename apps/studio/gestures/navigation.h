@@ -36,8 +36,29 @@ View seen_from(const View& view, StandardView side);
 
 View toggled_projection(const View& view);
 
-// The whole box in the middle of a picture with width / height = aspect. An empty box counts as the unit cube.
-View framed(const View& view, const Box& box, double aspect);
+// How much of the picture panels cover at each side, in pixels.
+struct Margins {
+  int left = 0;
+  int top = 0;
+  int right = 0;
+  int bottom = 0;
+
+  friend bool operator==(const Margins&, const Margins&) = default;
+};
+
+// A picture and its free part, between the panels.
+struct Picture {
+  int width = 1;  // pixels
+  int height = 1;
+  Margins covered{};
+};
+
+// Returns the view that shows the whole box in the middle of the free part of the picture, which has at least a quarter
+// of its width and height. An empty box counts as the unit cube.
+View framed(const View& view, const Box& box, const Picture& picture);
+
+// Returns `after` with its target moved so that the point is seen where `before` shows it. Both have the same height.
+View keeping(const Vec3d& point, const View& before, const View& after);
 
 // Turned by a drag of so many pixels: half a turn for the height of the picture.
 View orbited(const View& view, double dx, double dy, double picture_height);
@@ -67,11 +88,13 @@ struct Navigation {
   View view;
   int width = 1;  // of the picture, pixels
   int height = 1;
-  double x = 0;  // of the pointer
+  Margins covered{};
+  std::optional<Vec3d> home{};  // the middle of what was framed last
+  double x = 0;                 // of the pointer
   double y = 0;
   NavigationDrag drag = NavigationDrag::none;
   MouseButton button = MouseButton::left;  // that drags
-  std::optional<Vec3d> pivot{};            // that the view is turned about; without it the target
+  std::optional<Vec3d> pivot{};            // that the view is turned about; without it home, or the target
 };
 
 // Lets an event have its effect on the view. Returns whether it was about the view, and about nothing else: buttons and

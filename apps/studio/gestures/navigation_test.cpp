@@ -185,7 +185,7 @@ TEST_F(NavigationTest, FramingShowsTheWholeBoxAndNotMuchMore) {
       const double y = 5 * number();
       box.extend({x, y, 5 * number()});
     }
-    const View view = framed(random_view(random_), box, kWidth / kHeight);
+    const View view = framed(random_view(random_), box, {800, 600});
     double nearest = kWidth;  // to the rim of the picture
     for (int k = 0; k < 8; ++k) {
       const Vec3d corner{(k & 1) != 0 ? box.min.x : box.max.x, (k & 2) != 0 ? box.min.y : box.max.y,
@@ -196,7 +196,46 @@ TEST_F(NavigationTest, FramingShowsTheWholeBoxAndNotMuchMore) {
     EXPECT_GT(nearest, 0);
     EXPECT_LT(nearest, 0.25 * kHeight);
   }
-  EXPECT_GT(framed({}, {}, 1).height, 0);
+  EXPECT_GT(framed({}, {}, {}).height, 0);
+}
+
+TEST_F(NavigationTest, FramingKeepsOutOfWhatPanelsCover) {
+  const Picture picture{800, 600, {60, 30, 320, 25}};
+  for (int i = 0; i < 200; ++i) {
+    Box box;
+    for (int k = 0; k < 3; ++k) {
+      const double x = 5 * number();
+      const double y = 5 * number();
+      box.extend({x, y, 5 * number()});
+    }
+    const View view = framed(random_view(random_), box, picture);
+    Box filled;
+    for (int k = 0; k < 8; ++k) {
+      const Vec3d corner{(k & 1) != 0 ? box.min.x : box.max.x, (k & 2) != 0 ? box.min.y : box.max.y,
+                         (k & 4) != 0 ? box.min.z : box.max.z};
+      const auto [x, y] = seen(view, corner);
+      filled.extend({x, y, 0});
+    }
+    EXPECT_GT(filled.min.x, 60);
+    EXPECT_LT(filled.max.x, 800 - 320);
+    EXPECT_GT(filled.min.y, 30);
+    EXPECT_LT(filled.max.y, 600 - 25);
+    EXPECT_NEAR(filled.center().x, 60 + 0.5 * 420, 2);
+    EXPECT_NEAR(filled.center().y, 30 + 0.5 * 545, 2);
+    const double fills = std::max((filled.max.x - filled.min.x) / 420, (filled.max.y - filled.min.y) / 545);
+    EXPECT_NEAR(fills, 0.84, 0.01) << "8% stay free at each side";
+  }
+}
+
+TEST_F(NavigationTest, WhatIsTurnedAboutStaysWhereItIsSeen) {
+  for (int i = 0; i < 200; ++i) {
+    const View view = random_view(random_);
+    const Vec3d pivot = view.target + Vec3d{0.1, 0.2, -0.15};
+    const auto before = seen(view, pivot);
+    const auto after = seen(keeping(pivot, view, orbited(view, 300 * number(), 300 * number(), kHeight)), pivot);
+    EXPECT_NEAR(after[0], before[0], 1e-8);
+    EXPECT_NEAR(after[1], before[1], 1e-8);
+  }
 }
 
 TEST_F(NavigationTest, PresetsSayWhatAButtonDoes) {

@@ -65,9 +65,9 @@ void draw_new_shape(Studio& studio, Dialogs& dialogs) {
 
 std::string description_of(const AbandonedJournal& journal) {
   const std::time_t changed = std::chrono::system_clock::to_time_t(journal.changed);
-  return fmt::format("{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
-                     journal.entries == 1 ? "1 entry of the history"
-                                          : fmt::format("{} entries of the history", journal.entries));
+  return fmt::format(
+      "{}: {}, {}", fmt::format("{:%d %b %H:%M}", fmt::localtime(changed)), journal.title,
+      journal.entries == 1 ? "1 entry of the history" : fmt::format("{} entries of the history", journal.entries));
 }
 
 // Returns the journal that is to be opened.
@@ -92,8 +92,8 @@ std::optional<fs::path> draw_journal(Studio& studio, Dialogs& dialogs, const Aba
 }
 
 void draw_recovery(Studio& studio, Dialogs& dialogs) {
-  if (!begin_question("Unsaved work")) return;
-  ImGui::TextUnformatted("Studio ended unexpectedly. Its work is still there:");
+  if (!begin_question("Recover unsaved work")) return;
+  ImGui::TextUnformatted("Studio ended unexpectedly. This work was not saved:");
   ImGui::Separator();
   std::optional<fs::path> chosen;
   const std::vector<AbandonedJournal> journals = studio.abandoned();
@@ -104,7 +104,7 @@ void draw_recovery(Studio& studio, Dialogs& dialogs) {
   if (enter_pressed() && !journals.empty() && journals.front().problem.empty()) chosen = journals.front().folder;
   if (ImGui::Button("Later") || escape_pressed() || studio.abandoned().empty()) dialogs.is_recovery_open = false;
   ImGui::SameLine();
-  ImGui::TextDisabled("File > Recover... opens this dialog again.");
+  ImGui::TextDisabled("File > Recover unsaved work... opens this dialog again.");
   if (chosen) {
     dialogs.is_recovery_open = false;
     do_or_ask(studio, dialogs, [&studio, folder = *chosen] { studio.recover(folder); });
@@ -163,8 +163,21 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::export_shape:
       ask_for_file(FileUse::export_shape);
       return true;
+    case Action::export_frames:
+      ask_for_file(FileUse::export_frames);
+      return true;
     case Action::picture:
       ask_for_file(FileUse::picture);
+      return true;
+    case Action::stamp_file:
+      ask_for_file(FileUse::stamp);
+      return true;
+    case Action::recover:
+      dialogs.is_recovery_open = !studio.abandoned().empty();
+      if (!dialogs.is_recovery_open) studio.tell({false, "There is no unsaved work to recover."});
+      return true;
+    case Action::search:
+      dialogs.search.is_open = true;
       return true;
     default:
       return false;
@@ -202,6 +215,7 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         break;
     }
   }
+  draw_search(studio, gui, dialogs.search);
   if (dialogs.is_new_shape_open) draw_new_shape(studio, dialogs);
   if (dialogs.is_recovery_open) draw_recovery(studio, dialogs);
   if (dialogs.pending && dialogs.is_saving) {

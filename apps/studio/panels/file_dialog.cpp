@@ -183,7 +183,8 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
-  if (is_counted(dialog.use)) ImGui::SliderInt(dialog.use == FileUse::turntable ? "Pictures" : "Frames", &dialog.frames, 2, 600);
+  if (is_counted(dialog.use))
+    ImGui::SliderInt(dialog.use == FileUse::turntable ? "Pictures" : "Frames", &dialog.frames, 2, 600);
   std::optional<fs::path> result;
   if (draw_choice(dialog, chosen)) {
     result = chosen_path(dialog);

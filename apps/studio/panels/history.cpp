@@ -102,8 +102,8 @@ void draw_past_banner(Studio& studio) {
 void draw_renaming(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   ImGui::SetNextItemWidth(-1);
   if (std::exchange(editor.is_beginning, false)) ImGui::SetKeyboardFocusHere();
-  const bool is_entered =
-      ImGui::InputText("##name", &editor.name, ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
+  const bool is_entered = ImGui::InputText("##name", &editor.name,
+                                           ImGuiInputTextFlags_EnterReturnsTrue | ImGuiInputTextFlags_AutoSelectAll);
   if (!is_entered && !ImGui::IsItemDeactivated()) return;
   const bool is_given_up = !is_entered && escape_pressed();
   editor.renaming.reset();

@@ -3,7 +3,6 @@
 
 #include <array>
 
-#include "knead/math/error.h"
 #include "panels/dialogs.h"
 #include "panels/panels.h"
 
@@ -31,35 +30,23 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::new_shape);
   item(studio, Action::open);
   draw_recent(studio, dialogs);
-  if (ImGui::MenuItem("Recover...", nullptr, false, !studio.abandoned().empty())) dialogs.is_recovery_open = true;
+  item(studio, Action::recover, false, !studio.abandoned().empty());
   ImGui::Separator();
   item(studio, Action::save, false, open);
   item(studio, Action::save_as, false, open);
   item(studio, Action::export_shape, false, open);
-  if (ImGui::MenuItem("Export frames...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::export_frames, studio.shown().shape_path);
-  }
+  item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
   if (ImGui::MenuItem("Record turntable...", nullptr, false, open)) {
     open_file_dialog(dialogs.file, FileUse::turntable, studio.shown().shape_path);
   }
   ImGui::Separator();
-  if (ImGui::MenuItem("Stamp from a file...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::stamp, studio.shown().shape_path);
-  }
+  item(studio, Action::stamp_file, false, open);
   if (ImGui::MenuItem("Reference image...", nullptr, false, open)) {
     open_file_dialog(dialogs.file, FileUse::reference, studio.shown().shape_path);
   }
   ImGui::Separator();
   item(studio, Action::quit);
-}
-
-void save_choices(Studio& studio) {
-  try {
-    save_preferences(config_folder(), studio.preferences());
-  } catch (const IoError& error) {
-    studio.tell({true, error.what()});
-  }
 }
 
 void draw_preferences(Studio& studio) {
@@ -70,7 +57,7 @@ void draw_preferences(Studio& studio) {
       const char* const name = preset == NavigationPreset::maya ? "As in Maya" : "As in Blender";
       if (ImGui::MenuItem(name, nullptr, preferences.navigation == preset)) {
         preferences.navigation = navigation.preset = preset;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
@@ -79,7 +66,7 @@ void draw_preferences(Studio& studio) {
     for (const UpAxis up : {UpAxis::y, UpAxis::z}) {
       if (ImGui::MenuItem(up == UpAxis::y ? "y" : "z", nullptr, preferences.up == up)) {
         preferences.up = navigation.view.up = up;
-        save_choices(studio);
+        studio.save_preferences();
         studio.perform(Action::frame_all);
       }
     }
@@ -90,18 +77,18 @@ void draw_preferences(Studio& studio) {
       const char* const name = mover == BackendChoice::gpu ? "GPU" : "CPU";
       if (ImGui::MenuItem(name, nullptr, preferences.backend == mover)) {
         preferences.backend = mover;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
   }
-  if (draw_pointer_preferences(preferences)) save_choices(studio);
+  if (draw_pointer_preferences(preferences)) studio.save_preferences();
   if (ImGui::BeginMenu("Text size")) {
     for (const double scale : {0.85, 1.0, 1.25, 1.5, 2.0}) {
       const std::string name = std::to_string(static_cast<int>(100 * scale)) + "%";
       if (ImGui::MenuItem(name.c_str(), nullptr, preferences.interface_scale == scale)) {
         preferences.interface_scale = scale;
-        save_choices(studio);
+        studio.save_preferences();
       }
     }
     ImGui::EndMenu();
@@ -130,6 +117,7 @@ void draw_view_menu(Studio& studio) {
   item(studio, Action::cutting_plane, view.cut);
   ImGui::Separator();
   item(studio, Action::panels, view.panels);
+  item(studio, Action::tool_labels, view.tool_labels);
   item(studio, Action::history, view.history);
   item(studio, Action::statistics, view.statistics);
   item(studio, Action::full_screen);
@@ -137,35 +125,38 @@ void draw_view_menu(Studio& studio) {
   draw_preferences(studio);
 }
 
+void draw_edit_menu(Studio& studio) {
+  item(studio, Action::undo, false, !studio.shown().history.empty() || studio.gesture().has_value());
+  item(studio, Action::redo, false, !studio.shown().redoable.empty());
+  ImGui::Separator();
+  for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
+    item(studio, action,
+         studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
+  }
+  item(studio, Action::remesh, studio.settings().remesh);
+  item(studio, Action::remesh_last, false, !studio.shown().history.empty());
+}
+
 }  // namespace
 
-void draw_menus(Studio& studio, Dialogs& dialogs) {
-  if (!ImGui::BeginMainMenuBar()) return;
-  if (ImGui::BeginMenu("File")) {
-    draw_file_menu(studio, dialogs);
+bool draw_menus(Studio& studio, Dialogs& dialogs) {
+  if (!ImGui::BeginMainMenuBar()) return false;
+  bool is_open = false;
+  const auto menu = [&](const char* title, const auto& draw) {
+    if (!ImGui::BeginMenu(title)) return;
+    is_open = true;
+    draw();
     ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("Edit")) {
-    item(studio, Action::undo, false, !studio.shown().history.empty() || studio.gesture().has_value());
-    item(studio, Action::redo, false, !studio.shown().redoable.empty());
-    ImGui::Separator();
-    for (const Action action : {Action::mirror_x, Action::mirror_y, Action::mirror_z}) {
-      item(studio, action,
-           studio.settings().mirror[static_cast<std::size_t>(action) - static_cast<std::size_t>(Action::mirror_x)]);
-    }
-    item(studio, Action::remesh, studio.settings().remesh);
-    item(studio, Action::remesh_last, false, !studio.shown().history.empty());
-    ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("View")) {
-    draw_view_menu(studio);
-    ImGui::EndMenu();
-  }
-  if (ImGui::BeginMenu("Help")) {
+  };
+  menu("File", [&] { draw_file_menu(studio, dialogs); });
+  menu("Edit", [&] { draw_edit_menu(studio); });
+  menu("View", [&] { draw_view_menu(studio); });
+  menu("Help", [&] {
+    item(studio, Action::search);
     item(studio, Action::help, studio.view().help);
-    ImGui::EndMenu();
-  }
+  });
   ImGui::EndMainMenuBar();
+  return is_open;
 }
 
 }  // namespace knead::studio

@@ -17,22 +17,34 @@ namespace knead::studio {
 namespace {
 
 constexpr double kSecondsShown = 5;
+constexpr double kSecondsOfErrors = 30;
 constexpr std::size_t kMostMessages = 6;
+constexpr float kStatisticsWidth = 420;  // points
 
 constexpr int kOverlay = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
                          ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_NoBringToFrontOnFocus;
 
-void row(const char* name, const std::string& value) {
+void begin_row(const char* name) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
   ImGui::TextDisabled("%s", name);
   ImGui::TableNextColumn();
+}
+
+void row(const char* name, const std::string& value) {
+  begin_row(name);
   ImGui::TextUnformatted(value.c_str());
 }
 
-std::string volume_text(const DocumentState& shown, const std::optional<double>& on_card) {
+// For a column that is as wide as its table leaves room.
+void wrapped_row(const char* name, const std::string& value) {
+  begin_row(name);
+  ImGui::TextWrapped("%s", value.c_str());
+}
+
+std::string volume_text(const DocumentState& shown, const std::optional<double>& on_gpu) {
   if (!shown.volume || !shown.volume_before) return "not closed";
-  const double volume = on_card.value_or(*shown.volume);
+  const double volume = on_gpu.value_or(*shown.volume);
   return fmt::format("{:.6g}  ({:+.4f}%)", volume, 100 * (volume - *shown.volume_before) / *shown.volume_before);
 }
 
@@ -45,8 +57,8 @@ void draw_frame_times(const FrameTimes& times) {
     longest = std::max(longest, times.seconds[i]);
   }
   const double mean = sum / static_cast<double>(std::max<std::size_t>(known, 1));
-  row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
-                           1000 * times.drawing));
+  wrapped_row("Frame", fmt::format("{:.1f} ms, longest {:.1f} ms, drawing {:.1f} ms", 1000 * mean, 1000 * longest,
+                                   1000 * times.drawing));
 }
 
 // A table of what there is and how it is had, under a heading.
@@ -81,7 +93,7 @@ void draw_pointer_help(const Gui& gui, NavigationPreset preset) {
                             PointerUse{"Cancel a drag", "right button, or Escape"},
                             PointerUse{"Radius", "Ctrl+wheel"},
                             PointerUse{"Inner ratio", "Shift+wheel"},
-                            PointerUse{"Paint the other way", "Ctrl+left button"},
+                            PointerUse{"Invert the brush", "Ctrl+left button"},
                             PointerUse{"Relax the surface", "Shift+left button"},
                             PointerUse{"Relax the triangles only", "Ctrl+Shift+left button"},
                             PointerUse{"Type a number", "Ctrl+click on its slider"}};
@@ -109,26 +121,31 @@ bool draw_message(const Notice& notice, float opacity, int id) {
 
 }  // namespace
 
-void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times) {
+void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times) {
   const DocumentState& shown = studio.shown();
-  const float gap = 8 * gui.unit();
-  ImGui::SetNextWindowPos({gap * 2 + 56 * gui.unit(), ImGui::GetFrameHeight() + gap});
+  const float gap = kPanelGap * gui.unit();
+  // Never under the side panel: longer lines wrap.
+  const float width = std::min(kStatisticsWidth * gui.unit(), layout.free.width() - 2 * gap);
+  ImGui::SetNextWindowPos({layout.free.left + gap, layout.free.top + gap});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, layout.free.height() - 2 * gap});
   ImGui::SetNextWindowBgAlpha(0.75F);
-  if (ImGui::Begin("Statistics", nullptr, kOverlay) && ImGui::BeginTable("rows", 2, ImGuiTableFlags_SizingFixedFit)) {
+  if (ImGui::Begin("Statistics", nullptr, kOverlay & ~ImGuiWindowFlags_NoScrollbar) && ImGui::BeginTable("rows", 2)) {
+    ImGui::TableSetupColumn("name", ImGuiTableColumnFlags_WidthFixed);
+    ImGui::TableSetupColumn("value", ImGuiTableColumnFlags_WidthStretch);
     draw_frame_times(times);
     const std::size_t faces = shown.state.mesh ? shown.state.mesh->face_count() : 0;
-    row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
+    wrapped_row("Shape", fmt::format("{} vertices, {} faces", shown.state.positions.size(), faces));
     if (times.mover.empty()) {
-      row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
+      wrapped_row("Last step", fmt::format("{:.1f} ms, {} vertices touched", 1000 * shown.live_seconds, times.touched));
     } else {
-      row("Moved by", times.mover);
-      row("Read back", fmt::format("{} times in this gesture", times.read_back));
-      row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
+      wrapped_row("Moved by", times.mover);
+      wrapped_row("Read back", fmt::format("{} times in this gesture", times.read_back));
+      wrapped_row("Last step", fmt::format("{:.1f} ms on the CPU", 1000 * shown.live_seconds));
     }
-    row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
-    row("Sent", size_text(times.uploaded));
-    row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
-    row("Volume", volume_text(shown, times.volume));
+    wrapped_row("Last stroke", fmt::format("{} steps of path lines", shown.live_steps));
+    wrapped_row("Sent", size_text(times.uploaded));
+    wrapped_row("Journal", fmt::format("{:.3f} ms", 1000 * shown.journal_seconds));
+    wrapped_row("Volume", volume_text(shown, times.volume));
     ImGui::EndTable();
     if (ImGui::SmallButton("Count crossings")) studio.count_crossings();
   }
@@ -139,6 +156,7 @@ void draw_help(Studio& studio, const Gui& gui) {
   const ImVec2 size = ImGui::GetIO().DisplaySize;
   ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
   ImGui::SetNextWindowSizeConstraints({0, 0}, {0.98F * size.x, 0.92F * size.y});
+  ImGui::SetNextWindowBgAlpha(1);  // it covers the panels, whose text would shine through
   bool open = true;
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
@@ -223,22 +241,29 @@ void draw_status(Studio& studio, const Gui& gui) {
   ImGui::PopStyleVar(3);
 }
 
-void draw_messages(Studio& studio, const Gui& gui, Messages& messages) {
-  const double now = ImGui::GetTime();
-  for (Notice& notice : studio.take_notices()) {
-    std::erase_if(messages.messages,  // what is said again is not said twice
-                  [&](const Messages::Message& message) { return message.notice.text == notice.text; });
-    const double until = notice.is_error ? HUGE_VAL : now + kSecondsShown;
+void update_messages(Messages& messages, std::vector<Notice> notices, double now) {
+  for (Notice& notice : notices) {
+    std::erase_if(messages.messages, [&](const Messages::Message& message) {
+      const bool is_withdrawn = message.notice.is_error && !notice.is_error && notice.subject != Subject::other &&
+                                message.notice.subject == notice.subject;
+      return is_withdrawn || message.notice.text == notice.text;  // what is said again is not said twice
+    });
+    if (notice.text.empty()) continue;
+    const double until = now + (notice.is_error ? kSecondsOfErrors : kSecondsShown);
     messages.messages.push_back({std::move(notice), until});
   }
   while (messages.messages.size() > kMostMessages) messages.messages.pop_front();
   std::erase_if(messages.messages, [&](const Messages::Message& message) { return message.until < now; });
+}
+
+void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, Messages& messages) {
+  const double now = ImGui::GetTime();
+  update_messages(messages, studio.take_notices(), now);
   if (messages.messages.empty()) return;
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float gap = 8 * gui.unit();
-  const float width = std::min(460 * gui.unit(), size.x - 2 * gap);
-  ImGui::SetNextWindowPos({gap, size.y - ImGui::GetFrameHeight() - gap}, ImGuiCond_Always, {0, 1});
-  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, 0.6F * size.y});
+  const float gap = kPanelGap * gui.unit();
+  const float width = std::min(460 * gui.unit(), layout.free.width() - 2 * gap);
+  ImGui::SetNextWindowPos({layout.free.left + gap, layout.free.bottom - gap}, ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowSizeConstraints({width, 0}, {width, 0.6F * layout.free.height()});
   ImGui::SetNextWindowBgAlpha(0.92F);
   if (ImGui::Begin("Messages", nullptr, kOverlay & ~ImGuiWindowFlags_NoBringToFrontOnFocus)) {
     int id = 0;

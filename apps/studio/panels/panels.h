@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "knead/tool/strain.h"
+#include "panels/layout.h"
 #include "platform/gui.h"
 #include "studio.h"
 
@@ -17,7 +18,12 @@ namespace knead::studio {
 
 // --- the left bar ----------------------------------------------------------------------------------------------------
 
-void draw_tool_bar(Studio& studio, const Gui& gui);
+// The size of an entry and the gap below it, in points.
+inline constexpr float kToolSize = 38;
+inline constexpr float kToolGap = 2;
+
+// Scrolls if not all entries fit; the chosen tool is then scrolled into view.
+void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout);
 
 // --- the panel on the right ------------------------------------------------------------------------------------------
 
@@ -29,7 +35,8 @@ struct HistoryEditor {
   std::optional<double> percent;        // strength, while its slider is dragged
 };
 
-void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor);
+// Its left edge can be dragged.
+void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, HistoryEditor& editor);
 
 // The parts of it.
 void draw_tool_settings(Studio& studio);
@@ -59,7 +66,7 @@ struct FrameTimes {
 // The numbers of the current gesture beside the pointer.
 void draw_numbers(const Studio& studio, const Gui& gui);
 
-void draw_statistics(Studio& studio, const Gui& gui, const FrameTimes& times);
+void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times);
 
 // The keys, from the key map.
 void draw_help(Studio& studio, const Gui& gui);
@@ -76,7 +83,7 @@ struct Stretched {
 // The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke.
 void draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
-// Notices: what was done fades, what went wrong stays until it is clicked away.
+// Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {
   struct Message {
     Notice notice;
@@ -84,6 +91,11 @@ struct Messages {
   };
   std::deque<Message> messages;
 };
-void draw_messages(Studio& studio, const Gui& gui, Messages& messages);
+
+// Takes over new notices and removes those that have faded or were withdrawn. now: in seconds.
+void update_messages(Messages& messages, std::vector<Notice> notices, double now);
+
+// At the bottom of the free part of the picture.
+void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, Messages& messages);
 
 }  // namespace knead::studio

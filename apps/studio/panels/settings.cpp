@@ -14,6 +14,8 @@ namespace knead::studio {
 
 namespace {
 
+constexpr float kEdge = 7;  // points at the left of the panel that can be dragged
+
 bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
 void draw_drag(ToolSettings& settings) {
@@ -52,7 +54,8 @@ void draw_stamp(Studio& studio) {
 }
 
 void draw_barrel_settings(Studio& studio) {
-  ImGui::Checkbox("Move one part, found automatically", &studio.settings().uses_barrel);
+  ImGui::Checkbox("Automatic limb", &studio.settings().uses_barrel);
+  help_on_hover("Moves only the finger, arm or leg that was clicked: what lies in the grey barrel. Off: everything.");
   const auto& placement = studio.placed().placement;
   ImGui::Checkbox("Widen a zone that is too thin", &studio.settings().widens_zone);
   help_on_hover("A strong bend or twist over a short zone crushes the shape. The zone grows with the angle.");
@@ -71,11 +74,11 @@ void draw_handles(Studio& studio) {
     if (ImGui::RadioButton(name_of(mode), handle == mode)) handle = mode;
   }
   ImGui::Checkbox("Lasso", &studio.settings().lasso);
-  help_on_hover("Draw a line round what you mark. It marks through the shape.");
+  help_on_hover("Draw a line round the part. It takes both sides of the shape.");
   ImGui::Checkbox("Do it anyway", &studio.settings().handles_anyway);
   help_on_hover(
       "Moves the handles even where the shape beside them would run aside or back over more than twice the distance.");
-  if (ImGui::Button("Remove the handles")) studio.clear_placed();
+  if (ImGui::Button("Clear")) studio.clear_placed();
 }
 
 void draw_mask(Studio& studio) {
@@ -104,7 +107,7 @@ void draw_own_settings(Studio& studio) {
   if (tool.use == ToolUse::paint) ImGui::Checkbox("Press in", &settings.paint_in);
   if (tool.use == ToolUse::points || tool.use == ToolUse::curve) {
     ImGui::TextDisabled("%zu points, %zu curves", studio.placed().points.size(), studio.placed().curves.size());
-    if (ImGui::Button("Remove them")) studio.clear_placed();
+    if (ImGui::Button("Clear")) studio.clear_placed();
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
@@ -120,7 +123,7 @@ void optional_length(const char* label, std::optional<double>& value, double fir
   if (value) {
     type_number(label, *value, {1e-9, 1e9}, help);
   } else {
-    ImGui::TextDisabled("%s: automatic", label);
+    ImGui::TextDisabled("%s: auto", label);
   }
   ImGui::PopID();
 }
@@ -143,16 +146,39 @@ void draw_remeshing(Studio& studio) {
     ImGui::SetNextItemWidth(ImGui::GetFontSize() * 6);
     ImGui::SliderInt("Rounds", &*own.iterations, 0, 20);
   } else {
-    ImGui::TextDisabled("Rounds: automatic");
+    ImGui::TextDisabled("Rounds: auto");
   }
   ImGui::Unindent();
 }
 
-bool begin_part(const char* heading) {
+// A part of the side panel that can be folded, which is remembered by its name.
+bool begin_part(Studio& studio, const std::string& name, const std::string& heading) {
+  std::vector<std::string>& closed = studio.preferences().panels.closed;
+  const bool was_open = std::ranges::find(closed, name) == closed.end();
+  ImGui::SetNextItemOpen(was_open);
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
-  const bool open = ImGui::CollapsingHeader(heading, ImGuiTreeNodeFlags_DefaultOpen);
+  const bool is_open = ImGui::CollapsingHeader((heading + "###" + name).c_str());
   ImGui::PopStyleColor();
-  return open;
+  if (is_open && !was_open) std::erase(closed, name);
+  if (!is_open && was_open) closed.push_back(name);
+  return is_open;
+}
+
+// Drags the left edge of the side panel.
+void draw_edge(Studio& studio, const Gui& gui, const Area& area) {
+  const ImVec2 cursor = ImGui::GetCursorScreenPos();
+  const float grip = kEdge * gui.unit();
+  ImGui::PushClipRect({area.left, area.top}, {area.right, area.bottom}, false);
+  ImGui::SetCursorScreenPos({area.left, area.top});
+  // A little shorter than the panel, so that it does not count as something to scroll to.
+  ImGui::InvisibleButton("##edge", {grip, std::max(area.height() - 3 * ImGui::GetStyle().WindowPadding.y, grip)});
+  if (ImGui::IsItemHovered() || ImGui::IsItemActive()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+  if (ImGui::IsItemActive() && ImGui::IsMouseDragging(0, 0)) {
+    const float width = (area.right - ImGui::GetIO().MousePos.x) / gui.unit();
+    studio.preferences().panels.width = std::clamp(width, kLeastPanelWidth, kMostPanelWidth);
+  }
+  ImGui::PopClipRect();
+  ImGui::SetCursorScreenPos(cursor);
 }
 
 }  // namespace
@@ -198,28 +224,25 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
     }
   }
   slide("Offset", view.cut_offset, {-half, half}, "distance from the middle of the shape");
-  if (ImGui::Button("Other side")) {
+  if (ImGui::Button("Flip")) {
     view.cut_normal = -view.cut_normal;
     view.cut_offset = -view.cut_offset;
   }
 }
 
-void draw_side_panel(Studio& studio, const Gui& gui, HistoryEditor& editor) {
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float width = std::min(308 * gui.unit(), 0.45F * size.x);
-  const float gap = 8 * gui.unit();
-  const float top = ImGui::GetFrameHeight() + gap;
-  ImGui::SetNextWindowPos({size.x - width - gap, top});
-  ImGui::SetNextWindowSize({width, size.y - top - gap - ImGui::GetFrameHeight()});
+void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, HistoryEditor& editor) {
+  const Area& area = layout.side_panel;
+  ImGui::SetNextWindowPos({area.left, area.top});
+  ImGui::SetNextWindowSize({area.width(), area.height()});
   constexpr int flags =
       ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
   if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
+    draw_edge(studio, gui, area);
     ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
-    const std::string tool = studio.settings().tool->name + "###tool";
-    if (begin_part(tool.c_str())) draw_tool_settings(studio);
-    if (begin_part("View")) draw_view_settings(studio, gui);
-    if (!studio.references().empty() && begin_part("Reference images")) draw_references(studio);
-    if (studio.view().history && begin_part("History")) draw_history(studio, editor);
+    if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);
+    if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
+    if (!studio.references().empty() && begin_part(studio, "references", "Reference images")) draw_references(studio);
+    if (studio.view().history && begin_part(studio, "history", "History")) draw_history(studio, editor);
     ImGui::PopItemWidth();
   }
   ImGui::End();

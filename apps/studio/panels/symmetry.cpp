@@ -12,6 +12,7 @@ namespace {
 
 void draw_mirrors(Studio& studio) {
   ToolSettings& settings = studio.settings();
+  ImGui::AlignTextToFramePadding();
   ImGui::TextUnformatted("Mirror");
   for (std::size_t i = 0; i < 3; ++i) {
     ImGui::SameLine();

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "panels/panels.h"
 
@@ -76,11 +77,20 @@ void draw(const IconPart& part, const Pen& pen) {
   }
 }
 
-void draw_button(Studio& studio, const StudioTool& tool, float size) {
+// Scrolls the last entry into view if it is cut off.
+void scroll_to_entry() {
+  const float top = ImGui::GetWindowPos().y;
+  const float bottom = top + ImGui::GetWindowHeight();
+  if (ImGui::GetItemRectMin().y < top || ImGui::GetItemRectMax().y > bottom) ImGui::SetScrollHereY();
+}
+
+void draw_button(Studio& studio, const StudioTool& tool, float size, bool is_new) {
+  const bool has_name = studio.view().tool_labels;
   const bool chosen = studio.settings().tool == &tool;
   ImGui::PushID(&tool);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  if (ImGui::Selectable("##tool", chosen, 0, {size, size})) studio.perform(action_of(tool));
+  if (ImGui::Selectable("##tool", chosen, 0, {has_name ? 0 : size, size})) studio.perform(action_of(tool));
+  if (chosen && is_new) scroll_to_entry();
   if (ImGui::IsItemHovered()) {
     ImGui::SetTooltip("%s  (%s)", tool.name.c_str(), keys_text(studio.preferences().keys, action_of(tool)).c_str());
   }
@@ -88,24 +98,36 @@ void draw_button(Studio& studio, const StudioTool& tool, float size) {
   const Pen pen(*ImGui::GetWindowDrawList(), {corner.x + 0.5F * size, corner.y + 0.5F * size}, 0.34F * size, ink,
                 ImGui::GetColorU32(ImGuiCol_TextDisabled, 0.25F));
   for (const IconPart& part : tool.icon) draw(part, pen);
+  if (has_name) {
+    const ImVec2 at{corner.x + 1.05F * size, corner.y + 0.5F * (size - ImGui::GetFontSize())};
+    ImGui::GetWindowDrawList()->AddText(at, ImGui::GetColorU32(ImGuiCol_Text), tool.name.c_str());
+  }
   ImGui::PopID();
 }
 
 }  // namespace
 
-void draw_tool_bar(Studio& studio, const Gui& gui) {
-  const float size = 38 * gui.unit();
-  const float gap = 8 * gui.unit();
-  ImGui::SetNextWindowPos({gap, ImGui::GetFrameHeight() + gap});
-  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {0.5F * gap, 0.5F * gap});
-  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, 0.25F * gap});
-  constexpr int flags = ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize |
-                        ImGuiWindowFlags_NoBringToFrontOnFocus;
+void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
+  const Area& area = layout.tool_bar;
+  const float padding = kToolBarPadding * gui.unit();
+  ImGui::SetNextWindowPos({area.left, area.top});
+  ImGui::SetNextWindowSize({area.width(), area.height()});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, {padding, padding});
+  ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, {1, 1});
+  ImGui::PushStyleVar(ImGuiStyleVar_ItemSpacing, {0, kToolGap * gui.unit()});
+  ImGui::PushStyleVar(ImGuiStyleVar_ScrollbarSize, kToolScrollbar * gui.unit());
+  int flags = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+              ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
+  if (!layout.tool_bar_scrolls) flags |= ImGuiWindowFlags_NoScrollbar;
   if (ImGui::Begin("Tools", nullptr, flags)) {
-    for (const StudioTool& tool : studio_tools()) draw_button(studio, tool, size);
+    // A tool that a key chose is scrolled into view once; later the person may scroll away from it.
+    int* const scrolled_to = ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("scrolled to"), -1);
+    const int chosen = static_cast<int>(studio.settings().tool - studio_tools().data());
+    const bool is_new = std::exchange(*scrolled_to, chosen) != chosen;
+    for (const StudioTool& tool : studio_tools()) draw_button(studio, tool, kToolSize * gui.unit(), is_new);
   }
   ImGui::End();
-  ImGui::PopStyleVar(2);
+  ImGui::PopStyleVar(4);
 }
 
 }  // namespace knead::studio

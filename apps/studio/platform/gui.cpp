@@ -1,8 +1,6 @@
 #include "platform/gui.h"
 
 #include <imgui.h>
-#include <imgui_impl_glfw.h>
-#include <imgui_impl_opengl3.h>
 
 #include <algorithm>
 #include <array>
@@ -91,8 +89,9 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_HeaderHovered] = gray(0.28F);
   colours[ImGuiCol_HeaderActive] = faint(0.60F);
   colours[ImGuiCol_CheckMark] = accent;
-  colours[ImGuiCol_SliderGrab] = faint(0.85F);
-  colours[ImGuiCol_SliderGrabActive] = accent;
+  // Digits are written over the grab of a slider: it must be dark enough to read them.
+  colours[ImGuiCol_SliderGrab] = {0.52F, 0.29F, 0.12F, 1};
+  colours[ImGuiCol_SliderGrabActive] = {0.60F, 0.33F, 0.13F, 1};
   colours[ImGuiCol_Separator] = gray(0.30F);
   colours[ImGuiCol_ScrollbarBg] = gray(0.13F, 0.5F);
   colours[ImGuiCol_ScrollbarGrab] = gray(0.35F);
@@ -123,8 +122,7 @@ void set_style(float unit) {
 
 }  // namespace
 
-Gui::Gui(Window& window, double interface_scale)
-    : window_(window), unit_(static_cast<float>(window.scale() * interface_scale)) {
+Gui::Gui(double unit) : unit_(static_cast<float>(unit)) {
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;        // panels have their places
@@ -132,25 +130,22 @@ Gui::Gui(Window& window, double interface_scale)
   set_style(unit_);
   load_font(kTextHeight * unit_);
   balls_ = load_balls(static_cast<int>(std::round(kTextHeight * unit_)));
-  ImGui_ImplGlfw_InitForOpenGL(window_.handle(), false);
-  ImGui_ImplOpenGL3_Init("#version 330 core");
 }
 
-Gui::~Gui() {
-  ImGui_ImplOpenGL3_Shutdown();
-  ImGui_ImplGlfw_Shutdown();
-  ImGui::DestroyContext();
-}
+Gui::~Gui() { ImGui::DestroyContext(); }
 
-void Gui::begin_frame() {
-  ImGui_ImplOpenGL3_NewFrame();
-  ImGui_ImplGlfw_NewFrame();
-  ImGui::NewFrame();
-}
+void Gui::begin_frame() { ImGui::NewFrame(); }
 
-void Gui::end_frame() {
-  ImGui::Render();
-  ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+void Gui::end_frame() { ImGui::Render(); }
+
+float Gui::bar_height() const { return std::round(kTextHeight * unit_) + 2 * ImGui::GetStyle().FramePadding.y; }
+
+bool Gui::is_dragging() const { return ImGui::IsAnyItemActive(); }
+
+bool Gui::close_lists() {
+  if (!ImGui::IsPopupOpen(nullptr, ImGuiPopupFlags_AnyPopup)) return false;
+  ImGui::SetWindowFocus(nullptr);  // what is open above the focus closes
+  return true;
 }
 
 void Gui::draw_ball(render::Matcap matcap) const {
@@ -174,7 +169,7 @@ bool Gui::is_for_the_view(const Event& event) {
   const ImGuiIO& io = ImGui::GetIO();
   if (const auto* button = std::get_if<ButtonChanged>(&event)) {
     if (!button->down) return std::erase(buttons_, button->button) > 0;
-    if (io.WantCaptureMouse) return false;
+    if (is_menu_open_ ? io.WantCaptureMouse : io.WantCaptureMouseUnlessPopupClose) return false;
     buttons_.push_back(button->button);
     return true;
   }

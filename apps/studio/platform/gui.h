@@ -1,4 +1,4 @@
-// Dear ImGui in a window: how it looks, and a frame of it.
+// Dear ImGui as Studio uses it: how it looks, and which events are for a panel. Needs no window (gui_backend.h).
 #pragma once
 
 #include <array>
@@ -7,21 +7,19 @@
 
 #include "knead/render/scene.h"
 #include "platform/event.h"
-#include "platform/window.h"
 
 namespace knead::studio {
 
 class Gui {
  public:
-  // `interface_scale` as in Preferences.
-  Gui(Window& window, double interface_scale);
+  // unit: pixels for one point of the design; texts are 15 points high.
+  explicit Gui(double unit);
   ~Gui();
   Gui(const Gui&) = delete;
   Gui& operator=(const Gui&) = delete;
 
   // Between these two the panels are made.
   void begin_frame();
-  // Draws them over the picture.
   void end_frame();
 
   // After begin_frame: the events that are not for a panel. What is pressed outside of the panels is let go there too.
@@ -30,17 +28,29 @@ class Gui {
   // Whether the pointer is on a panel.
   bool has_pointer() const;
 
+  // Whether a panel is being changed with the pointer.
+  bool is_dragging() const;
+
+  // Closes open lists and menus. Returns whether there were any. Not to be called while a dialog is open.
+  bool close_lists();
+
+  // Says whether a menu is open: then a click beside it only closes it, while a click beside an open list also acts.
+  void set_menu_open(bool is_open) { is_menu_open_ = is_open; }
+
   // A ball of the material, as high as a line of text, at the cursor.
   void draw_ball(render::Matcap matcap) const;
 
   // Pixels for one point of the design; texts are 15 points high.
   float unit() const { return unit_; }
 
+  // Height of the menu bar, in pixels; known before the first frame.
+  float bar_height() const;
+
  private:
   bool is_for_the_view(const Event& event);
 
-  Window& window_;
   float unit_ = 1;
+  bool is_menu_open_ = false;
   std::array<int, render::kMatcapCount> balls_{};  // in the font's texture
   std::vector<MouseButton> buttons_;               // held since they were pressed outside of the panels
   std::vector<std::string> keys_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "knead/math/box.h"
@@ -19,6 +20,10 @@ namespace {
 constexpr double kNormalTolerance = 1e-9;
 constexpr double kNormalReach = 1e-4;
 
+// Squares of lengths beyond these limits overflow single precision, or vanish even in double precision.
+constexpr double kLargestShape = 1e18;
+constexpr double kSmallestShape = 1e-150;
+
 // To sort the vertices takes longer than it saves for fewer segments.
 constexpr std::size_t kSegmentsWorthSorting = 4;
 
@@ -31,8 +36,25 @@ bool MotionOptions::is_standard() const {
 }
 
 double reference_length(std::span<const Vec3d> positions) {
-  const double diagonal = bounding_box(positions).diagonal();
-  return diagonal > 0 ? diagonal : 1;
+  const Box box = bounding_box(positions);
+  if (box.empty()) return 1;
+  double farthest = 0;
+  double extent = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    farthest = std::max({farthest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    extent = std::max(extent, box.max[axis] - box.min[axis]);
+  }
+  if (!(farthest <= kLargestShape)) {
+    throw InvalidInput(
+        fmt::format("the shape has coordinates of up to {:.3g}, too large to compute with; scale it so that none is "
+                    "above {:g}",
+                    farthest, kLargestShape));
+  }
+  if (extent > 0 && extent < kSmallestShape) {
+    throw InvalidInput(fmt::format(
+        "the shape is only {:.3g} long, too small to compute with; scale it to at least {:g}", extent, kSmallestShape));
+  }
+  return extent > 0 ? box.diagonal() : 1;
 }
 
 AdvectOptions advect_options(const MotionOptions& options, double reference_length) {

@@ -100,6 +100,13 @@ TEST(DeformedShape, SaysWhatItCannotTake) {
   EXPECT_EQ(refusal([&] { DeformedShape(ball(), motion); }), "the tolerance must be a number greater than 0, got 0");
   EXPECT_EQ(refusal([] { DeformedShape(ball(), {}, {std::nullopt, {1, 2}}); }), "give a label for each face");
   EXPECT_EQ(refusal([] { DeformedShape(ball(), {}, {}, {{0, 0, 1}}); }), "give a normal for each vertex");
+  for (const auto& [scale, reason] :
+       {std::pair{1e200, "too large"}, std::pair{1e39, "too large"}, std::pair{1e-200, "too small"}}) {
+    Mesh mesh = *ball();
+    for (Vec3d& p : mesh.positions) p = p * scale;
+    const auto scaled = std::make_shared<const Mesh>(std::move(mesh));
+    EXPECT_NE(refusal([&] { DeformedShape shape(scaled); }).find(reason), std::string::npos) << scale;
+  }
   TwistStroke twist{{0, 0, 0}, {0, 1, 0}, 50, -0.5, 0.5};
   twist.radius = 0.5;
   DeformedShape shape(ball());

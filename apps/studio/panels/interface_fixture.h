@@ -1,0 +1,136 @@
+// Drives the panels by events, as a window does, but without one: Dear ImGui lays everything out and draws nothing.
+#pragma once
+
+#include <imgui.h>
+#include <imgui_internal.h>
+
+#include <array>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "panels/interface.h"
+#include "studio_fixture.h"
+
+namespace knead::studio {
+
+// A Studio with its panels in a window of a size that nobody sees.
+class Seat {
+ public:
+  Seat(StudioOptions options, int width, int height, double unit = 1)
+      : studio(std::move(options)), gui(unit), interface(studio, gui, {}) {
+    ImGuiIO& io = ImGui::GetIO();
+    io.DeltaTime = 1.0F / 60;
+    for (std::size_t i = 0; i < kKeys.size(); ++i) io.KeyMap[kKeys[i].second] = static_cast<int>(i);
+    interface.set_size(width, height);
+    show(width, height);
+    frame();
+  }
+
+  // One picture, after events that happened before it.
+  void frame(const std::vector<Event>& events = {}) {
+    for (const Event& event : events) tell_imgui(event);
+    gui.begin_frame();
+    interface.handle(events);
+    studio.refresh();
+    interface.draw({}, {});
+    gui.end_frame();
+  }
+
+  void resize(int width, int height) {
+    show(width, height);
+    frame({Resized{width, height}});
+  }
+
+  void move(double x, double y) { frame({PointerMoved{x, y}}); }
+  void press(double x, double y) { frame({ButtonChanged{MouseButton::left, true, x, y}}); }
+  void release(double x, double y) { frame({ButtonChanged{MouseButton::left, false, x, y}}); }
+
+  void click(double x, double y) {
+    move(x, y);
+    press(x, y);
+    release(x, y);
+    frame();
+  }
+
+  void drag(double x0, double y0, double x1, double y1) {
+    move(x0, y0);
+    press(x0, y0);
+    for (int i = 1; i <= 4; ++i) move(x0 + (x1 - x0) * i / 4, y0 + (y1 - y0) * i / 4);
+    release(x1, y1);
+    frame();
+  }
+
+  void wheel(double steps) { frame({WheelTurned{steps}}); }
+
+  void key(const std::string& text) {
+    const Chord chord = chord_of(text).value();
+    frame({KeyChanged{chord.key, true, chord.modifiers}});
+    frame({KeyChanged{chord.key, false, chord.modifiers}});
+  }
+
+  void type(const std::string& text) {
+    ImGui::GetIO().AddInputCharactersUTF8(text.c_str());
+    frame();
+  }
+
+  static bool is_list_open() { return ImGui::IsPopupOpen(nullptr, ImGuiPopupFlags_AnyPopup); }
+
+  // The rectangle of a panel, as Dear ImGui laid it out.
+  static Area area_of(const char* panel) {
+    const ImGuiWindow* const window = ImGui::FindWindowByName(panel);
+    if (window == nullptr || !window->WasActive) return {};
+    return {window->Pos.x, window->Pos.y, window->Pos.x + window->Size.x, window->Pos.y + window->Size.y};
+  }
+
+  // Clicks on the side panel from its top to its bottom until a list opens. Returns whether one did.
+  bool open_a_list() {
+    const Area& panel = interface.layout().side_panel;
+    for (float y = panel.top + 40 * gui.unit(); y < panel.bottom; y += 10 * gui.unit()) {
+      click(panel.left + 30 * gui.unit(), y);
+      if (is_list_open()) return true;
+    }
+    return false;
+  }
+
+  Studio studio;
+  Gui gui;
+  Interface interface;
+
+ private:
+  static constexpr std::array<std::pair<const char*, ImGuiKey>, 8> kKeys{{{"Escape", ImGuiKey_Escape},
+                                                                          {"Enter", ImGuiKey_Enter},
+                                                                          {"Up", ImGuiKey_UpArrow},
+                                                                          {"Down", ImGuiKey_DownArrow},
+                                                                          {"Backspace", ImGuiKey_Backspace},
+                                                                          {"Tab", ImGuiKey_Tab},
+                                                                          {"Numpad Enter", ImGuiKey_KeyPadEnter},
+                                                                          {"A", ImGuiKey_A}}};
+
+  static void show(int width, int height) {
+    ImGui::GetIO().DisplaySize = {static_cast<float>(width), static_cast<float>(height)};
+  }
+
+  static void tell_imgui(const Event& event) {
+    ImGuiIO& io = ImGui::GetIO();
+    const auto point_at = [&](double x, double y) { io.MousePos = {static_cast<float>(x), static_cast<float>(y)}; };
+    if (const auto* moved = std::get_if<PointerMoved>(&event)) {
+      point_at(moved->x, moved->y);
+    } else if (const auto* button = std::get_if<ButtonChanged>(&event)) {
+      point_at(button->x, button->y);
+      constexpr std::array order{0, 2, 1};
+      io.MouseDown[order[static_cast<std::size_t>(button->button)]] = button->down;
+    } else if (const auto* wheel = std::get_if<WheelTurned>(&event)) {
+      io.MouseWheel += static_cast<float>(wheel->steps);
+    } else if (const auto* key = std::get_if<KeyChanged>(&event)) {
+      io.KeyCtrl = key->modifiers.ctrl;
+      io.KeyShift = key->modifiers.shift;
+      io.KeyAlt = key->modifiers.alt;
+      for (std::size_t i = 0; i < kKeys.size(); ++i) {
+        if (key->key == kKeys[i].first) io.KeysDown[i] = key->down;
+      }
+    }
+  }
+};
+
+}  // namespace knead::studio

@@ -1,0 +1,394 @@
+// The panels, driven by the events of a window.
+#include "panels/interface.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "gestures/gesture_kinds.h"
+#include "knead/math/box.h"
+#include "panels/interface_fixture.h"
+#include "search.h"
+
+namespace knead::studio {
+namespace {
+
+class InterfaceTest : public StudioTest {
+ protected:
+  // A ball in the window, seen from the front and framed.
+  void open_ball(Seat& seat) const {
+    run(seat.studio, R"({"new": "sphere", "vertices": 2562}
+{"set": {"start": "surface"}})");
+    run(seat.studio, R"({"key": "Alt+1"}
+{"key": "Home"})");
+    seat.frame();
+  }
+
+  // Leaves work behind, as a run does that was killed.
+  void leave_work() const {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, kTools[0].script);
+  }
+
+  static Pixel middle_of(const Studio& studio) { return pixel_of(studio.screen(), {0, 0, 0}).value(); }
+};
+
+// Where a drag of the ball began, as a pixel.
+Pixel start_of(const Studio& studio) {
+  const auto& stroke = std::get<ImplicitStroke>(studio.shown().history.back()->strokes.front().stroke);
+  return pixel_of(studio.screen(), stroke.path.front()).value();
+}
+
+TEST_F(InterfaceTest, AWindowThatIsResizedWhileRecoveryIsOfferedShowsAndPicksRightly) {
+  leave_work();
+  Seat seat(options(), 1440, 900);
+  ASSERT_TRUE(seat.interface.is_asking());
+  EXPECT_EQ(seat.studio.screen().width, 1440) << "the size is known before the first event";
+  seat.resize(1000, 700);
+  EXPECT_EQ(seat.studio.screen().width, 1000);
+  EXPECT_EQ(seat.studio.screen().height, 700);
+  seat.key("Enter");
+  ASSERT_FALSE(seat.interface.is_asking());
+  ASSERT_EQ(seat.studio.shown().history.size(), 1u);
+  run(seat.studio, R"({"set": {"start": "surface"}})");
+  const Pixel middle = middle_of(seat.studio);
+  seat.drag(middle.x - 40, middle.y, middle.x, middle.y - 30);
+  ASSERT_EQ(seat.studio.shown().history.size(), 2u);
+  EXPECT_NEAR(start_of(seat.studio).x, middle.x - 40, 0.5);
+  EXPECT_NEAR(start_of(seat.studio).y, middle.y, 0.5);
+}
+
+TEST_F(InterfaceTest, WhatIsHeldWhenADialogOpensIsLetGoDuringIt) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const Pixel middle = middle_of(seat.studio);
+  seat.move(middle.x, middle.y);
+  seat.press(middle.x, middle.y);
+  seat.move(middle.x + 30, middle.y);
+  seat.frame({KeyChanged{"N", true, {false, true, false}}});
+  ASSERT_TRUE(seat.interface.is_asking());
+  seat.frame({KeyChanged{"N", false, {false, true, false}}});
+  seat.release(middle.x + 30, middle.y);
+  EXPECT_FALSE(seat.studio.gesture().has_value());
+  EXPECT_EQ(seat.studio.shown().history.size(), 1u);
+  seat.frame();
+  seat.key("Escape");
+  ASSERT_FALSE(seat.interface.is_asking());
+  seat.frame({KeyChanged{"N", true, {false, true, false}}});
+  EXPECT_TRUE(seat.interface.is_asking()) << "the key was let go, so it is no repetition";
+}
+
+TEST_F(InterfaceTest, EscapeClosesAnOpenListAndNothingElse) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const Pixel middle = middle_of(seat.studio);
+  run(seat.studio, R"({"tool": "stamp"})");
+  seat.click(middle.x, middle.y);
+  ASSERT_TRUE(seat.studio.placed().placement);
+  ASSERT_TRUE(seat.open_a_list());
+  seat.move(middle.x, middle.y);
+  seat.key("Escape");
+  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_TRUE(seat.studio.placed().placement) << "the list took the key";
+  seat.key("Escape");
+  EXPECT_FALSE(seat.studio.placed().placement);
+}
+
+TEST_F(InterfaceTest, AStrokeBesideAnOpenListClosesItAndIsDone) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const Pixel middle = middle_of(seat.studio);
+  ASSERT_TRUE(seat.open_a_list());
+  run(seat.studio, R"({"set": {"radius": 0.5}})");
+  seat.drag(middle.x, middle.y, middle.x + 40, middle.y - 40);
+  EXPECT_FALSE(Seat::is_list_open());
+  ASSERT_EQ(seat.studio.shown().history.size(), 1u);
+  EXPECT_NEAR(start_of(seat.studio).x, middle.x, 0.5);
+}
+
+TEST_F(InterfaceTest, AClickBesideAMenuOnlyClosesIt) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const Pixel middle = middle_of(seat.studio);
+  seat.click(20, 10);
+  ASSERT_TRUE(Seat::is_list_open());
+  seat.drag(middle.x, middle.y, middle.x + 40, middle.y - 40);
+  EXPECT_FALSE(Seat::is_list_open());
+  EXPECT_TRUE(seat.studio.shown().history.empty());
+  seat.click(20, 10);
+  ASSERT_TRUE(Seat::is_list_open());
+  seat.key("Escape");
+  EXPECT_FALSE(Seat::is_list_open());
+}
+
+struct WindowCase {
+  int width;
+  int height;
+  double unit;
+};
+constexpr WindowCase kWindows[] = {{1440, 900, 1}, {800, 500, 1}, {1440, 900, 2}, {480, 320, 1}};
+
+TEST_F(InterfaceTest, TheToolBarStaysInTheWindowAndScrollsToTheChosenTool) {
+  for (const auto& [width, height, unit] : kWindows) {
+    Seat seat(options(), width, height, unit);
+    open_ball(seat);
+    const Area bar = Seat::area_of("Tools");
+    EXPECT_GE(bar.top, seat.gui.bar_height());
+    EXPECT_LE(bar.bottom, static_cast<float>(height) - seat.gui.bar_height());
+    const ImGuiWindow& window = *ImGui::FindWindowByName("Tools");
+    const bool scrolls = window.ScrollMax.y > 0;
+    EXPECT_EQ(scrolls, seat.interface.layout().tool_bar_scrolls) << width;
+    EXPECT_EQ(scrolls, width != 1440 || unit != 1) << width << " at " << unit;
+    EXPECT_EQ(window.ScrollMax.x, 0);
+    seat.studio.close();  // leaves nothing to recover
+    if (!scrolls) continue;
+    seat.studio.perform(action_of(studio_tools().back()));
+    for (int i = 0; i < 3; ++i) seat.frame();
+    EXPECT_GT(window.Scroll.y, 0.5F * window.ScrollMax.y) << "the last tool is in view";
+    seat.studio.perform(action_of(studio_tools().front()));
+    for (int i = 0; i < 3; ++i) seat.frame();
+    EXPECT_LT(window.Scroll.y, 0.5F * window.ScrollMax.y);
+    // The wheel scrolls; what is then under the pointer can be chosen.
+    seat.move(bar.left + 0.3F * bar.width(), 0.5F * (bar.top + bar.bottom));
+    for (int i = 0; i < 30; ++i) seat.wheel(-1);
+    EXPECT_EQ(window.Scroll.y, window.ScrollMax.y);
+    seat.click(bar.left + 0.3F * bar.width(), bar.bottom - kToolSize * unit * 0.5);
+    EXPECT_EQ(seat.studio.settings().tool, &studio_tools().back());
+  }
+}
+
+TEST_F(InterfaceTest, HomeShowsTheWholeShapeBesideThePanels) {
+  for (const auto& [width, height, unit] : kWindows) {
+    Seat seat(options(), width, height, unit);
+    open_ball(seat);
+    const Area& free = seat.interface.layout().free;
+    const Box box = bounding_box(positions(seat.studio));
+    Box seen;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3d p{(corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
+                    (corner & 4) != 0 ? box.max.z : box.min.z};
+      const Pixel pixel = pixel_of(seat.studio.screen(), p).value();
+      seen.extend({pixel.x, pixel.y, 0});
+    }
+    EXPECT_GT(seen.min.x, free.left) << width;
+    EXPECT_LT(seen.max.x, free.right) << width;
+    EXPECT_GT(seen.min.y, free.top) << width;
+    EXPECT_LT(seen.max.y, free.bottom) << width;
+    EXPECT_LE(free.right, Seat::area_of("Settings").left);
+    // What is under the pointer is what is dragged.
+    const Pixel middle = middle_of(seat.studio);
+    seat.drag(middle.x, middle.y, middle.x + 10, middle.y);
+    ASSERT_EQ(seat.studio.shown().history.size(), 1u) << width;
+    EXPECT_NEAR(start_of(seat.studio).x, middle.x, 0.5);
+    EXPECT_NEAR(start_of(seat.studio).y, middle.y, 0.5);
+    // Dragged beside it, the shape turns about its own middle.
+    const double x = free.left + 4;
+    const double y = free.top + 4;
+    seat.frame({PointerMoved{x, y}});
+    seat.frame({ButtonChanged{MouseButton::middle, true, x, y}});
+    seat.frame({PointerMoved{x + 60, y + 20}});
+    seat.frame({ButtonChanged{MouseButton::middle, false, x + 60, y + 20}});
+    EXPECT_NE(seat.studio.navigation().view.yaw, 0);
+    EXPECT_NEAR(middle_of(seat.studio).x, middle.x, 1e-6);
+    EXPECT_NEAR(middle_of(seat.studio).y, middle.y, 1e-6);
+    seat.studio.close();
+  }
+}
+
+TEST_F(InterfaceTest, WithoutPanelsHomeUsesTheWholeWindow) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  EXPECT_LT(middle_of(seat.studio).x, 650);
+  seat.key("Tab");
+  seat.key("Home");
+  EXPECT_NEAR(middle_of(seat.studio).x, 720, 1.5);
+}
+
+TEST_F(InterfaceTest, ErrorsCloseWhenTheSameIsTriedAgain) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const auto shown = [&] {
+    std::string all;
+    for (const Messages::Message& message : seat.interface.messages().messages) all += message.notice.text + "\n";
+    return all;
+  };
+  seat.studio.open(folder_ / "missing.ply");
+  seat.frame();
+  EXPECT_NE(shown().find("missing.ply"), std::string::npos);
+  seat.studio.save("/proc/nowhere/a.knead");
+  seat.frame();
+  EXPECT_NE(shown().find("nowhere"), std::string::npos);
+  for (int i = 0; i < 10; ++i) seat.frame();
+  const Area free = seat.interface.layout().free;
+  const Area area = Seat::area_of("Messages");
+  EXPECT_GE(area.left, free.left);
+  EXPECT_LE(area.right, free.right);
+  EXPECT_LE(area.bottom, free.bottom);
+  seat.studio.save(folder_ / "a.knead");
+  seat.frame();
+  EXPECT_EQ(shown().find("nowhere"), std::string::npos) << "it was saved";
+  EXPECT_NE(shown().find("missing.ply"), std::string::npos);
+  seat.studio.open_made(ShapeKind::sphere, 642);
+  seat.frame();
+  EXPECT_EQ(shown().find("missing.ply"), std::string::npos) << "another shape is open";
+}
+
+TEST_F(InterfaceTest, AGestureWithoutTroubleWithdrawsWhatWasWrongWithTheOneBefore) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  const Pixel middle = middle_of(seat.studio);
+  run(seat.studio, R"({"tool": "handles"}
+{"set": {"handle": "move"}})");
+  seat.drag(middle.x, middle.y, middle.x + 40, middle.y);
+  ASSERT_FALSE(seat.interface.messages().messages.empty());
+  run(seat.studio, R"({"tool": "ball"})");
+  seat.drag(middle.x, middle.y, middle.x + 40, middle.y);
+  EXPECT_TRUE(seat.interface.messages().messages.empty());
+  EXPECT_EQ(seat.studio.shown().history.size(), 1u);
+}
+
+TEST(Messages, ErrorsEndByThemselvesAndNothingIsSaidTwice) {
+  Messages messages;
+  update_messages(messages, {{true, "no disk"}, {false, "done"}, {true, "no disk"}}, 0);
+  ASSERT_EQ(messages.messages.size(), 2u);
+  update_messages(messages, {}, 6);
+  ASSERT_EQ(messages.messages.size(), 1u);
+  EXPECT_EQ(messages.messages.front().notice.text, "no disk");
+  update_messages(messages, {}, 31);
+  EXPECT_TRUE(messages.messages.empty());
+}
+
+// The contrast of WCAG 2 between two colours.
+double contrast(const ImVec4& a, const ImVec4& b) {
+  const auto luminance = [](const ImVec4& c) {
+    const auto linear = [](float x) { return x <= 0.04045F ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4); };
+    return 0.2126 * linear(c.x) + 0.7152 * linear(c.y) + 0.0722 * linear(c.z);
+  };
+  const double x = luminance(a) + 0.05;
+  const double y = luminance(b) + 0.05;
+  return std::max(x / y, y / x);
+}
+
+TEST_F(InterfaceTest, DigitsCanBeReadOnTheGrabOfASlider) {
+  const Gui gui(1);
+  const auto& colours = ImGui::GetStyle().Colors;
+  for (const ImGuiCol grab : {ImGuiCol_SliderGrab, ImGuiCol_SliderGrabActive}) {
+    EXPECT_EQ(colours[grab].w, 1);
+    EXPECT_GT(contrast(colours[ImGuiCol_Text], colours[grab]), 4.5);  // WCAG's limit for text
+  }
+}
+
+TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
+  for (const auto& [width, height, unit] : kWindows) {
+    Seat seat(options(), width, height, unit);
+    open_ball(seat);
+    seat.studio.view().statistics = true;
+    for (int i = 0; i < 4; ++i) seat.frame();
+    const Area& free = seat.interface.layout().free;
+    const Area statistics = Seat::area_of("Statistics");
+    EXPECT_GT(statistics.width(), 0);
+    EXPECT_GE(statistics.left, free.left);
+    EXPECT_LE(statistics.right, free.right);
+    EXPECT_LE(statistics.bottom, free.bottom);
+    EXPECT_EQ(ImGui::FindWindowByName("Statistics")->ScrollMax.x, 0);
+    seat.studio.view().help = true;
+    for (int i = 0; i < 4; ++i) seat.frame();
+    const Area keys = Seat::area_of("Keys");
+    EXPECT_GE(keys.left, 0);
+    EXPECT_LE(keys.right, static_cast<float>(width));
+    if (width == 1440 && unit == 1) EXPECT_EQ(ImGui::FindWindowByName("Keys")->ScrollMax.y, 0) << "all keys at once";
+    const ImDrawList& list = *ImGui::FindWindowByName("Keys")->DrawList;
+    EXPECT_EQ(list.VtxBuffer.front().col >> IM_COL32_A_SHIFT, 255U) << "its background is opaque";
+    seat.studio.close();
+  }
+}
+
+TEST_F(InterfaceTest, ACommandIsFoundAndDoneWithTheKeyboard) {
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  seat.key("F3");
+  seat.frame();
+  ASSERT_TRUE(seat.interface.is_asking());
+  seat.frame();
+  seat.type("wiref");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_FALSE(seat.interface.is_asking());
+  EXPECT_TRUE(seat.studio.view().wireframe);
+  EXPECT_EQ(seat.studio.settings().tool, &studio_tools().front()) << "letters were words, not keys";
+  // Arrows choose among what was found.
+  const std::vector<Action> found = found_actions("mirror in");
+  ASSERT_GE(found.size(), 3u);
+  seat.key("F3");
+  seat.frame();
+  seat.frame();
+  seat.type("mirror in");
+  seat.key("Down");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_EQ(found[1], Action::mirror_y);
+  EXPECT_TRUE(seat.studio.settings().mirror[1]);
+  EXPECT_FALSE(seat.studio.settings().mirror[0]);
+  // Escape leaves everything as it was, and what opens a dialog opens it.
+  seat.key("F3");
+  seat.frame();
+  seat.key("Escape");
+  seat.frame();
+  EXPECT_FALSE(seat.interface.is_asking());
+  seat.key("F3");
+  seat.frame();
+  seat.frame();
+  seat.type("new shape");
+  seat.key("Enter");
+  seat.frame();
+  EXPECT_GT(Seat::area_of("New shape").width(), 0) << "the dialog of the command";
+}
+
+TEST_F(InterfaceTest, ThePanelIsResizedAtItsEdgeAndComesBackAsItWasLeft) {
+  {
+    Seat seat(options(), 1440, 900);
+    open_ball(seat);
+    const Area before = Seat::area_of("Settings");
+    EXPECT_NEAR(before.width(), kPanelWidth, 1);
+    seat.drag(before.left + 2, 500, before.left - 98, 500);
+    EXPECT_TRUE(seat.studio.shown().history.empty()) << "the panel took the drag";
+    EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+    for (int i = 0; i < 20; ++i) seat.frame();
+    EXPECT_EQ(ImGui::FindWindowByName("Settings")->ScrollMax.y, 0);
+    seat.key("Shift+T");
+    seat.key("L");
+    seat.click(before.left + 60, before.top + 20);  // folds the tool's settings
+    seat.studio.close();
+  }
+  Seat seat(options(), 1440, 900);
+  open_ball(seat);
+  EXPECT_NEAR(Seat::area_of("Settings").width(), kPanelWidth + 100, 3);
+  EXPECT_TRUE(seat.studio.view().tool_labels);
+  EXPECT_FALSE(seat.studio.view().history);
+  EXPECT_EQ(seat.studio.preferences().panels.closed, std::vector<std::string>{"tool"});
+  EXPECT_EQ(errors(seat.studio), "");
+}
+
+TEST_F(InterfaceTest, NamesOfTheToolsFitBesideTheirIcons) {
+  for (const double unit : {1.0, 2.0}) {
+    Seat seat(options(), 1440, 900, unit);
+    open_ball(seat);
+    const float narrow = Seat::area_of("Tools").width();
+    seat.key("Shift+T");
+    seat.frame();
+    EXPECT_NEAR(Seat::area_of("Tools").width(), narrow + kToolLabelWidth * unit, 1.5);
+    EXPECT_EQ(ImGui::FindWindowByName("Tools")->ScrollMax.x, 0);
+    for (const StudioTool& tool : studio_tools()) {
+      EXPECT_LT(ImGui::CalcTextSize(tool.name.c_str()).x, kToolLabelWidth * unit) << tool.name;
+    }
+    seat.key("Shift+T");
+    seat.frame();
+    seat.studio.close();
+  }
+}
+
+}  // namespace
+}  // namespace knead::studio

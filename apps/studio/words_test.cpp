@@ -1,0 +1,91 @@
+// The strings of Studio are plain English: no word stands in them for which the project has another.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace knead::studio {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kSources = KNEAD_SOURCES;
+
+std::string text_of(const fs::path& file) {
+  std::ifstream stream(file);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+std::vector<fs::path> files_under(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_test = name.find("_test") != std::string::npos || name.find("_fixture") != std::string::npos;
+    if (entry.is_regular_file() && !is_test) files.push_back(entry.path());
+  }
+  return files;
+}
+
+// The string literals of a source; comments and includes are left out.
+std::vector<std::string> strings_of(const std::string& source) {
+  static const std::regex pattern(R"re(//[^\n]*|#include[^\n]*|"((?:[^"\\\n]|\\.)*)")re");
+  std::vector<std::string> strings;
+  for (auto it = std::sregex_iterator(source.begin(), source.end(), pattern); it != std::sregex_iterator(); ++it) {
+    if ((*it)[1].matched) strings.push_back((*it)[1]);
+  }
+  return strings;
+}
+
+// Words with a better one beside them, and turns of phrase that must be read twice.
+const std::regex& retired() {
+  static const std::regex pattern(
+      R"(\b(cards?|devices?|marks?|marked|cylinders?|limbs?|proofs?|bench|ways?|desks?|trails?|ahead|companions?|)"
+      R"(usual|usually|shadows?|hopeless|by (it|them)self|by themselves|the hand|a hand would|what the result is|)"
+      R"(what it was|whether it did|gone on with|goes on with|where that can be|is told|are told|put away|)"
+      R"(tak(e|es|en) (it|them)? ?away|found automatically)\b)",
+      std::regex::icase);
+  return pattern;
+}
+
+// Names that files and scripts of version 0.1 use, and one label.
+const std::set<std::string> kAllowed{"marks", "mark", "tool_marks", "whole_limb", "Automatic limb"};
+
+TEST(Words, NoRetiredWordStandsInTheStringsOfStudio) {
+  std::size_t count = 0;
+  for (const fs::path& file : files_under(kSources / "apps/studio")) {
+    if (file.extension() != ".cpp" && file.extension() != ".h") continue;
+    for (const std::string& text : strings_of(text_of(file))) {
+      ++count;
+      if (kAllowed.contains(text)) continue;
+      EXPECT_FALSE(std::regex_search(text, retired())) << file << ": " << text;
+    }
+  }
+  EXPECT_GT(count, 500u) << "the sources were read";
+}
+
+TEST(Words, NoRetiredWordStandsInWhatIsInstalledBesideStudio) {
+  for (const char* name : {"knead-studio.desktop", "knead.xml"}) {
+    const std::string text = text_of(kSources / "share" / name);
+    EXPECT_FALSE(text.empty()) << name;
+    EXPECT_FALSE(std::regex_search(text, retired())) << name;
+  }
+}
+
+TEST(Words, TheTestFindsWhatItLooksFor) {
+  const auto strings = strings_of(R"src(f("plain"); // "One limb, found by itself"
+g("the \"other\" way"))src");
+  ASSERT_EQ(strings.size(), 2u);
+  EXPECT_FALSE(std::regex_search(strings[0], retired()));
+  EXPECT_TRUE(std::regex_search(strings[1], retired()));
+  for (const char* old : {"One limb, found by itself", "Take them away", "Work that was not put away"}) {
+    EXPECT_TRUE(std::regex_search(std::string(old), retired())) << old;
+  }
+}
+
+}  // namespace
+}  // namespace knead::studio
