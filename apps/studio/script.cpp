@@ -40,6 +40,12 @@ Vec3d vector_of(const Json& value) {
   return {numbers[0].number(), numbers[1].number(), numbers[2].number()};
 }
 
+Vec3d direction_of(const Json& value) {
+  const Vec3d direction = vector_of(value);
+  if (!(norm(direction) > 0)) fail(fmt::format("a direction must not be {}", to_text(value)));
+  return direction;
+}
+
 std::array<bool, 3> flags_of(const Json& value) {
   const std::vector<Json>& flags = value.items();
   if (flags.size() != 3) fail(fmt::format("three of true and false are needed, not {}", to_text(value)));
@@ -210,7 +216,7 @@ class Script {
     } else if (key == "drag") {
       to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {
-      to.axis = vector_of(value);
+      to.axis = direction_of(value);
     } else if (key == "handle" || key == "mark") {
       to.handle = static_cast<HandleMode>(choice(value, {"full", "zero", "erase", "move"}));
     } else if (key == "mask_mode") {
@@ -230,7 +236,7 @@ class Script {
     } else if (key == "radial") {
       to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMostTurns);
     } else if (key == "radial_axis") {
-      to.symmetry.axis = vector_of(value);
+      to.symmetry.axis = direction_of(value);
     } else if (key == "paint_in") {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
@@ -254,9 +260,7 @@ class Script {
     std::optional<Symmetry::Plane>& plane = studio_.settings().symmetry.plane;
     plane.reset();
     if (value.is_null()) return;
-    const Vec3d normal = vector_of(value.at("normal"));
-    if (!(norm(normal) > 0)) fail("the normal of a plane has a length");
-    plane = {vector_of(value.at("point")), normalized(normal)};
+    plane = {vector_of(value.at("point")), normalized(direction_of(value.at("normal")))};
   }
 
   void set_view(const std::string& key, const Json& value) {

@@ -1,4 +1,4 @@
-// Gestures by the events of a pointer: depth, numbers, snapping, the cursor, and images of what a tool does.
+// Gestures by the events of a pointer: depth, hints, pulls, the cursor, numbers and snapping.
 #include "gestures/gesture.h"
 
 #include <gtest/gtest.h>
@@ -10,28 +10,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "studio_fixture.h"
+#include "gestures/gestures_fixture.h"
 #include "view/labels.h"
 #include "view/overlay.h"
 
 namespace knead::studio {
 namespace {
-
-class GesturesTest : public StudioTest {
- protected:
-  // The strokes of the last entry of the history.
-  static std::vector<Stroke> last_strokes(const Studio& studio) {
-    std::vector<Stroke> strokes;
-    if (studio.shown().history.empty()) return strokes;
-    for (const SessionStroke& one : studio.shown().history.back()->strokes) strokes.push_back(one.stroke);
-    return strokes;
-  }
-
-  static double length_of(const Stroke& stroke) {
-    const auto& path = std::get<ImplicitStroke>(stroke).path;
-    return norm(path.back() - path.front());
-  }
-};
 
 // --- depth -----------------------------------------------------------------------------------------------------------
 
@@ -103,7 +87,7 @@ TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
     };
     const bool faces = std::string(tool) != "twist";
     EXPECT_EQ(hint().first, faces ? TurnDrag::round : TurnDrag::sideways) << tool;
-    EXPECT_NE(hint().second.find(faces ? "round the middle" : "right or left"), std::string::npos) << hint().second;
+    EXPECT_NE(hint().second.find(faces ? "round its middle" : "right or left"), std::string::npos) << hint().second;
     if (faces) {
       EXPECT_EQ(amount_by("[700, 300]"), 0) << tool << ": straight away from the middle nothing turns";
       EXPECT_NE(amount_by("[600, 200]"), 0) << tool;
@@ -343,192 +327,6 @@ TEST_F(GesturesTest, NumbersHaveTheUnitOfThePreferences) {
   EXPECT_EQ(lines[2].back(), '%');
   EXPECT_EQ(text_of({AmountKind::length, 0.2}, LengthUnit::none), "0.2");
   EXPECT_EQ(text_of({AmountKind::percent, 12.34}, LengthUnit::metre), "12.3%");
-}
-
-// --- images ----------------------------------------------------------------------------------------------------------
-
-TEST_F(GesturesTest, MirroredStampsAreDrawn) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"tool": "stamp"}
-{"stamp": "letter-y"}
-{"click": [0.5, 0.3, 0.81]}
-{"move": [10, 10]})");
-  const auto centers = [&] {
-    Overlay overlay;
-    std::vector<double> xs;
-    for (const render::TranslucentSurface& surface : overlay.scene(studio).surfaces) {
-      if (surface.mesh.positions.size() > 4) xs.push_back(bounding_box(surface.mesh.positions).center().x);
-    }
-    return xs;
-  };
-  ASSERT_EQ(centers().size(), 1u);
-  const double x = centers().front();
-  EXPECT_GT(x, 0.3);
-  run(studio, R"({"set": {"mirror": [true, false, false], "drag": "normal"}})");
-  ASSERT_EQ(centers().size(), 2u);
-  EXPECT_NEAR(centers()[1], -x, 1e-9);
-  const auto at = pixel_of(studio.screen(), studio.placed().placement->center);
-  run(studio, fmt::format(R"({{"press": [{0}, {1}]}}
-{{"move": [{2}, {1}]}})",
-                          at->x, at->y, at->x - 20));
-  std::vector<double> pressed = centers();
-  EXPECT_TRUE(std::ranges::any_of(pressed, [](double c) { return c < -0.3; })) << "in the drag as well";
-}
-
-TEST_F(GesturesTest, RadialStrokesAreTurnedAboutTheAxis) {
-  Studio studio(options());
-  run(studio, ball(10242));
-  run(studio, R"({"set": {"radial": 8, "radial_axis": [0, 2, 0], "radius": 0.2}}
-{"tool": "ball"}
-{"drag": [[0.4, 0, 0.9], [0.5, 0.1, 0.9]], "steps": 1})");
-  const std::vector<Stroke> strokes = last_strokes(studio);
-  ASSERT_EQ(strokes.size(), 8u);
-  const auto& first = std::get<ImplicitStroke>(strokes[0]);
-  for (int k = 1; k < 8; ++k) {
-    const RigidMotion turn = rotation_about({0, 0, 0}, {0, 1, 0}, 2 * std::numbers::pi * k / 8);
-    const auto& image = std::get<ImplicitStroke>(strokes[static_cast<std::size_t>(k)]);
-    for (std::size_t i = 0; i < 2; ++i) EXPECT_LT(norm(image.path[i] - turn(first.path[i])), 1e-12);
-  }
-  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
-}
-
-TEST_F(GesturesTest, OnTheAxisOrInThePlaneAStrokeIsDoneOnce) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"set": {"radial": 8, "radial_axis": [0, 0, 1], "start": "surface"}}
-{"tool": "ball"}
-{"set": {"drag": "axis", "axis": [0.1, 0, 1]}}
-{"drag": [[402, 301], [402, 240]], "steps": 3})");
-  ASSERT_EQ(last_strokes(studio).size(), 1u);
-  for (const Vec3d& p : std::get<ImplicitStroke>(last_strokes(studio).front()).path) {
-    EXPECT_EQ(std::hypot(p.x, p.y), 0) << "a pull on the axis stays on it";
-  }
-  run(studio, R"({"set": {"radial": 1, "drag": "view", "mirror_plane": {"point": [0, 0, 0], "normal": [1, 1, 0]}}}
-{"drag": [[-0.6, 0.6, 0.5], [-0.7, 0.8, 0.5]], "steps": 1})");
-  ASSERT_EQ(last_strokes(studio).size(), 1u);
-  run(studio, R"({"drag": [[0.6, 0.1, 0.7], [0.7, 0.3, 0.7]], "steps": 1})");
-  ASSERT_EQ(last_strokes(studio).size(), 2u);
-  const auto& one = std::get<ImplicitStroke>(last_strokes(studio)[0]);
-  const auto& two = std::get<ImplicitStroke>(last_strokes(studio)[1]);
-  EXPECT_LT(norm(two.path[1] - Vec3d{-one.path[1].y, -one.path[1].x, one.path[1].z}), 1e-12);
-}
-
-TEST_F(GesturesTest, AMirrorGoesThroughTheMiddleAFaceOrThreePoints) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"tool": "ball"})");
-  studio.pick_mirror(Studio::PlanePick::face);
-  run(studio, R"({"click": [0, 0, 1]})");
-  ASSERT_TRUE(studio.settings().symmetry.plane);
-  EXPECT_GT(studio.settings().symmetry.plane->normal.z, 0.99);
-  EXPECT_NEAR(studio.settings().symmetry.plane->point.z, 1, 0.01);
-  EXPECT_TRUE(studio.shown().history.empty()) << "the click is for the plane alone";
-  studio.pick_mirror(Studio::PlanePick::three_points);
-  run(studio, R"({"click": [0, 0.5, 0.86]}
-{"click": [0, -0.5, 0.86]}
-{"click": [0, 0.5, 0.86]})");
-  EXPECT_NE(errors(studio).find("on a line"), std::string::npos);
-  run(studio, R"({"click": [0, 0, 1]})");
-  EXPECT_EQ(studio.picking_mirror(), Studio::PlanePick::none);
-  EXPECT_NEAR(std::abs(studio.settings().symmetry.plane->normal.x), 1, 0.01);
-  run(studio, R"({"drag": [[0.5, 0, 0.86], [0.6, 0.1, 0.86]]})");
-  EXPECT_EQ(studio.shown().history.size(), 1u);
-  studio.settings().symmetry.plane.reset();
-  studio.center_symmetry();
-  EXPECT_LT(norm(studio.settings().symmetry.center - bounding_box(positions(studio)).center()), 1e-12);
-}
-
-// --- handles, the pen, the view --------------------------------------------------------------------------------------
-
-TEST_F(GesturesTest, ALassoMarksThroughTheShape) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"tool": "handles"}
-{"set": {"lasso": true}}
-{"drag": [[350, 250], [450, 250], [450, 350], [350, 350], [350, 250]]}
-{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]], "modifiers": ["ctrl"]})");
-  const std::vector<std::uint8_t>& handles = studio.placed().handles;
-  const std::vector<Vec3d> points = positions(studio);
-  ASSERT_EQ(handles.size(), points.size());
-  const Screen screen = studio.screen();
-  std::array<std::size_t, 2> sides{};
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Pixel p = *pixel_of(screen, points[i]);
-    const bool is_full = p.x > 350 && p.x < 450 && p.y > 250 && p.y < 350;
-    const bool is_zero = p.x > 350 && p.x < 450 && p.y > 120 && p.y < 180;
-    EXPECT_EQ(handles[i], is_full ? kFullHandle : is_zero ? kZeroHandle : 0) << p.x << " " << p.y;
-    if (is_full) ++sides[points[i].z > 0 ? 0 : 1];
-  }
-  EXPECT_GT(sides[0], 20u);
-  EXPECT_GT(sides[1], 20u);
-  run(studio, R"({"set": {"mirror": [false, true, false]}}
-{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]]})");
-  std::size_t below = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) below += handles[i] == kFullHandle && points[i].y < -0.5 ? 1 : 0;
-  EXPECT_GT(below, 20u) << "the mirror image is marked too";
-}
-
-TEST_F(GesturesTest, APenChangesRadiusOrDepthOrNothing) {
-  const auto painted = [&](PenPressure use, const char* pressure) {
-    Studio studio(options());
-    studio.preferences().pressure = use;
-    run(studio, ball(10242));
-    run(studio, std::string(R"({"tool": "paint"}
-{"drag": [[-0.5, 0, 0.86], [0.5, 0, 0.86]], "pressure": )") +
-                    pressure + "}");
-    double most = 0;
-    for (const Vec3d& p : positions(studio)) most = std::max(most, norm(p) - 1);
-    EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
-    return std::pair{most, last_strokes(studio)};
-  };
-  const double full = painted(PenPressure::depth, "[1, 1]").first;
-  EXPECT_NEAR(painted(PenPressure::none, "[0.3, 0.3]").first, full, 1e-9);
-  EXPECT_NEAR(painted(PenPressure::depth, "[0.5, 0.5]").first, 0.5 * full, 0.15 * full);
-  const auto [height, half] = painted(PenPressure::radius, "[0.5, 0.5]");
-  ASSERT_EQ(half.size(), 1u);
-  EXPECT_NEAR(std::get<PaintStroke>(half.front()).outer, 0.25, 1e-12);
-  EXPECT_NEAR(height, 0.5 * full, 0.15 * full) << "the depth is relative to the radius";
-  const std::vector<Stroke> growing = painted(PenPressure::radius, "[0.25, 1]").second;
-  EXPECT_GT(growing.size(), 4u);
-  for (std::size_t i = 1; i < growing.size(); ++i) {
-    EXPECT_GT(std::get<PaintStroke>(growing[i]).outer, std::get<PaintStroke>(growing[i - 1]).outer);
-  }
-}
-
-TEST_F(GesturesTest, TheViewTurnsAboutThePointUnderThePointer) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"view": {"yaw_deg": 0, "pitch_deg": 0}})");
-  const Vec3d point{0.6, 0.3, 0.74};
-  const auto before = pixel_of(studio.screen(), point);
-  const auto hit =
-      studio.shown().picker->pick(ray_through(studio.screen(), before->x, before->y), studio.shown().state);
-  ASSERT_TRUE(hit);
-  run(studio, fmt::format(R"({{"drag": [[{0}, {1}], [{2}, {3}]], "button": "middle"}})", before->x, before->y,
-                          before->x + 90, before->y + 40));
-  EXPECT_GT(std::abs(studio.navigation().view.yaw), 0.2);
-  const auto after = pixel_of(studio.screen(), hit->point);
-  EXPECT_NEAR(after->x, before->x, 1e-6);
-  EXPECT_NEAR(after->y, before->y, 1e-6);
-  // Beside the shape about the middle of the view.
-  const Vec3d target = studio.navigation().view.target;
-  run(studio, R"({"drag": [[20, 20], [120, 20]], "button": "middle"})");
-  EXPECT_LT(norm(studio.navigation().view.target - target), 1e-12);
-}
-
-TEST_F(GesturesTest, TheLastStrokeIsFramed) {
-  Studio studio(options());
-  run(studio, ball());
-  run(studio, R"({"set": {"radius": 0.1}}
-{"tool": "ball"}
-{"drag": [[0.7, 0, 0.7], [0.8, 0, 0.7]]}
-{"key": "Numpad ."})");
-  const View& view = studio.navigation().view;
-  EXPECT_LT(view.height, 1);
-  EXPECT_NEAR(view.target.x, 0.73, 0.1);
-  run(studio, R"({"key": "Home"})");
-  EXPECT_GT(studio.navigation().view.height, 2);
 }
 
 }  // namespace

@@ -104,26 +104,24 @@ std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState&
   return std::nullopt;
 }
 
-// From each place of a flat ring to the nearest place of the surface, and from there turned up or down to the distance
-// of the ring again: two rounds, from the angle of the place before.
+// From each place of a flat ring to the nearest place of the surface, with the ring turned up or down there as the place
+// before was found; the first place is looked for several times.
 std::vector<Vec3d> Picker::ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const {
-  constexpr int kRounds = 2;
+  constexpr int kFirstRounds = 4;
   const Vec3d center = searched(hit);
   const Vec3d u = any_orthogonal(hit.normal);
   const Vec3d v = cross(hit.normal, u);
   std::vector<Vec3d> ring;
   double tilt = 0;
-  for (int i = 0; i < points; ++i) {
-    const SinCos<double> turn = sincos(2 * std::numbers::pi * i / points);
+  for (int i = 1 - kFirstRounds; i < points; ++i) {
+    const SinCos<double> turn = sincos(2 * std::numbers::pi * std::max(i, 0) / points);
+    const SinCos<double> by = sincos(tilt);
     const Vec3d outward = u * turn.cos + v * turn.sin;
-    std::optional<SurfacePoint> found;
-    for (int round = 0; round < kRounds; ++round) {
-      const SinCos<double> by = sincos(tilt);
-      found = tree_.closest(center + (outward * by.cos + hit.normal * by.sin) * radius);
-      if (!found) return {};
-      const Vec3d way = found->point - center;
-      tilt = std::atan2(dot(way, hit.normal), std::max(dot(way, outward), 0.1 * radius));
-    }
+    const auto found = tree_.closest(center + (outward * by.cos + hit.normal * by.sin) * radius);
+    if (!found) return {};
+    const Vec3d way = found->point - center;
+    tilt = std::atan2(dot(way, hit.normal), std::max(dot(way, outward), 0.1 * radius));
+    if (i < 0) continue;
     const Triangle& t = links_.triangles[found->triangle];
     Vec3d place{};
     for (std::size_t k = 0; k < 3; ++k) place += now.positions[t[k]] * found->barycentric[k];

@@ -57,7 +57,7 @@ Stroke bent(const ToolSettings& settings, const Placement& at, double amount, co
 
 constexpr const char* kPullHint = "Drag the shape, or start beside it. Type a distance while you drag; Ctrl snaps it.";
 constexpr const char* kTurnHint = "Click on the shape to place the tool.";
-constexpr const char* kTurnAgain = "beside the gizmo. Ctrl snaps; its arrows move it, its rings turn it.";
+constexpr const char* kTurnAgain = "Ctrl snaps; the arrows move the gizmo, its rings turn it.";
 
 const std::vector<StudioTool> kTools{
     {.name = "Ball",
@@ -247,15 +247,15 @@ namespace {
 
 std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
   if (tool.turning.is_percent) {
-    return std::string("Drag right or up to stretch, left or down to shorten, ") + tool.second_hint;
+    return std::string("Drag right or up beside the gizmo to stretch, left or down to shorten. ") + tool.second_hint;
   }
   switch (turning) {
     case TurnDrag::round:
-      return std::string("Drag round the middle of the gizmo, ") + tool.second_hint;
+      return std::string("Drag beside the gizmo, round its middle. ") + tool.second_hint;
     case TurnDrag::sideways:
-      return std::string("Drag right or left ") + tool.second_hint;
+      return std::string("Drag right or left beside the gizmo. ") + tool.second_hint;
     case TurnDrag::upright:
-      return std::string("Drag up or down ") + tool.second_hint;
+      return std::string("Drag up or down beside the gizmo. ") + tool.second_hint;
   }
   return {};
 }

@@ -11,7 +11,7 @@ namespace knead::studio {
 
 namespace {
 
-constexpr int kPoints = 64;         // of a ring; a multiple of 2 kDash
+constexpr int kPoints = 48;         // of a ring; a multiple of 2 kDash
 constexpr int kDash = 2;            // points of a dash, and of a gap
 constexpr double kThickness = 1.1;  // half, in pixels
 constexpr double kHalf = 0.5;       // the weight at the dashed ring of tools without an inner region
