@@ -2,7 +2,7 @@
 #include <fmt/format.h>
 #include <imgui.h>
 
-#include <array>
+#include <algorithm>
 
 #include "panels/panels.h"
 #include "panels/widgets.h"

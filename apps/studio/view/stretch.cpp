@@ -14,6 +14,7 @@ namespace {
 // Vertices that an estimate looks at, and those of them that it follows: 3 ms on two cores.
 constexpr std::size_t kLookedAt = 40'000;
 constexpr std::size_t kFollowed = 192;
+constexpr double kLeastPart = 0.9 / 2.4;  // of the safe width of a bend
 
 // The places of the vertices from which the shape is stretched.
 std::optional<std::vector<Vec3d>> places_before(const DocumentState& shown, StretchView since) {
@@ -32,6 +33,12 @@ std::vector<Vec3d> some_of(const Snapshot& positions) {
   std::vector<Vec3d> result;
   for (std::size_t i = 0; i < positions.size(); i += stride) result.push_back(positions[i]);
   return result;
+}
+
+// Path lines of such a bend may run to infinity (method, section 10).
+bool is_crushed(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
+  return check && std::holds_alternative<BendStroke>(stroke) && check->width < kLeastPart * check->safe;
 }
 
 }  // namespace
@@ -60,8 +67,13 @@ const std::optional<GreatestStretch>& StretchEstimate::update(const Studio& stud
   state_ = state;
   strokes_ = std::move(strokes);
   estimate_.reset();
+  const auto& placement = studio.placed().placement;
   Flow flow;
   for (const Stroke& stroke : strokes_) {
+    if (placement && placement->profile && is_crushed(stroke, *placement->profile)) {
+      estimate_ = GreatestStretch{HUGE_VAL, 0, placement->center, 1};
+      return estimate_;
+    }
     const Flow one = flow_of(stroke);
     flow.segments.insert(flow.segments.end(), one.segments.begin(), one.segments.end());
   }
