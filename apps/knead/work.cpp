@@ -33,6 +33,7 @@ std::vector<std::string> first_warnings(const Session& session, const std::optio
   for (std::size_t i = 0; i < session.strokes.size(); ++i) {
     if (until && static_cast<double>(i) >= *until) break;
     const SessionStroke& stroke = session.strokes[i];
+    if (!is_applied(stroke)) continue;
     for (const std::string& warning : warnings(stroke.stroke)) {
       result.push_back(to_string(Place{session.name, stroke.line}) + ": " + warning);
     }

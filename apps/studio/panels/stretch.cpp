@@ -3,6 +3,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "panels/panels.h"
 #include "panels/widgets.h"
@@ -64,9 +65,10 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
   const auto& placement = studio.placed().placement;
   const auto at = placement ? pixel_of(studio.screen(), placement->center) : std::nullopt;
   if (!at || estimate.samples == 0) return;
-  const std::string text = estimate.is_strong()
-                               ? fmt::format("stretches up to {:.1f} times: triangles become thin", estimate.greatest)
-                               : fmt::format("stretches up to {:.1f} times", estimate.greatest);
+  const std::string factor = fmt::format("stretches up to {:.1f} times", estimate.greatest);
+  const std::string text = std::isinf(estimate.greatest) ? "crushes the shape: the zone is too thin"
+                           : estimate.is_strong()        ? factor + ": triangles become thin"
+                                                         : factor;
   const float width = ImGui::CalcTextSize(text.c_str()).x;
   const ImVec2 corner{static_cast<float>(at->x) - 0.5F * width, static_cast<float>(at->y) + 120 * gui.unit()};
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
