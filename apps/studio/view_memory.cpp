@@ -41,9 +41,9 @@ std::string settings_line(const ToolSettings& to) {
                                  to.radius, to.inner_ratio, to.depth, to.capsule_length);
   text += fmt::format(R"("stamp_size": {}, "exponent": {}, "drag": "{}", "axis": {}, "handle": "{}", )", to.stamp_size,
                       to.exponent, word_of(to.drag), text_of(to.axis), word_of(to.handle));
-  text += fmt::format(R"("start": "{}", "paint_in": {}, "barrel": {}, "mirror": [{}, {}, {}], "remesh": {})",
-                      word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2],
-                      to.remesh);
+  text +=
+      fmt::format(R"("start": "{}", "paint_in": {}, "barrel": {}, "mirror": [{}, {}, {}], "remesh": {})",
+                  word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2], to.remesh);
   text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
                       to.symmetry.turns, text_of(to.symmetry.axis));
   if (to.symmetry.plane) {

@@ -21,7 +21,7 @@ inline std::uint64_t hash_of(const Snapshot& positions) {
   return hash;
 }
 
-// Every tool, undo, redo, a drag that is given up, a past stroke changed, a remeshed one.
+// Every tool, undo, redo, a drag that is given up, a past stroke changed, layers, a remeshed one.
 inline constexpr const char* kKillScript = R"({"size": [800, 600]}
 {"new": "sphere", "vertices": 642}
 {"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
@@ -47,6 +47,12 @@ inline constexpr const char* kKillScript = R"({"size": [800, 600]}
 {"set": {"mirror": [false, false, false]}}
 {"edit": 1, "strokes": [{"tool": "rotate", "center": [0, 0, 1], "axis": [0, 0, 1], "angle_deg": 20, "inner": 0.2, "outer": 0.6}]}
 {"key": "Ctrl+Z"}
+{"layer": 0, "off": true}
+{"layer": 2, "strength": 0.5}
+{"layer": 1, "name": "ridge"}
+{"layer": 2, "move_to": 1}
+{"layer": 2, "join": true}
+{"layer": 0, "off": false}
 {"tool": "stamp"}
 {"set": {"drag": "normal"}}
 {"stamp": "sphere"}
