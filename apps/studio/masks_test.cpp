@@ -36,7 +36,9 @@ TEST_F(StudioTest, MaskedVerticesStayWhileTheRestIsPulled) {
     const std::vector<Vec3d> after = positions(studio);
     std::size_t moved = 0;
     for (std::size_t v = 0; v < before.size(); ++v) {
-      if (before[v].x < -0.02) EXPECT_EQ(after[v], before[v]) << v;
+      if (before[v].x < -0.02) {
+        EXPECT_EQ(after[v], before[v]) << v;
+      }
       moved += after[v] == before[v] ? 0 : 1;
     }
     EXPECT_GT(moved, 100u);
@@ -166,8 +168,12 @@ TEST_F(StudioTest, AMaskIsShownDark) {
   ASSERT_TRUE(shades.has_value());
   const std::vector<Vec3d> places = positions(studio);
   for (std::size_t v = 0; v < places.size(); ++v) {
-    if (places[v].x < -0.02) EXPECT_EQ((*shades)[v], 1);
-    if (places[v].x > 0.4) EXPECT_EQ((*shades)[v], 0);
+    if (places[v].x < -0.02) {
+      EXPECT_EQ((*shades)[v], 1);
+    }
+    if (places[v].x > 0.4) {
+      EXPECT_EQ((*shades)[v], 0);
+    }
   }
   EXPECT_FALSE(overlay.mask(studio).has_value()) << "nothing has changed";
   run(studio, R"({"mask": "clear"})");

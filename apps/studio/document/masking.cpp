@@ -5,8 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "knead/mesh/edges.h"
-
 namespace knead::studio {
 
 namespace {
@@ -56,21 +54,26 @@ void take_points(const MaskStroke& mask, const Snapshot& positions, MaskValues& 
   }
 }
 
-// Of each vertex and its neighbours: their mean, the greatest or the smallest.
+// Of each vertex and its neighbours: their mean (a neighbour counts once for each face that shares the edge), the
+// greatest or the smallest.
 MaskValues filtered(const MaskValues& values, MaskEdit edit, const Mesh& mesh) {
   MaskValues result = values;
   std::vector<std::uint32_t> sum(values.begin(), values.end());
   std::vector<std::uint32_t> count(values.size(), 1);
-  for_each_edge(edge_uses(mesh), [&](std::span<const EdgeUse> uses) {
-    const std::uint32_t a = uses.front().low;
-    const std::uint32_t b = uses.front().high;
-    for (const auto& [to, from] : {std::pair{a, b}, std::pair{b, a}}) {
-      sum[to] += values[from];
-      ++count[to];
-      if (edit == MaskEdit::grow) result[to] = std::max(result[to], values[from]);
-      if (edit == MaskEdit::shrink) result[to] = std::min(result[to], values[from]);
+  const auto add = [&](std::uint32_t to, std::uint32_t from) {
+    sum[to] += values[from];
+    ++count[to];
+    if (edit == MaskEdit::grow) result[to] = std::max(result[to], values[from]);
+    if (edit == MaskEdit::shrink) result[to] = std::min(result[to], values[from]);
+  };
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t next = face[(i + 1) % face.size()];
+      add(face[i], next);
+      add(next, face[i]);
     }
-  });
+  }
   if (edit != MaskEdit::blur) return result;
   for (std::size_t v = 0; v < values.size(); ++v) {
     result[v] = static_cast<std::uint8_t>((sum[v] + count[v] / 2) / count[v]);

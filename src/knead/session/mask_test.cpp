@@ -201,7 +201,9 @@ TEST(SessionMask, ARelaxLeavesMaskedVertices) {
   const std::vector<Vec3d> after = result_of(mesh, session_of({half(mesh), relax}));
   bool moves = false;
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (mesh.positions[v].x < 0) EXPECT_EQ(after[v], mesh.positions[v]);
+    if (mesh.positions[v].x < 0) {
+      EXPECT_EQ(after[v], mesh.positions[v]);
+    }
     moves = moves || after[v] != mesh.positions[v];
   }
   EXPECT_TRUE(moves);

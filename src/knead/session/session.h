@@ -16,8 +16,8 @@ namespace knead {
 // The greatest strength of a stroke.
 inline constexpr double kMostStrength = 1.5;
 
-// A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied, and
-// how the mesh follows it.
+// A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied,
+// and how the mesh follows it.
 struct SessionStroke {
   Stroke stroke;
   std::size_t line = 0;  // of the session file, from 1; 0: of none
