@@ -195,7 +195,7 @@ TEST_P(InEveryProjection, TheGizmoIsMetWhereItIsDrawn) {
     const auto start = pixel_of(screen, placement.center + axis * (0.9 * size));
     const auto end = pixel_of(screen, placement.center + axis * (1.5 * size));
     ASSERT_TRUE(start && end);
-    const Placement moved = dragged(screen, placement, part, *start, *end);
+    const Placement moved = moved_by(placement, part, dragged_by(screen, placement, part, *start, *end));
     EXPECT_LT(norm(moved.center - placement.center - axis * (0.6 * size)), 1e-6 * size);
   }
 }

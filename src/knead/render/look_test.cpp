@@ -90,7 +90,7 @@ TEST_F(LookTest, OcclusionDarkensACornerAndLeavesAPlaneAlone) {
   const Image plain = render(scene, options);
   options.relief.occlusion = true;
   const Image relief = render(scene, options);
-  EXPECT_LT(brightness_at(relief, scene, 0.48), 0.9 * brightness_at(plain, scene, 0.48));
+  EXPECT_LT(brightness_at(relief, scene, 0.48), 0.94 * brightness_at(plain, scene, 0.48));
   EXPECT_NEAR(brightness_at(relief, scene, -0.5), brightness_at(plain, scene, -0.5), 2);
 }
 

@@ -92,7 +92,7 @@ float occlusion(vec2 at, vec3 p, vec3 n, float size, int taps, float turn) {
     float above = max(dot(d, n) - 0.07 * sqrt(dd) - size, 0.0);
     sum += f * f * f * above / (dd + 0.0004 * reach * reach);
   }
-  return max(1.0 - 3.2 * reach * sum / float(taps), 0.0);
+  return max(1.0 - 2.2 * reach * sum / float(taps), 0.0);
 }
 )";
 
