@@ -1,7 +1,9 @@
 // Work that takes time: it has a name, it stops, what it leaves is done later; and the surface is relaxed with Shift.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <fstream>
 #include <functional>
 #include <thread>
 
@@ -74,7 +76,9 @@ TEST_F(RelaxTest, BesideTheShapeAndOnAPointCloudNothingHappens) {
   Studio studio(options());
   run(studio, ball() + R"({"drag": [[-0.9, -0.9, 0], [-0.9, -0.5, 0]], "modifiers": ["shift"]})");
   EXPECT_TRUE(studio.shown().history.empty());
-  write_mesh(folder_ / "cloud.xyz", Mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}});
+  Mesh cloud;
+  cloud.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  write_mesh(folder_ / "cloud.xyz", cloud);
   run(studio, R"({"open": ")" + (folder_ / "cloud.xyz").string() + R"("}
 {"drag": [[0, 0, 0], [0.5, 0, 0]], "modifiers": ["shift"]})");
   EXPECT_EQ(errors(studio), "A point cloud has no surface to relax.\n");
