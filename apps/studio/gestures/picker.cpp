@@ -104,8 +104,8 @@ std::optional<double> Picker::thickness(const SurfaceHit& hit, const ShapeState&
   return std::nullopt;
 }
 
-// From each place of a flat ring to the nearest place of the surface, with the ring turned up or down there as the place
-// before was found; the first place is looked for several times.
+// From each place of a flat ring to the nearest place of the surface, with the ring turned up or down there as the
+// place before was found; the first place is looked for several times.
 std::vector<Vec3d> Picker::ring_around(const SurfaceHit& hit, double radius, int points, const ShapeState& now) const {
   constexpr int kFirstRounds = 4;
   const Vec3d center = searched(hit);
