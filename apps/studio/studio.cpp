@@ -508,11 +508,7 @@ void Studio::remember_look() {
   look.field_of_view_deg = navigation_.view.field_of_view_deg;
   if (look == preferences_.look) return;
   preferences_.look = look;
-  try {
-    save_preferences(options_.config, preferences_);
-  } catch (const IoError& error) {
-    tell({true, error.what()});
-  }
+  save_preferences();
 }
 
 void Studio::close() {
