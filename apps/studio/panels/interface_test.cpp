@@ -299,7 +299,9 @@ TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
     const Area keys = Seat::area_of("Keys");
     EXPECT_GE(keys.left, 0);
     EXPECT_LE(keys.right, static_cast<float>(width));
-    if (width == 1440 && unit == 1) EXPECT_EQ(ImGui::FindWindowByName("Keys")->ScrollMax.y, 0) << "all keys at once";
+    if (width == 1440 && unit == 1) {
+      EXPECT_EQ(ImGui::FindWindowByName("Keys")->ScrollMax.y, 0) << "all keys at once";
+    }
     const ImDrawList& list = *ImGui::FindWindowByName("Keys")->DrawList;
     EXPECT_EQ(list.VtxBuffer.front().col >> IM_COL32_A_SHIFT, 255U) << "its background is opaque";
     seat.studio.close();

@@ -96,8 +96,8 @@ void main() {
 const char* const kFlatFragment = R"(
 void main() {
   vec3 n = normalize(cross(dFdx(point), dFdy(point)));
-  vec3 light = vec3(0.10, 0.10, 0.12) + max(dot(n, key), 0.0) * vec3(1.06, 0.98, 0.84) +
-               max(dot(n, fill), 0.0) * vec3(0.10, 0.30, 0.56) + max(-dot(n, sky_up), 0.0) * vec3(0.30, 0.16, 0.12);
+  vec3 light = vec3(0.05, 0.05, 0.07) + max(dot(n, key), 0.0) * vec3(0.92, 0.80, 0.62) +
+               max(dot(n, fill), 0.0) * vec3(0.05, 0.26, 0.62) + max(-dot(n, sky_up), 0.0) * vec3(0.30, 0.14, 0.10);
   vec3 base = base_color();
   pixel = vec4(sqrt(base * base * light), 1.0);
   normal_out = vec4(n, 1.0);
