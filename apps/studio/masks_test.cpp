@@ -130,8 +130,8 @@ TEST_F(StudioTest, ALassoMasksWhatItGoesRound) {
   std::size_t front = 0;
   for (std::size_t v = 0; v < places.size(); ++v) {
     if (values[v] == 0) continue;
-    EXPECT_LT(std::abs(places[v].x), 0.26);  // 50 pixels
-    EXPECT_LT(std::abs(places[v].y), 0.26);
+    EXPECT_LT(std::abs(places[v].x), 0.3);  // 50 pixels, and what lies behind is seen smaller
+    EXPECT_LT(std::abs(places[v].y), 0.3);
     front += places[v].z > 0 ? 1 : 0;
   }
   EXPECT_GT(front, 5u);

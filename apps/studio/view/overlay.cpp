@@ -302,15 +302,17 @@ void add_mask_line(const Studio& studio, std::vector<render::Line>& lines) {
 std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
   const ShapeState& state = studio.shown().state;
   if (studio.shown().opened == 0) return std::nullopt;
-  const bool is_same = mask_version_ == studio.shown().version && mask_mesh_ == state.mesh && !was_masking_;
+  const bool is_new_shape = mask_mesh_ != state.mesh;
+  const bool is_same = !is_new_shape && mask_version_ == studio.shown().version && !was_masking_;
   if (is_same && !studio.is_masking()) return std::nullopt;
+  // A drag moves what the mask leaves free: the shades there can wait.
+  if (studio.gesture() && !is_new_shape && state.mask.shares(mask_)) return std::nullopt;
   mask_version_ = studio.shown().version;
   was_masking_ = studio.is_masking();
-  if (!was_masking_ && state.mask.shares(mask_) && mask_mesh_ == state.mesh && state.mask.is_empty()) {
-    if (!std::exchange(has_mask_, false)) return std::nullopt;
-  }
   mask_ = state.mask;
   mask_mesh_ = state.mesh;
+  const bool has_shades = std::exchange(has_mask_, false) && !is_new_shape;
+  if (!was_masking_ && state.mask.is_empty() && !has_shades) return std::nullopt;
   std::vector<float> shades(state.positions.size());
   const MaskValues& painted = studio.mask_values();
   for (std::size_t v = 0; v < shades.size(); ++v) {
