@@ -61,7 +61,6 @@
 // Strokes: one plain struct per tool, and the flow that each becomes.
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
-#include "knead/tool/stamp.h"
 #include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
 #include "knead/tool/tool.h"

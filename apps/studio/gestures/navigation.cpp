@@ -1,6 +1,7 @@
 #include "gestures/navigation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <variant>
@@ -18,7 +19,7 @@ constexpr double kSmallestHeight = 1e-9;
 constexpr double kLargestHeight = 1e12;
 constexpr double kFramingMargin = 0.08;  // of the free part of the picture, at each side
 constexpr double kLeastFree = 0.25;      // of the picture
-constexpr int kFramingRounds = 12;       // each halves what is wrong, or better
+constexpr int kHalvings = 60;            // of an interval, down to rounding
 constexpr Box kUnitCube{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}};
 
 // The axes of the turntable.
@@ -51,25 +52,58 @@ Axes axes_of(const View& view) {
 
 double distance_of(const View& view) { return view.height / (2 * std::tan(view.field_of_view_deg * kPi / 360)); }
 
-// The rectangle that a box fills in the picture, in pixels: its middle and its size.
-struct SeenBox {
-  double x;
-  double y;
-  double width;
-  double height;
+// The corners of a box along the axes of the picture.
+std::array<Vec3d, 8> corners_along(const Axes& axes, const Box& box) {
+  std::array<Vec3d, 8> corners;
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vec3d p{(i & 1) != 0 ? box.max.x : box.min.x, (i & 2) != 0 ? box.max.y : box.min.y,
+                  (i & 4) != 0 ? box.max.z : box.min.z};
+    corners[i] = {dot(p, axes.right), dot(p, axes.up), dot(p, axes.back)};
+  }
+  return corners;
+}
+
+// A part of the picture along one of its axes: tangents of the angles to the line of sight, for perspective.
+struct Part {
+  double begin;
+  double end;
 };
 
-// Nothing where a corner is behind the eye.
-std::optional<SeenBox> seen_box(const Screen& screen, const Box& box) {
-  Box seen;
-  for (int corner = 0; corner < 8; ++corner) {
-    const Vec3d p{(corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
-                  (corner & 4) != 0 ? box.max.z : box.min.z};
-    const std::optional<Pixel> pixel = pixel_of(screen, p);
-    if (!pixel) return std::nullopt;
-    seen.extend({pixel->x, pixel->y, 0});
+// The least distance of the eye, along z, from which all corners are seen within the part: a corner at (a, z) is seen
+// at (a - eye) / (distance - z).
+double distance_to_fit(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, const Part& part) {
+  double most = -HUGE_VAL;
+  double least = HUGE_VAL;
+  for (const Vec3d& corner : corners) {
+    most = std::max(most, corner.*axis + part.end * corner.z);
+    least = std::min(least, corner.*axis + part.begin * corner.z);
   }
-  return SeenBox{seen.center().x, seen.center().y, seen.max.x - seen.min.x, seen.max.y - seen.min.y};
+  return (most - least) / (part.end - part.begin);
+}
+
+// The place of the eye along an axis from where the corners are seen around the middle of the part.
+double eye_in_middle(const std::array<Vec3d, 8>& corners, double Vec3d::*axis, const Part& part, double distance) {
+  const auto [low, high] = std::minmax_element(corners.begin(), corners.end(),
+                                               [axis](const Vec3d& a, const Vec3d& b) { return a.*axis < b.*axis; });
+  const double reach = std::max(std::abs(part.begin), std::abs(part.end));
+  double least = (*low).*axis;
+  double most = (*high).*axis;
+  for (const Vec3d& corner : corners) {
+    least = std::min(least, corner.*axis - reach * (distance - corner.z));
+    most = std::max(most, corner.*axis + reach * (distance - corner.z));
+  }
+  for (int i = 0; i < kHalvings; ++i) {
+    const double eye = 0.5 * (least + most);
+    double seen_least = HUGE_VAL;
+    double seen_most = -HUGE_VAL;
+    for (const Vec3d& corner : corners) {
+      const double seen = (corner.*axis - eye) / (distance - corner.z);
+      seen_least = std::min(seen_least, seen);
+      seen_most = std::max(seen_most, seen);
+    }
+    (seen_least + seen_most > part.begin + part.end ? least : most) = eye;
+  }
+  return 0.5 * (least + most);
 }
 
 bool start_drag(Navigation& navigation, const ButtonChanged& event) {
@@ -171,29 +205,35 @@ View framed(const View& view, const Box& box, const Picture& picture) {
   const Margins& covered = picture.covered;
   const double free_width = std::max<double>(width - covered.left - covered.right, kLeastFree * width);
   const double free_height = std::max<double>(height - covered.top - covered.bottom, kLeastFree * height);
-  const double x = std::min(covered.left, picture.width) + 0.5 * free_width;
-  const double y = std::min(covered.top, picture.height) + 0.5 * free_height;
+  // From the middle of the picture to the middle of the free part, upwards.
+  const double x = std::min(covered.left, picture.width) + 0.5 * (free_width - width);
+  const double y = 0.5 * (height - free_height) - std::min(covered.top, picture.height);
+  const double half_width = (0.5 - kFramingMargin) * free_width;
+  const double half_height = (0.5 - kFramingMargin) * free_height;
   const Axes axes = axes_of(view);
-  const render::FitOptions options{view.projection, view.field_of_view_deg, kFramingMargin};
-  const render::Camera camera = render::fit_camera(box, -axes.back, camera_of(view).up, width / height, options);
+  const Box shown = box.empty() ? kUnitCube : box;
+  const std::array<Vec3d, 8> corners = corners_along(axes, shown);
+  const Vec3d middle{dot(shown.center(), axes.right), dot(shown.center(), axes.up), dot(shown.center(), axes.back)};
   View result = view;
-  result.target = camera.target;
-  result.height = std::clamp(camera.height, kSmallestHeight, kLargestHeight);
-  // Perspective shows a box beside the middle of the picture at another size than in the middle.
-  for (int i = 0; i < kFramingRounds; ++i) {
-    const Screen screen{camera_of(result), picture.width, picture.height};
-    const std::optional<SeenBox> seen = seen_box(screen, box.empty() ? kUnitCube : box);
-    if (!seen) {
-      result.height = std::min(2 * result.height, kLargestHeight);
-      continue;
-    }
-    result = panned(result, x - seen->x, y - seen->y, height);
-    const double free = 1 - 2 * kFramingMargin;
-    const double grows = std::min(free * free_width / seen->width, free * free_height / seen->height);
-    if (std::isfinite(grows) && grows > 0) {
-      result = zoomed(result, grows, under_pointer(result, x, y, width, height));
-    }
+  if (view.projection == render::Projection::orthographic) {
+    Box seen;
+    for (const Vec3d& corner : corners) seen.extend(corner);
+    const Vec3d size = seen.max - seen.min;
+    const double pixel = std::max(size.x / (2 * half_width), size.y / (2 * half_height));
+    result.height = std::clamp(pixel * height, kSmallestHeight, kLargestHeight);
+    const double kept = result.height / height;
+    result.target = axes.right * (middle.x - kept * x) + axes.up * (middle.y - kept * y) + axes.back * middle.z;
+    return result;
   }
+  const double pixel = 2 * std::tan(0.5 * view.field_of_view_deg * std::numbers::pi / 180) / height;
+  const Part across{pixel * (x - half_width), pixel * (x + half_width)};
+  const Part upwards{pixel * (y - half_height), pixel * (y + half_height)};
+  const double fits =
+      std::max(distance_to_fit(corners, &Vec3d::x, across), distance_to_fit(corners, &Vec3d::y, upwards));
+  result.height = std::clamp(pixel * height * (fits - middle.z), kSmallestHeight, kLargestHeight);
+  const double distance = middle.z + result.height / (pixel * height);
+  result.target = axes.right * eye_in_middle(corners, &Vec3d::x, across, distance) +
+                  axes.up * eye_in_middle(corners, &Vec3d::y, upwards, distance) + axes.back * middle.z;
   return result;
 }
 

@@ -237,7 +237,8 @@ constexpr std::size_t kBricksAtOnce = 32;
 void make_nodes(const Cells& cells, const Bricks& bricks, int threads, MaskGrid& grid) {
   const std::vector<std::uint32_t> reached = reached_bricks(cells, bricks);
   std::vector<std::array<std::uint8_t, kBrickBytes>> nodes(reached.size());
-  const auto [nx, ny, nz] = bricks.count;
+  const int nx = bricks.count[0];
+  const int ny = bricks.count[1];
   parallel_for(reached.size(), kBricksAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     BrickNodes brick;
     for (std::size_t i = begin; i < end; ++i) {
@@ -259,7 +260,9 @@ void make_nodes(const Cells& cells, const Bricks& bricks, int threads, MaskGrid&
 
 // Twice through the bricks, there and back: each is at most one further from what is not free than its neighbours.
 void measure_clearance(MaskGrid& grid) {
-  const auto [nx, ny, nz] = grid.bricks;
+  const int nx = grid.bricks[0];
+  const int ny = grid.bricks[1];
+  const int nz = grid.bricks[2];
   grid.clear.resize(grid.start.size());
   for (std::size_t i = 0; i < grid.start.size(); ++i) grid.clear[i] = grid.start[i] == 0 ? 255 : 0;
   const auto lower = [&](int x, int y, int z, int sign) {
