@@ -194,7 +194,9 @@ TEST(ReadGlb, WhatCannotBeReadHonestly) {
   expect_error(meshopt.bytes(), "bufferViews[0]: is compressed (EXT_meshopt_compression)");
   GlbFile external = square_glb();
   external.json["buffers"][0]["uri"] = "../../etc/passwd";
-  expect_error(external.bytes(), "outside of the file's binary chunk");
+  expect_error(external.bytes(), "is no plain name of a file in the same folder");
+  external.json["buffers"][0]["uri"] = "square.bin";
+  expect_error(external.bytes(), "in the file 'square.bin', which is not opened here");
   GlbFile second = square_glb();
   second.json["bufferViews"][0]["buffer"] = 1;
   expect_error(second.bytes(), "lies in buffer 1");

@@ -183,22 +183,27 @@ ShapeFile parse_container(std::string bytes, const std::string& name, const std:
   return wrapped(bytes, "glb", name, collector);
 }
 
-// "data:...", with the words before the bytes that the source has.
+// "data:..." as JSON, quotes included, with the words before the bytes that the source has. Those may be anything that
+// a JSON text can be, and so need escapes; base64 needs none.
 std::string data_uri(const std::vector<Buffer>& buffers, std::string_view bin) {
   const bool has_head = !buffers.empty() && buffers[0].kind == Buffer::Kind::data;
-  return (has_head ? buffers[0].head : "data:application/octet-stream;base64,") + to_base64(bin);
+  std::string uri = to_text(Json(has_head ? buffers[0].head : "data:application/octet-stream;base64,"));
+  uri.pop_back();
+  return uri + to_base64(bin) + '"';
 }
 
-// The buffers as text: the source's own one with other bytes.
+// The buffers as text: the source's own one with other bytes; `uri` as JSON.
 std::string buffers_text(const Layout& layout, std::string_view bin, const std::optional<std::string>& uri) {
   const std::string size = std::to_string(bin.size());
   if (layout.buffers.size() != 1) {
-    return fmt::format(R"([{{"byteLength":{}{}}}])", size, uri ? fmt::format(R"(,"uri":"{}")", *uri) : "");
+    return fmt::format(R"([{{"byteLength":{}{}}}])", size, uri ? R"(,"uri":)" + *uri : "");
   }
   const std::string_view text = layout.buffers_text;
   const Span buffer = glb::members(text, Span{0, text.size()})[0].value;
-  std::vector<Patch> patches{{*member(text, buffer, "byteLength"), size}};
-  if (uri) patches.push_back({*member(text, buffer, "uri"), '"' + *uri + '"'});
+  const std::optional<Span> old_uri = member(text, buffer, "uri");
+  std::vector<Patch> patches{
+      {*member(text, buffer, "byteLength"), size + (uri && !old_uri ? R"(,"uri":)" + *uri : "")}};
+  if (uri && old_uri) patches.push_back({*old_uri, *uri});
   return glb::patched(text, std::move(patches));
 }
 

@@ -95,6 +95,34 @@ TEST(Gltf, GlbWithADataUri) {
   EXPECT_EQ(parse_shape(moved, "glb", "b").mesh.positions, lifted(shape));
 }
 
+// Tests with damaged files found that the words before the bytes were written without their escapes.
+TEST(Gltf, EscapesInADataUriStay) {
+  for (const char* escaped : {"\\t", "\\n", "\\\"", "\\\\", "\\u0000", "\\u00e9"}) {
+    const std::string head = std::string("\"data:applica") + escaped + ";base64,";
+    for (const std::string& sound : {embedded(square_glb()), gltf_samples()[2].bytes}) {
+      const std::string from =
+          sound.find("data:;base64,") == std::string::npos ? "data:application/octet-stream;base64," : "data:;base64,";
+      const std::string text = replaced(sound, '"' + from, head);
+      const ShapeFile shape = parse_shape(text, "gltf", "a.gltf");
+      const std::string moved = serialize_shape("gltf", shape, lifted(shape));
+      EXPECT_EQ(parse_shape(moved, "gltf", "b").mesh.positions, lifted(shape)) << escaped;
+      const std::string uri = GlbJson::parse(moved)["buffers"][0]["uri"];
+      EXPECT_TRUE(uri.starts_with(GlbJson::parse(head + '"').get<std::string>())) << escaped;
+    }
+  }
+}
+
+// All zeros: none of the bytes is there, but a moved vertex needs some.
+TEST(Gltf, AnEmptyBufferWithoutAUri) {
+  const std::string text = R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"buffers":[{"byteLength":0}],
+    "bufferViews":[{"buffer":0,"byteLength":0}],"accessors":[{"count":3,"type":"VEC3","componentType":5126,
+    "sparse":{"count":0,"indices":{"bufferView":0,"componentType":5121},"values":{"bufferView":0}}}]})";
+  const ShapeFile shape = parse_shape(text, "gltf", "a.gltf");
+  EXPECT_EQ(serialize_shape("gltf", shape, shape.mesh.positions), text);
+  EXPECT_EQ(parse_shape(serialize_shape("gltf", shape, lifted(shape)), "gltf", "b").mesh.positions, lifted(shape));
+}
+
 TEST(Gltf, SeveralBuffersAreNoted) {
   const ShapeFile shape = parse_shape(gltf_samples()[2].bytes, "gltf", "a.gltf");
   EXPECT_NE(text_of(shape.notes).find("2 buffers are written as one"), std::string::npos);
