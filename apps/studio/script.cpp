@@ -409,9 +409,12 @@ class Script {
     return true;
   }
 
+  // What has been done may ask for more, as a remesh does for the barrel of the new mesh.
   void settle() {
-    studio_.wait();
-    studio_.refresh();
+    do {
+      studio_.wait();
+      studio_.refresh();
+    } while (studio_.is_busy());
   }
 
   static void pause(double seconds) { std::this_thread::sleep_for(std::chrono::duration<double>(seconds)); }

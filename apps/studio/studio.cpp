@@ -116,6 +116,8 @@ void Studio::refresh() {
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
   remember_view();
   refresh_mask();
+  const bool has_barrel = placed_.placement && placed_.placement->barrel;
+  if (has_barrel && !gesture_ && !worker_->is_busy() && shown_.state.mesh != barrel_mesh_) find_barrel(false);
 }
 
 void Studio::after_opening() {
@@ -325,6 +327,7 @@ void Studio::end(bool is_kept) {
 void Studio::find_barrel(bool may_turn) {
   const Turning& turning = settings_.tool->turning;
   if (!turning.takes_barrel || !placed_.placement) return;
+  barrel_mesh_ = shown_.state.mesh;
   const Placement placement = *placed_.placement;
   const bool bends = turning.axis == &Placement::x;
   const auto find = [this, placement, bends, may_turn, settings = settings_](Progress& progress) {

@@ -285,6 +285,7 @@ class Studio {
   Mask values_mask_;                         // the document's when the values were made
   std::shared_ptr<const Mesh> values_mesh_;  // likewise
   std::optional<Masking> masking_;
+  std::shared_ptr<const Mesh> barrel_mesh_;  // of the shape when the barrel was looked for; a remesh may follow later
   HitTest hit_test_;
   std::optional<Adjusting> adjusting_;
   LayerEditor layers_;

@@ -35,8 +35,10 @@ class StudioTest : public testing::Test {
   static void run(Studio& studio, const std::string& script) {
     std::istringstream lines(script);
     run_script(lines, "script", studio, {});
-    studio.wait();
-    studio.refresh();
+    do {
+      studio.wait();
+      studio.refresh();
+    } while (studio.is_busy());
   }
 
   // A ball of radius 1 seen from the front, 1 unit 200 pixels, the middle at (400, 300).

@@ -213,7 +213,7 @@ TEST_F(StretchTest, ThePlacedToolIsEstimatedBeforeItIsUsed) {
 {"click": [400, 300]})");
   ASSERT_TRUE(estimate.update(studio).has_value());
   EXPECT_FALSE(estimate.update(studio)->is_strong());
-  run(studio, R"({"set": {"widens_zone": false}})");
+  run(studio, R"({"set": {"widens_zone": false, "radius": 0.5}})");
   ASSERT_TRUE(estimate.update(studio).has_value());
   EXPECT_TRUE(estimate.update(studio)->is_strong());
   EXPECT_FALSE(std::isinf(estimate.update(studio)->greatest));
