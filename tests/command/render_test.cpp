@@ -105,12 +105,24 @@ TEST_F(RenderTest, OptionsChangeThePicture) {
   EXPECT_EQ(picture({"--view", "35,25"}), plain);
   for (const Words& words :
        {Words{"--flat"}, Words{"--wireframe"}, Words{"--background", "transparent"}, Words{"--background", "dark"},
-        Words{"--background", "#204060"}, Words{"--material", "jade"}, Words{"--cavity"}, Words{"--occlusion"},
-        Words{"--perspective", "60"}, Words{"--perspective", "0"}, Words{"--quality", "draft"},
-        Words{"--quality", "fine"}, Words{"--no-ground"}, Words{"--view", "top"}, Words{"--view", "-30,-20"},
-        Words{"--session", "s.knead"}, Words{"--session", "s.knead", "--stroke", "2"}}) {
+        Words{"--background", "#204060"}, Words{"--material", "jade"}, Words{"--cavity"}, Words{"--perspective", "60"},
+        Words{"--perspective", "0"}, Words{"--quality", "draft"}, Words{"--quality", "fine"}, Words{"--no-ground"},
+        Words{"--view", "top"}, Words{"--view", "-30,-20"}, Words{"--session", "s.knead"},
+        Words{"--session", "s.knead", "--stroke", "2"}}) {
     EXPECT_NE(picture(words), plain) << ::testing::PrintToString(words);
   }
+}
+
+// A ball has no corner; a letter has.
+TEST_F(RenderTest, OcclusionIsSeenInCorners) {
+  knead_ok({"make", "letter-y", "-o", "letter.ply", "-q"});
+  const auto picture = [&](const std::string& shape, const Words& words) {
+    Words all{shape, "--view", "30,20", "--size", "96x72"};
+    all.insert(all.end(), words.begin(), words.end());
+    return picture_of(all).pixels;
+  };
+  EXPECT_EQ(picture("a.ply", {"--occlusion"}), picture("a.ply", {}));
+  EXPECT_NE(picture("letter.ply", {"--occlusion"}), picture("letter.ply", {}));
 }
 
 // Shape and tools together reach 85% of a panel's width or height, in one panel, in several, and at one scale.
