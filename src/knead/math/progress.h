@@ -17,6 +17,7 @@ struct Progress {
 // Thrown by a call whose Progress::cancel was set, where its result has no status to say so.
 class Cancelled : public std::exception {
  public:
+  // Returns "cancelled".
   const char* what() const noexcept override { return "cancelled"; }
 };
 
