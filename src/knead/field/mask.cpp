@@ -311,7 +311,8 @@ void find_border(int threads, MaskGrid& grid) {
   }
   std::vector<Vec3d> places(8 * bricks.size());
   std::vector<std::uint8_t> found(places.size());
-  const auto [nx, ny, nz] = grid.bricks;
+  const int nx = grid.bricks[0];
+  const int ny = grid.bricks[1];
   const double size = grid.spacing * kBrickCells;
   const MaskView<double> view = view_of<double>(grid, grid.origin);
   parallel_for(bricks.size(), kBricksAtOnce, threads, [&](std::size_t begin, std::size_t end) {
