@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "panels/layout.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 #include "view/stretch.h"
@@ -43,10 +44,12 @@ void draw_ramp(const Gui& gui) {
 
 void draw_legend(const Studio& studio, const Gui& gui, bool is_known) {
   const StretchView since = studio.view().stretch;
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  const float gap = 8 * gui.unit();
-  ImGui::SetNextWindowPos({gap * 2 + 56 * gui.unit(), size.y - ImGui::GetFrameHeight() - gap}, ImGuiCond_Always,
-                          {0, 1});
+  const Margins& covered = studio.navigation().covered;
+  const float gap = kPanelGap * gui.unit();
+  const float above_offer = ImGui::GetFrameHeightWithSpacing() + 4 * gap;
+  ImGui::SetNextWindowPos({static_cast<float>(covered.left) + gap,
+                           ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - above_offer},
+                          ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(0.75F);
   if (ImGui::Begin("Stretch", nullptr, kPlain | ImGuiWindowFlags_NoInputs)) {
     ImGui::TextUnformatted(since == StretchView::since_start ? "Greatest stretch since the start"
@@ -83,9 +86,11 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
 void draw_remesh_offer(Studio& studio, const Gui& gui) {
   const DocumentState& shown = studio.shown();
   if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.is_busy()) return;
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.42F * size.x, size.y - ImGui::GetFrameHeight() - 8 * gui.unit()}, ImGuiCond_Always,
-                          {0.5F, 1});
+  const Margins& covered = studio.navigation().covered;
+  const float gap = kPanelGap * gui.unit();
+  ImGui::SetNextWindowPos(
+      {static_cast<float>(covered.left) + gap, ImGui::GetIO().DisplaySize.y - static_cast<float>(covered.bottom) - gap},
+      ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowBgAlpha(0.9F);
   if (ImGui::Begin("Thin triangles", nullptr, kPlain)) {
     const char* const what = shown.thin_triangles == 1 ? "triangle" : "triangles";

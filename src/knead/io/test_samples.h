@@ -202,13 +202,14 @@ inline std::vector<Sample> ptx_samples() {
 }
 
 // The parts of a GLB file as text, with the buffer as a data URI.
-inline std::string embedded(const GlbFile& file) {
+inline std::string embedded(const GlbFile& file, int indent = 1) {
   GlbJson json = file.json;
   json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + io_detail::gltf::to_base64(file.bin)},
                         {"byteLength", file.bin.size()}};
-  return json.dump(1) + "\n";
+  return json.dump(indent) + "\n";
 }
 
+// The first is short: tests damage each of its bytes in every way.
 inline std::vector<Sample> gltf_samples() {
   GlbFile triangle;
   triangle.primitive()["attributes"]["POSITION"] = triangle.add_vec3({0, 0, 0, 1, 0, 0, 1, 1, 0});
@@ -226,7 +227,7 @@ inline std::vector<Sample> gltf_samples() {
     if (view["byteOffset"] == 0) view.erase("byteOffset");
   }
   const Mesh cloud = parse_shape("0 0 0 1 2 3\n1 0 0 4 5 6\n", "xyz", "a").mesh;
-  return {{"gltf", embedded(triangle)},
+  return {{"gltf", embedded(triangle, -1)},
           {"gltf", embedded(square_glb())},
           {"gltf", two.json.dump()},
           {"gltf", "\xef\xbb\xbf" + embedded(triangle)},
