@@ -11,7 +11,7 @@ namespace knead::studio {
 // Returns the lines that give another Studio this view and these settings.
 std::string script_of_view(Studio& studio);
 
-// Carries the lines out. What this version does not know is told, and the rest is used.
+// Carries the lines out. Reports and ignores what this version does not know.
 void restore_view(Studio& studio, const std::string& script);
 
 }  // namespace knead::studio

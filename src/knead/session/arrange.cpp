@@ -2,6 +2,7 @@
 // stronger.
 #include <algorithm>
 #include <iterator>
+#include <stdexcept>
 #include <utility>
 
 #include "knead/session/workbench.h"
@@ -113,6 +114,23 @@ LineChange joined_changes(LineChange first, LineChange second) {
   first.taken_back += second.taken_back - dropped;
   std::move(second.appended.begin(), second.appended.end(), std::back_inserter(first.appended));
   return first;
+}
+
+WorkResult Workbench::edit(std::size_t index, std::vector<SessionStroke> strokes, Progress* progress) {
+  if (index >= now_.size()) throw std::out_of_range("there is no such entry in the history");
+  const std::size_t given_up = set_live({}, progress).lines.taken_back;
+  if (WorkResult settled = settle(progress); !settled.is_done()) {
+    settled.lines.taken_back += given_up;
+    return settled;
+  }
+  Change next{index, {}};
+  std::vector<std::vector<SessionStroke>> anew;
+  if (!strokes.empty()) anew.push_back(std::move(strokes));
+  for (std::size_t i = index + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
+  WorkResult result = make_rest(anew, next, progress);
+  if (result.is_done()) result.lines = change_to(std::move(next));
+  result.lines.taken_back += given_up;
+  return result;
 }
 
 }  // namespace knead

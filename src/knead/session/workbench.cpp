@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
 #include <utility>
 
 #include "knead/math/error.h"
@@ -263,23 +262,6 @@ WorkResult Workbench::redo(Progress* progress) {
   if (redo_.empty()) return {AdvectStatus::done, {}, std::move(given_up), {}};
   WorkResult result = step(redo_, undo_, progress);
   result.lines.taken_back += given_up.taken_back;
-  return result;
-}
-
-WorkResult Workbench::edit(std::size_t index, std::vector<SessionStroke> strokes, Progress* progress) {
-  if (index >= now_.size()) throw std::out_of_range("there is no such entry in the history");
-  const std::size_t given_up = set_live({}, progress).lines.taken_back;
-  if (WorkResult settled = settle(progress); !settled.is_done()) {
-    settled.lines.taken_back += given_up;
-    return settled;
-  }
-  Change next{index, {}};
-  std::vector<std::vector<SessionStroke>> anew;
-  if (!strokes.empty()) anew.push_back(std::move(strokes));
-  for (std::size_t i = index + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
-  WorkResult result = make_rest(anew, next, progress);
-  if (result.is_done()) result.lines = change_to(std::move(next));
-  result.lines.taken_back += given_up;
   return result;
 }
 
