@@ -116,17 +116,17 @@ LineChange joined_changes(LineChange first, LineChange second) {
   return first;
 }
 
-WorkResult Workbench::edit(std::size_t index, std::vector<SessionStroke> strokes, Progress* progress) {
-  if (index >= now_.size()) throw std::out_of_range("there is no such entry in the history");
+WorkResult Workbench::edit(std::size_t entry, std::vector<SessionStroke> strokes, Progress* progress) {
+  if (entry >= now_.size()) throw std::out_of_range("there is no such entry in the history");
   const std::size_t given_up = set_live({}, progress).lines.taken_back;
   if (WorkResult settled = settle(progress); !settled.is_done()) {
     settled.lines.taken_back += given_up;
     return settled;
   }
-  Change next{index, {}};
+  Change next{entry, {}};
   std::vector<std::vector<SessionStroke>> anew;
   if (!strokes.empty()) anew.push_back(std::move(strokes));
-  for (std::size_t i = index + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
+  for (std::size_t i = entry + 1; i < now_.size(); ++i) anew.push_back(now_[i]->info.strokes);
   WorkResult result = make_rest(anew, next, progress);
   if (result.is_done()) result.lines = change_to(std::move(next));
   result.lines.taken_back += given_up;

@@ -469,6 +469,7 @@ std::vector<Workbench::Entry*> Workbench::kept_entries(std::size_t present) cons
   std::stable_sort(by_distance.begin(), by_distance.end(),
                    [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Entry*> entries;
+  entries.reserve(by_distance.size());
   for (const auto& [distance, entry] : by_distance) entries.push_back(entry);
   return entries;
 }
