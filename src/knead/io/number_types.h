@@ -13,7 +13,7 @@
 
 namespace knead::io_detail {
 
-// Calls visit(T{}) for the C++ type that a number type stands for.
+// Calls visit(T{}) for the C++ type that a number type stands for. What follows holds for every Type with a visit_type.
 template <class Visit>
 decltype(auto) visit_type(NumberType type, Visit visit) {
   switch (type) {
@@ -37,14 +37,16 @@ decltype(auto) visit_type(NumberType type, Visit visit) {
   return visit(double{});
 }
 
-inline std::size_t size_of(NumberType type) {
+template <class Type>
+std::size_t size_of(Type type) {
   return visit_type(type, [](auto number) { return sizeof number; });
 }
 
 inline bool is_integer(NumberType type) { return type != NumberType::float32 && type != NumberType::float64; }
 
 // The number of that type at `from`, which has enough bytes.
-inline double read_binary(const char* from, NumberType type, bool swapped) {
+template <class Type>
+double read_binary(const char* from, Type type, bool swapped) {
   return visit_type(type, [&](auto value) {
     std::memcpy(&value, from, sizeof value);
     return static_cast<double>(swapped ? swap_bytes(value) : value);
@@ -52,7 +54,8 @@ inline double read_binary(const char* from, NumberType type, bool swapped) {
 }
 
 // Appends a number that fits the type.
-inline void append_binary(std::string& bytes, NumberType type, double number, bool swapped) {
+template <class Type>
+void append_binary(std::string& bytes, Type type, double number, bool swapped) {
   visit_type(type, [&](auto value) {
     value = static_cast<decltype(value)>(number);
     if (swapped) value = swap_bytes(value);

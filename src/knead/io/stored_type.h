@@ -1,9 +1,9 @@
 // The number types of files: those of meshes, and 64-bit integers, which meshes hold as reals.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
-#include <limits>
-#include <string>
 
 #include "knead/io/number_types.h"
 
@@ -44,29 +44,7 @@ decltype(auto) visit_type(StoredType type, Visit visit) {
   return io_detail::visit_type(number_type(type), visit);
 }
 
-inline std::size_t size_of(StoredType type) {
-  return visit_type(type, [](auto number) { return sizeof number; });
-}
-
 inline bool is_integer(StoredType type) { return type != StoredType::float32 && type != StoredType::float64; }
-
-inline double read_binary(const char* from, StoredType type, bool swapped) {
-  return visit_type(type, [&](auto value) {
-    std::memcpy(&value, from, sizeof value);
-    return static_cast<double>(swapped ? swap_bytes(value) : value);
-  });
-}
-
-// Appends a number that fits the type.
-inline void append_binary(std::string& bytes, StoredType type, double number, bool swapped) {
-  visit_type(type, [&](auto value) {
-    value = static_cast<decltype(value)>(number);
-    if (swapped) value = swap_bytes(value);
-    char raw[sizeof value];
-    std::memcpy(raw, &value, sizeof value);
-    bytes.append(raw, sizeof value);
-  });
-}
 
 // Returns the nearest value that the type can hold, of 64-bit integers one that a double holds too.
 inline double nearest_of(StoredType type, double value) {
