@@ -112,26 +112,39 @@ bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   return improver.merge_apex_into_crease(edges[2], bounds);
 }
 
-// Mends all faces with quality under `below`, worst first. Distances may reach at least `edge_share` of the longest
-// edge of the triangle. Returns true if a face was changed.
-bool mend_round(Improver& improver, double below, const Bounds& bounds, double edge_share) {
-  Surface& s = improver.surface();
-  std::vector<std::pair<double, std::uint32_t>> worst_first;
+using PoorFaces = std::vector<std::pair<double, std::uint32_t>>;  // quality and face, worst first
+
+PoorFaces find_poor_faces(const Surface& s, double below) {
+  PoorFaces poor;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f)) continue;
     const double q = quality(s, f, s.after);
-    if (q < below) worst_first.emplace_back(q, f);
+    if (q < below) poor.emplace_back(q, f);
   }
-  std::sort(worst_first.begin(), worst_first.end());
+  std::sort(poor.begin(), poor.end());
+  return poor;
+}
+
+// One level of mend().
+struct Level {
+  double below = 0;  // mends the faces of less quality
+  Bounds bounds;
+  double edge_share = 0;  // distances may reach at least this share of a face's longest edge
+  bool bend_creases = false;
+};
+
+// Mends the poor faces. Those that no other change mends are split, if they may be. Returns true if a face was changed.
+bool mend_round(Improver& improver, const PoorFaces& poor, const Level& level, bool may_split) {
+  Surface& s = improver.surface();
   bool changed = false;
-  for (const auto& [q, f] : worst_first) {
+  for (const auto& [q, f] : poor) {
     improver.stop_if_cancelled();
-    if (!s.is_alive(f) || quality(s, f, s.after) >= below) continue;
-    Bounds own = bounds;
-    own.distance = std::max(own.distance, edge_share * longest_length(s, f));
-    if (edge_share > 0) own.crease *= 1.5;
+    if (!s.is_alive(f) || quality(s, f, s.after) >= level.below) continue;
+    Bounds own = level.bounds;
+    own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
+    if (level.edge_share > 0) own.crease *= 1.5;
     const bool is_mended =
-        mend_face(improver, f, own) || (edge_share > 0 && improver.split_chord(longest_edge(s, f, s.after)));
+        mend_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
     changed = is_mended || changed;
   }
   return changed;
@@ -177,12 +190,6 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
 
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
   const double chord = improvement.targets.max_chord;
-  struct Level {
-    double below = 0;  // a quality
-    Bounds bounds;
-    double edge_share = 0;
-    bool bend_creases = false;
-  };
   // Worse triangles justify larger changes: they are few and small.
   const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
                                                   {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, false},
@@ -196,7 +203,13 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
   const Level& at = levels.at(static_cast<std::size_t>(level));
   Improver improver(surface, improvement, at.bend_creases);
   const int rounds = at.edge_share > 0 ? 2 * kMendRounds : kMendRounds;
-  for (int i = 0; i < rounds && mend_round(improver, at.below, at.bounds, at.edge_share); ++i) continue;
+  PoorFaces poor = find_poor_faces(surface, at.below);
+  // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
+  const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
+  for (int i = 0; i < rounds; ++i) {
+    if (!mend_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
+    poor = find_poor_faces(surface, at.below);
+  }
   improver.distribute_remaining_volume();
   return improver.counts();
 }

@@ -89,6 +89,18 @@ TEST(Improve, WithoutRoundsNothingHappens) {
   EXPECT_EQ(s.corner, was.corner);
 }
 
+// Where creases keep every vertex and edge, thin triangles can only be split, which makes more of them.
+TEST(Mend, DoesNotSplitWithoutEndWhereNothingElseHelps) {
+  Surface s = stirred_ball();
+  std::fill(s.edge_flags.begin(), s.edge_flags.end(), static_cast<std::uint8_t>(kFeature | kCrease));
+  for (Vec3d& p : s.after) p.z *= 0.02;
+  const std::size_t faces = s.face_count();
+  Improvement wanted = improvement();
+  wanted.targets.max_chord = 1e-6;
+  mend(s, wanted, 3);
+  EXPECT_LE(s.face_count(), 2 * faces);
+}
+
 TEST(Compensation, GivesBackWhatItIsAskedFor) {
   Surface s = stirred_ball();
   std::vector<Vec3d> deviations(s.halfedge.size());
