@@ -21,7 +21,8 @@ std::array<double, 3> barycentric_of(const Vec3d& p, const Vec3d& a, const Vec3d
 Picker::Picker(const ShapeState& state)
     : mesh_(state.mesh),
       links_(links_of(state)),
-      positions_(state.positions.copy()),
+      followed_(state.positions),
+      positions_(followed_.copy()),
       tree_(links_.triangles, positions_) {}
 
 Picker::Links Picker::links_of(const ShapeState& state) {
@@ -41,8 +42,16 @@ Picker::Links Picker::links_of(const ShapeState& state) {
 }
 
 void Picker::follow(const ShapeState& state) {
-  state.positions.copy_to(positions_);
-  tree_.refit(positions_);
+  Box moved;
+  for (const IndexRange& range : state.positions.changes_since(followed_)) {
+    for (std::uint32_t v = range.begin; v < range.end; ++v) {
+      if (positions_[v] == state.positions[v]) continue;
+      moved.extend(positions_[v]);
+      positions_[v] = state.positions[v];
+    }
+  }
+  followed_ = state.positions;
+  tree_.refit(positions_, moved);
 }
 
 Vec3d Picker::vertex_normal(std::uint32_t vertex, const Snapshot& positions) const {

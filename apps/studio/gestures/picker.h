@@ -33,7 +33,7 @@ class Picker {
   // Takes about 0.2 us a triangle.
   explicit Picker(const ShapeState& state);
 
-  // From now on searches the shape as it is in this state, which fits. Takes about 0.03 us a triangle.
+  // From now on searches the shape as it is in this state, which fits. Time: proportional to what differs from before.
   void follow(const ShapeState& state);
 
   bool fits(const ShapeState& state) const { return state.mesh == mesh_; }
@@ -67,7 +67,8 @@ class Picker {
 
   std::shared_ptr<const Mesh> mesh_;
   Links links_;
-  std::vector<Vec3d> positions_;
+  Snapshot followed_;
+  std::vector<Vec3d> positions_;  // of it
   SurfaceTree tree_;
 };
 

@@ -17,6 +17,11 @@ Box join(const Box& a, const Box& b) {
           {std::max(a.max.x, b.max.x), std::max(a.max.y, b.max.y), std::max(a.max.z, b.max.z)}};
 }
 
+bool overlap(const Box& a, const Box& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
+         b.min.z <= a.max.z;
+}
+
 double squared_distance(const Box& box, const Vec3d& p) {
   const auto outside = [](double low, double high, double x) { return std::max({low - x, x - high, 0.0}); };
   const double x = outside(box.min.x, box.max.x, p.x);
@@ -54,18 +59,38 @@ SurfaceTree::SurfaceTree(std::span<const Triangle> triangles, std::span<const Ve
   refit(positions);
 }
 
-void SurfaceTree::refit(std::span<const Vec3d> positions) {
-  nodes_.assign(2 * first_leaf_, Box{});
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    Entry& entry = entries_[i];
-    const Triangle& t = triangles_[entry.triangle];
-    entry.corners = {positions[t[0]], positions[t[1]], positions[t[2]]};
-    for (const Vec3d& corner : entry.corners) nodes_[first_leaf_ + i / kLeafSize].extend(corner);
+void SurfaceTree::fit_leaf(std::size_t leaf, std::span<const Vec3d> positions) {
+  Box box;
+  const std::size_t end = std::min((leaf + 1) * kLeafSize, entries_.size());
+  for (std::size_t i = leaf * kLeafSize; i < end; ++i) {
+    const Triangle& t = triangles_[entries_[i].triangle];
+    entries_[i].corners = {positions[t[0]], positions[t[1]], positions[t[2]]};
+    for (const Vec3d& corner : entries_[i].corners) box.extend(corner);
   }
+  nodes_[first_leaf_ + leaf] = box;
+}
+
+void SurfaceTree::refit(std::span<const Vec3d> positions) {
+  nodes_.resize(2 * first_leaf_);
+  for (std::size_t leaf = 0; leaf < first_leaf_; ++leaf) fit_leaf(leaf, positions);
   for (std::size_t node = first_leaf_ - 1; node > 0; --node) {
     nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
   }
   slack_ = 1e-14 * nodes_[1].diagonal();
+}
+
+void SurfaceTree::refit(std::span<const Vec3d> positions, const Box& moved) {
+  refit_below(1, positions, moved);
+  slack_ = 1e-14 * nodes_[1].diagonal();
+}
+
+// A node's box holds its vertices as they were, until all below it is refitted.
+void SurfaceTree::refit_below(std::size_t node, std::span<const Vec3d> positions, const Box& moved) {
+  if (!overlap(nodes_[node], moved)) return;
+  if (node >= first_leaf_) return fit_leaf(node - first_leaf_, positions);
+  refit_below(2 * node, positions, moved);
+  refit_below(2 * node + 1, positions, moved);
+  nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
 }
 
 std::span<const SurfaceTree::Entry> SurfaceTree::entries_of(std::size_t leaf) const {

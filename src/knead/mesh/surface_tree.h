@@ -50,6 +50,9 @@ class SurfaceTree {
   // newly built tree.
   void refit(std::span<const Vec3d> positions);
 
+  // The same where only vertices that were in this box have moved: visits the triangles whose boxes meet it.
+  void refit(std::span<const Vec3d> positions, const Box& moved);
+
   // Returns the point of the surface nearest to p; nothing if none is within max_distance. Of equally near triangles,
   // it returns the one with the lowest number.
   std::optional<SurfacePoint> closest(const Vec3d& p, double max_distance = kInfinity) const;
@@ -76,6 +79,8 @@ class SurfaceTree {
   };
 
   std::span<const Entry> entries_of(std::size_t leaf) const;
+  void fit_leaf(std::size_t leaf, std::span<const Vec3d> positions);
+  void refit_below(std::size_t node, std::span<const Vec3d> positions, const Box& moved);
   // Calls visit(entry) for the entries within sqrt(limit2) of p, nearer boxes first. visit returns the new limit2.
   template <class Visit>
   void visit_near(const Vec3d& p, double limit2, Visit visit) const;

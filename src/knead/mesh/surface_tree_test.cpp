@@ -130,6 +130,41 @@ TEST(SurfaceTree, AnswersTheSameAfterRefit) {
   expect_answers_of_all(tree, soup, 7);
 }
 
+TEST(SurfaceTree, AnswersTheSameAfterARefitOfWhatMoved) {
+  Soup soup = soup_of(make_shape(ShapeKind::hand, 4000));
+  SurfaceTree tree(soup.triangles, soup.positions);
+  Dice dice(15);
+  for (unsigned round = 0; round < 8; ++round) {
+    const Vec3d center = soup.positions[(round * 977) % soup.positions.size()];
+    const double reach = 0.05 + 0.05 * round;
+    Box moved;
+    for (Vec3d& p : soup.positions) {
+      if (norm(p - center) > reach) continue;
+      moved.extend(p);
+      p += dice.point(0.3);  // also out of the box
+    }
+    tree.refit(soup.positions, moved);
+    expect_answers_of_all(tree, soup, 16 + round);
+  }
+}
+
+TEST(SurfaceTree, ReadsNothingFarFromWhatMoved) {
+  Soup soup = soup_of(make_shape(ShapeKind::hand, 4000));
+  const SurfaceTree whole(soup.triangles, soup.positions);
+  SurfaceTree tree = whole;
+  const Vec3d center = soup.positions[0];
+  const Vec3d corner{0.01, 0.01, 0.01};
+  std::vector<Vec3d> unreadable = soup.positions;
+  for (Vec3d& p : unreadable) {
+    if (norm(p - center) > 0.4) p = {std::nan(""), std::nan(""), std::nan("")};
+  }
+  tree.refit(unreadable, {center - corner, center + corner});
+  for (int i = 0; i < 100; ++i) {
+    const Vec3d p = soup.positions[static_cast<std::size_t>(i) * 37];
+    expect_same(tree.closest(p), *whole.closest(p));
+  }
+}
+
 TEST(SurfaceTree, AnswersFarFromTheOrigin) {
   Soup soup = soup_of(make_shape(ShapeKind::sphere, 642));
   const Vec3d far{1e6, -3e5, 2e6};

@@ -36,6 +36,7 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
     throw InvalidInput(
         "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
   }
+  constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
   const PaintDabs dabs = paint_dabs(stroke);
   tool_detail::SurfaceFinder finder(surface);
   for (const Vec3d& aim : dabs.aims) {
@@ -43,6 +44,7 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
     if (!sample)
       throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
     if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}})) return;
+    finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
   }
 }
 

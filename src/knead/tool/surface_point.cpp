@@ -55,12 +55,16 @@ SurfaceFinder::SurfaceFinder(const LiveSurface& surface) : surface_(surface) {
   }
 }
 
-std::optional<PaintSample> SurfaceFinder::closest(const Vec3d& p) {
+std::optional<PaintSample> SurfaceFinder::closest(const Vec3d& p) const {
   return tree_ ? closest_on_triangles(p) : closest_in_cloud(p);
 }
 
-std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) {
-  tree_->refit(surface_.positions);
+void SurfaceFinder::follow(const Vec3d& p, double radius) {
+  const Vec3d corner{radius, radius, radius};
+  if (tree_) tree_->refit(surface_.positions, {p - corner, p + corner});
+}
+
+std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) const {
   const auto found = tree_->closest(p);
   if (!found) return std::nullopt;
   const Triangle& triangle = surface_.triangles[found->triangle];

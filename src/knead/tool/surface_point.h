@@ -17,11 +17,14 @@ class SurfaceFinder {
 
   // The closest point of the surface and the unit normal there: of triangles, interpolated from the angle-weighted
   // normals of the vertices (Thurmer and Wuthrich 1998); of a point cloud, the weighted mean of the nearest points and
-  // normals. Nothing where there is no such normal. Time: linear in the surface's size, to follow its motion.
-  std::optional<PaintSample> closest(const Vec3d& p);
+  // normals. Nothing where there is no such normal. Time for a point cloud: linear in its size.
+  std::optional<PaintSample> closest(const Vec3d& p) const;
+
+  // Follows a motion of the surface in which only vertices within `radius` of p have moved.
+  void follow(const Vec3d& p, double radius);
 
  private:
-  std::optional<PaintSample> closest_on_triangles(const Vec3d& p);
+  std::optional<PaintSample> closest_on_triangles(const Vec3d& p) const;
   std::optional<PaintSample> closest_in_cloud(const Vec3d& p) const;
   Vec3d vertex_normal(std::uint32_t vertex) const;
 
