@@ -93,7 +93,7 @@ TEST(Improve, WithoutRoundsNothingHappens) {
 TEST(Mend, DoesNotSplitWithoutEndWhereNothingElseHelps) {
   Surface s = stirred_ball();
   std::fill(s.edge_flags.begin(), s.edge_flags.end(), static_cast<std::uint8_t>(kFeature | kCrease));
-  for (Vec3d& p : s.after) p.z *= 0.02;
+  for (Vec3d& p : s.after) p.z *= 0.002;
   const std::size_t faces = s.face_count();
   Improvement wanted = improvement();
   wanted.targets.max_chord = 1e-6;

@@ -11,6 +11,7 @@
 #include "knead/mesh/measures.h"
 #include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
+#include "knead/tool/surface_point.h"
 
 namespace knead {
 namespace {
@@ -60,6 +61,32 @@ double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& 
   double greatest = 0;
   for (std::size_t i = 0; i < a.size(); ++i) greatest = std::max(greatest, norm(a[i] - b[i]));
   return greatest;
+}
+
+// The finder follows what a dab moves. A dab in single precision moves what its rounding reaches, too.
+TEST(Paint, EveryDabLiesOnTheSurfaceAsTheOneBeforeLeftIt) {
+  for (const double depth : {0.4, -0.4}) {
+    Canvas canvas = sphere();
+    LiveSurface surface{canvas.positions, canvas.triangles, {}, {}};
+    PaintStroke stroke;
+    stroke.outer = 0.35;
+    stroke.depth = depth;
+    stroke.path = winding(20);
+    const std::vector<Vec3d> aims = paint_dabs(stroke).aims;
+    std::size_t dab = 0;
+    surface.apply = [&](const Stroke& part) {
+      const PaintSample expected = tool_detail::SurfaceFinder(surface).closest(aims[dab++]).value();
+      const PaintSample& found = std::get<PaintStroke>(part).samples.at(0);
+      EXPECT_EQ(found.point, expected.point) << dab;
+      EXPECT_EQ(found.normal, expected.normal) << dab;
+      AdvectOptions options;
+      options.tolerance = 1e-5;
+      advect(flow_of(part), canvas.positions, options);
+      return true;
+    };
+    paint_on(stroke, surface);
+    EXPECT_EQ(dab, aims.size());
+  }
 }
 
 // The bar: two in a hundred of the depth.
