@@ -14,8 +14,8 @@ function(knead_configure target)
     target_compile_options(${target} PRIVATE -fsanitize=${KNEAD_SANITIZE} -fno-omit-frame-pointer
                                              -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${KNEAD_SANITIZE})
-    # Half the time to compile; what takes time to run is in the library, the targets named here.
-    if(NOT target MATCHES "^knead_(core|gl|gpu|render)$")
+    # Half the time to compile, where little time is needed to run: not in the library, nor in tests that compute.
+    if(NOT target MATCHES "^knead_(core|gl|gpu|render|(field|flow|mesh|shapes|cgal|agreement)_test)$")
       target_compile_options(${target} PRIVATE -O0 -g1)
     endif()
   endif()
