@@ -32,7 +32,7 @@ struct Attribute {
 // corner_vertex holds the vertex of each corner. Corners are counter-clockwise seen from outside.
 //
 // Invariants: face_begin is never empty, begins with 0, never decreases and ends with corner_vertex.size(). Every entry
-// of corner_vertex is below positions.size().
+// of corner_vertex is below positions.size(). Readers and makers give such meshes; validate() checks others.
 struct Mesh {
   std::vector<Vec3d> positions;
   std::vector<std::uint32_t> face_begin{0};
@@ -63,5 +63,9 @@ struct Mesh {
     return nullptr;
   }
 };
+
+// Throws InvalidInput, with the number of the first vertex, face or corner at fault, unless the invariants hold, every
+// coordinate is finite, and every attribute has its numbers. Time: about 1 ms for a million vertices and faces.
+void validate(const Mesh& mesh);
 
 }  // namespace knead

@@ -247,8 +247,12 @@ class Remesher {
 
 Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                                     const RemeshOptions& options, const Improve& improve) {
+  validate(before);
   if (after.size() != before.vertex_count()) {
     throw InvalidInput("give as many positions after the deformation as the mesh has vertices");
+  }
+  if (!std::all_of(after.begin(), after.end(), [](const Vec3d& p) { return is_finite(p); })) {
+    throw InvalidInput("a position after the deformation is not finite");
   }
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {
     throw InvalidInput("give a label for each face, or none");

@@ -127,7 +127,8 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 //   Values per face are inherited.
 //   "normal" (3 components) is transformed as by transport_normals().
 //
-// The result has the same bits for every number of threads. Throws InvalidInput if the spans have wrong sizes.
+// The result has the same bits for every number of threads. Throws InvalidInput where validate(before) does,
+// for a position that is not finite, and for spans of wrong sizes.
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 

@@ -360,6 +360,12 @@ TEST(Remesh, SpansOfAnotherSizeAreRefused) {
   options.targets = resolve({}, ball.mesh());
   const std::vector<Vec3d> few(3);
   EXPECT_THROW(remesh(ball.mesh(), few, ball.deformation(), options), InvalidInput);
+  std::vector<Vec3d> nowhere = ball.after();
+  nowhere.back().z = std::nan("");
+  EXPECT_THROW(remesh(ball.mesh(), nowhere, ball.deformation(), options), InvalidInput);
+  Mesh beyond = ball.mesh();
+  beyond.corner_vertex.back() = static_cast<std::uint32_t>(beyond.vertex_count());
+  EXPECT_THROW(remesh(beyond, ball.after(), ball.deformation(), options), InvalidInput);
   const std::vector<std::uint32_t> labels(3);
   options.face_labels = labels;
   EXPECT_THROW(remesh(ball.mesh(), ball.after(), ball.deformation(), options), InvalidInput);

@@ -27,6 +27,11 @@ constexpr double kSmallestShape = 1e-150;
 // To sort the vertices takes longer than it saves for fewer segments.
 constexpr std::size_t kSegmentsWorthSorting = 4;
 
+std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
+  validate(*mesh);
+  return mesh;
+}
+
 }  // namespace
 
 bool MotionOptions::is_standard() const {
@@ -84,7 +89,7 @@ bool ShapeState::is_same(const ShapeState& other) const {
 
 DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion, RemeshPolicy remesh,
                              std::vector<Vec3d> normals)
-    : start_(std::move(mesh)),
+    : start_(checked(std::move(mesh))),
       mesh_(start_),
       motion_(std::move(motion)),
       policy_(std::make_shared<const RemeshPolicy>(std::move(remesh))),

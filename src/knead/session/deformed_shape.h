@@ -177,8 +177,8 @@ class DeformedShape {
   DeformedShape() = default;  // without vertices
 
   // `normals`: one for each vertex, or none; meant for points without faces. They turn with the deformation, right to
-  // about 1e-5, for the price of four more path lines in double precision for each. Throws InvalidInput for options
-  // out of range, and for labels or normals of another number.
+  // about 1e-5, for the price of four more path lines in double precision for each. Throws InvalidInput where
+  // validate(*mesh) does, for options out of range, and for labels or normals of another number.
   explicit DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion = {}, RemeshPolicy remesh = {},
                          std::vector<Vec3d> normals = {});
 

@@ -84,8 +84,8 @@ struct ReplayResult {
 //
 // Relax strokes are not in `resolved`, for they are no flows. They are refused backwards and for point clouds.
 //
-// Throws InvalidInput for options out of range before anything is done, and with the session's line for a stroke that
-// the shape cannot take, perhaps after frames were delivered.
+// Throws InvalidInput where validate(*mesh) does and for options out of range before anything is done, and with the
+// session's line for a stroke that the shape cannot take, perhaps after frames were delivered.
 ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options = {});
 
 // The same for a mesh that is not shared: moved or copied into the result.

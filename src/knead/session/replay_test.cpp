@@ -273,6 +273,19 @@ TEST(Replay, RefusesOptionsOutOfRange) {
   EXPECT_TRUE(with([](ReplayOptions& o) { o.motion.threads = -1; }).starts_with("the number of threads"));
 }
 
+TEST(Replay, RefusesAMeshThatIsNone) {
+  Mesh beyond = bar();
+  beyond.corner_vertex[10] = 1'000'000;
+  Mesh nowhere = bar();
+  nowhere.positions[3].x = std::nan("");
+  for (const bool remeshed : {false, true}) {
+    ReplayOptions options;
+    if (remeshed) options.remesh.settings.emplace();
+    EXPECT_THROW(replay(beyond, varied(), options), InvalidInput);
+    EXPECT_THROW(replay(nowhere, varied(), options), InvalidInput);
+  }
+}
+
 TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
   const Session session = session_of({ImplicitStroke{{{-1e308, 0, 0}, {1e308, 0, 0}}, 1, 2}});
   EXPECT_TRUE(refusal(bar(), session).starts_with("s.knead:2: "));
