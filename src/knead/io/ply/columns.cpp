@@ -1,5 +1,7 @@
 #include "knead/io/ply/columns.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "knead/math/large_pages.h"
@@ -157,7 +159,7 @@ class ColumnReader {
         const std::size_t offset = i * block.stride + first + c * size_of(list_->type);
         const double index = read_binary(block.bytes + offset, list_->type, body_.swapped());
         if (index >= 0 && index < static_cast<double>(target_.vertices())) continue;
-        body_.fail_at(block.position + offset, index_message(static_cast<std::int64_t>(index), target_.vertices()));
+        body_.fail_at(block.position + offset, index_message(index, target_.vertices()));
       }
     }
     body_.fail_at(block.position, "an index is out of range; repair the file");
@@ -206,9 +208,9 @@ void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::s
   }
 }
 
-std::string index_message(std::int64_t index, std::size_t vertices) {
-  return "vertex index " + std::to_string(index) + " is not one of 0 to " + std::to_string(vertices - 1) +
-         "; repair the file";
+std::string index_message(double index, std::size_t vertices) {
+  return fmt::format("vertex index {:.0f} is not one of the {} vertices, counted from 0; repair the file", index,
+                     vertices);
 }
 
 }  // namespace knead::io_detail::ply

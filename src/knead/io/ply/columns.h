@@ -19,6 +19,6 @@ std::size_t smallest_row(const Element& element, bool ascii);
 // Sets memory aside for an element that `left` bytes may hold, never for more.
 void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::size_t left, bool ascii, Target& target);
 
-std::string index_message(std::int64_t index, std::size_t vertices);
+std::string index_message(double index, std::size_t vertices);
 
 }  // namespace knead::io_detail::ply

@@ -149,7 +149,7 @@ class RowReader {
 
   void check_index(std::int64_t index, bool separator) const {
     if (separator || (index >= 0 && static_cast<std::size_t>(index) < target_.vertices())) return;
-    body_.fail_at(begin_, index_message(index, target_.vertices()));
+    body_.fail_at(begin_, index_message(static_cast<double>(index), target_.vertices()));
   }
 
   Body& body_;
