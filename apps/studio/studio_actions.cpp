@@ -67,7 +67,9 @@ void Studio::perform(Action action) {
       }
       return;
     case Action::cancel:
-      if (adjusting_) {
+      if (view_.help) {
+        view_.help = false;
+      } else if (adjusting_) {
         stop_adjusting(false);
       } else if (gesture_) {
         end(false);

@@ -169,8 +169,14 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
     case Action::picture:
       ask_for_file(FileUse::picture);
       return true;
+    case Action::turntable:
+      ask_for_file(FileUse::turntable);
+      return true;
     case Action::stamp_file:
       ask_for_file(FileUse::stamp);
+      return true;
+    case Action::reference_image:
+      ask_for_file(FileUse::reference);
       return true;
     case Action::recover:
       dialogs.is_recovery_open = !studio.abandoned().empty();

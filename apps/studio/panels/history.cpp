@@ -68,6 +68,12 @@ void draw_order(Studio& studio, std::size_t entry) {
   button("Split", studio.shown().history[entry]->strokes.size() > 1, split(entry), "into its strokes");
 }
 
+void begin_renaming(const Studio& studio, HistoryEditor& editor, std::size_t entry) {
+  editor.renaming = entry;
+  editor.name = name_of(studio.shown().history[entry]->strokes);
+  editor.is_beginning = true;
+}
+
 void draw_editor(Studio& studio, HistoryEditor& editor) {
   LayerEditor& layers = studio.layers();
   const std::size_t entry = *layers.entry;
@@ -82,6 +88,8 @@ void draw_editor(Studio& studio, HistoryEditor& editor) {
   if (ImGui::Button("Apply and redo the rest")) studio.change_layers(replaced(entry, layers.strokes));
   ImGui::EndDisabled();
   if (ImGui::Button("Show")) studio.look_at(entry + 1);
+  ImGui::SameLine();
+  if (ImGui::Button("Rename")) begin_renaming(studio, editor, entry);
   ImGui::SameLine();
   if (ImGui::Button("Remove")) {
     studio.change_layers(removed(entry));
@@ -133,9 +141,7 @@ void draw_name(Studio& studio, HistoryEditor& editor, std::size_t entry) {
   const ImVec2 size{std::max(ImGui::GetContentRegionAvail().x - room, 1.0F), 0};
   if (ImGui::Selectable(label.c_str(), is_lit, ImGuiSelectableFlags_AllowDoubleClick, size)) {
     if (ImGui::IsMouseDoubleClicked(0)) {
-      editor.renaming = entry;
-      editor.name = name_of(shown.strokes);
-      editor.is_beginning = true;
+      begin_renaming(studio, editor, entry);
     } else {
       studio.select_layer(is_open ? std::nullopt : std::optional(entry));
     }

@@ -304,6 +304,9 @@ TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
     }
     const ImDrawList& list = *ImGui::FindWindowByName("Keys")->DrawList;
     EXPECT_EQ(list.VtxBuffer.front().col >> IM_COL32_A_SHIFT, 255U) << "its background is opaque";
+    seat.key("Escape");
+    seat.frame();
+    EXPECT_FALSE(seat.studio.view().help);
     seat.studio.close();
   }
 }
@@ -321,6 +324,8 @@ TEST_F(InterfaceTest, ACommandIsFoundAndDoneWithTheKeyboard) {
   EXPECT_FALSE(seat.interface.is_asking());
   EXPECT_TRUE(seat.studio.view().wireframe);
   EXPECT_EQ(seat.studio.settings().tool, &studio_tools().front()) << "letters were words, not keys";
+  EXPECT_EQ(found_actions("turntable").front(), Action::turntable);
+  EXPECT_EQ(found_actions("reference image").front(), Action::reference_image);
   // Arrows choose among what was found.
   const std::vector<Action> found = found_actions("mirror in");
   ASSERT_GE(found.size(), 3u);

@@ -37,14 +37,10 @@ void draw_file_menu(Studio& studio, Dialogs& dialogs) {
   item(studio, Action::export_shape, false, open);
   item(studio, Action::export_frames, false, open);
   item(studio, Action::picture, false, open);
-  if (ImGui::MenuItem("Record turntable...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::turntable, studio.shown().shape_path);
-  }
+  item(studio, Action::turntable, false, open);
   ImGui::Separator();
   item(studio, Action::stamp_file, false, open);
-  if (ImGui::MenuItem("Reference image...", nullptr, false, open)) {
-    open_file_dialog(dialogs.file, FileUse::reference, studio.shown().shape_path);
-  }
+  item(studio, Action::reference_image, false, open);
   ImGui::Separator();
   item(studio, Action::quit);
 }

@@ -65,7 +65,7 @@ void draw_frame_times(const FrameTimes& times) {
 bool begin_keys(const Gui& gui, const char* heading) {
   ImGui::TextColored(kWarning, "%s", heading);
   if (!ImGui::BeginTable(heading, 2, ImGuiTableFlags_SizingFixedFit)) return false;
-  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 214 * gui.unit());
+  ImGui::TableSetupColumn("what", ImGuiTableColumnFlags_WidthFixed, 236 * gui.unit());
   return true;
 }
 
@@ -160,7 +160,7 @@ void draw_help(Studio& studio, const Gui& gui) {
   bool open = true;
   if (ImGui::Begin("Keys", &open,
                    ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    const float column = 428 * gui.unit();
+    const float column = 450 * gui.unit();
     const int columns = std::clamp(static_cast<int>(0.97F * size.x / column), 1, 3);
     if (ImGui::BeginTable("groups", columns, ImGuiTableFlags_SizingFixedFit)) {
       for (int i = 0; i < columns; ++i) ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, column);
