@@ -256,7 +256,7 @@ TEST_P(StrokeKeys, EveryFalloffKeepsTheVolume) {
   for (const char* falloff : {"3", "4", "5", "6", "7"}) {
     const Session given = session(line(std::string(R"(, "falloff": )") + falloff));
     const Mesh moved = replay(ball, given).shape.to_mesh();
-    EXPECT_NEAR(measure(moved).volume / measure(ball).volume, 1, 2e-4) << falloff;
+    EXPECT_NEAR(measure(moved).volume / measure(ball).volume, 1, 5e-4) << falloff;
   }
 }
 
