@@ -25,8 +25,10 @@ bool choose_falloff(int& falloff) {
     const double s = static_cast<double>(i) / (kPlaces - 1);
     weights[i] = static_cast<float>(blend_weight(s, Thresholds<double>{0, 1, falloff}).value);
   }
+  ImGui::PushStyleColor(ImGuiCol_PlotLines, ImGui::GetStyleColorVec4(ImGuiCol_Text));
   ImGui::PlotLines("##curve", weights.data(), static_cast<int>(kPlaces), 0, nullptr, 0, 1,
                    {0, kLines * ImGui::GetTextLineHeight()});
+  ImGui::PopStyleColor();
   return is_changed;
 }
 
