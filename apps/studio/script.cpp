@@ -213,6 +213,8 @@ class Script {
       to.stamp_size = value.number();
     } else if (key == "exponent") {
       to.exponent = static_cast<int>(value.number());
+    } else if (key == "falloff") {
+      to.falloff = std::clamp(static_cast<int>(value.number()), kLeastFalloff, kGreatestFalloff);
     } else if (key == "drag") {
       to.drag = static_cast<DragMode>(choice(value, {"view", "surface", "normal", "axis"}));
     } else if (key == "axis") {

@@ -12,10 +12,10 @@
 //   {"click": PLACE} {"wheel": 1, "modifiers": [...]} {"drop": [FILE, ...]}
 //   {"tool": "ball"}                            its name in lower case
 //   {"set": {"radius": 0.3, "inner_ratio": 0.4, "depth": 0.2, "drag": "view" | "surface" | "normal" | "axis",
-//            "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true, "max_edge": 0.1,
-//            "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane", "radial": 8,
-//            "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ..., "normal": ...} |
-//            null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
+//            "falloff": 4, "axis": [0, 0, 1], "paint_in": true, "mirror": [true, false, false], "remesh": true,
+//            "max_edge": 0.1, "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane",
+//            "radial": 8, "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ...,
+//            "normal": ...} | null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
 //   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3, "projection": "perspective",
 //             "field_of_view_deg": 50}}
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}

@@ -117,6 +117,14 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
     all.insert(all.end(), result[name].begin(), result[name].end());
   }
   result["several strokes"] = all;
+  Lines steep;
+  int falloff = 2;
+  for (const char* name : {"implicit capsule", "rotate", "points", "stretch", "twist"}) {
+    for (const std::string& line : result[name]) {
+      steep.push_back(fmt::format(R"({},"falloff":{}}})", line.substr(0, line.size() - 1), ++falloff));
+    }
+  }
+  result["every falloff"] = steep;
   return result;
 }
 

@@ -34,6 +34,7 @@ struct OracleField {
   // v where r < inner, and A; e, f where the paper gives them.
   std::function<Vec3d(const Vec3d& d)> u;
   std::function<Vec3d(const Vec3d& d)> potential;
+  int falloff = 4;
 };
 
 struct OracleSegment {
@@ -44,17 +45,26 @@ struct OracleSegment {
   std::function<bool(const Vec3d& x)> member = [](const Vec3d&) { return true; };
 };
 
-double blend(double s) { return s <= 0 ? 0 : (s >= 1 ? 1 : s * s * s * (4 - 3 * s)); }
-double blend_slope(double s) { return s <= 0 || s >= 1 ? 0 : 12 * s * s * (1 - s); }
+// 1 - b, b the Bernstein polynomial of the degree whose first three coefficients are 0 and whose others are 1.
+double complement(int degree, double s) {
+  const double q = 1 - s;
+  return std::pow(q, degree) + degree * s * std::pow(q, degree - 1) +
+         0.5 * degree * (degree - 1) * s * s * std::pow(q, degree - 2);
+}
+double complement_slope(int degree, double s) {
+  return -0.5 * degree * (degree - 1) * (degree - 2) * s * s * std::pow(1 - s, degree - 3);
+}
 
-// curl(w A), w = (1 - b)^2, by the product rule.
+// curl(w A), w = (1 - b)^2, or its third power for the degree 3, by the product rule.
 Vec3d field_velocity(const OracleField& f, const Vec3d& d, double t) {
   const Scalar r = f.r(d, t);
   const double s = (r.value - f.inner) / (f.outer - f.inner);
   if (s >= 1) return {0, 0, 0};
-  const double b = blend(s);
-  const Vec3d grad_w = r.gradient * (-2 * (1 - b) * blend_slope(s) / (f.outer - f.inner));
-  return f.u(d) * ((1 - b) * (1 - b)) + cross(grad_w, f.potential(d));
+  if (s <= 0) return f.u(d);
+  const int power = f.falloff == 3 ? 3 : 2;
+  const double c = complement(f.falloff, s);
+  const double slope = power * std::pow(c, power - 1) * complement_slope(f.falloff, s);
+  return f.u(d) * std::pow(c, power) + cross(r.gradient * (slope / (f.outer - f.inner)), f.potential(d));
 }
 
 Vec3d segment_velocity(const OracleSegment& segment, const Vec3d& x, double t) {
@@ -451,7 +461,9 @@ std::vector<OracleSegment> segments_of(const Json& j) {
 
 std::vector<Vec3d> deform(const std::vector<std::string>& stroke_lines, std::vector<Vec3d> points, double size) {
   for (const std::string& line : stroke_lines) {
-    for (const OracleSegment& segment : segments_of(Json::parse(line))) {
+    const Json stroke = Json::parse(line);
+    for (OracleSegment& segment : segments_of(stroke)) {
+      for (OracleField& field : segment.fields) field.falloff = stroke.value("falloff", 4);
       for (Vec3d& x : points) {
         if (segment.member(x)) x = integrate(segment, x, size);
       }

@@ -28,9 +28,9 @@ inline Segment resting(const Motion& motion, const Region& region, const Vec3d& 
   return segment;
 }
 
-// One segment of every kind: every tool, swept and blended. Numbers are drawn one statement after the other, so that
-// every compiler draws the same.
-inline std::vector<NamedSegment> random_segments(Random& random) {
+// One segment of every kind: every tool, swept and blended, with a falloff. Numbers are drawn one statement after the
+// other, so that every compiler draws the same.
+inline std::vector<NamedSegment> random_segments(Random& random, int falloff = kDefaultFalloff) {
   struct BallNumbers {
     Vec3d center;
     Thresholds<double> thresholds;
@@ -93,8 +93,14 @@ inline std::vector<NamedSegment> random_segments(Random& random) {
   turned.turn_axis = axis;
   turned.turn_angle = 2 * angle;
   result.push_back({"turned handles", resting(Rotation<double>{axis, 2 * angle}, turned, near, {0, 1})});
+  for (NamedSegment& named : result) {
+    for (Field& field : named.segment.fields) field.thresholds.falloff = falloff;
+  }
   return result;
 }
+
+// The falloffs besides the default.
+inline constexpr int kOtherFalloffs[] = {3, 5, 6, 7};
 
 // The same deformation, with a second field that is zero wherever the tests have points: no closed form applies to it.
 inline Segment without_closed_form(Segment segment) {

@@ -56,4 +56,15 @@ void set_field(std::span<SessionStroke> strokes, const std::string& name, double
   }
 }
 
+std::optional<int> falloff_of(std::span<const SessionStroke> strokes) {
+  for (const SessionStroke& one : strokes) {
+    if (const std::optional<int> falloff = falloff_of(one.stroke)) return falloff;
+  }
+  return std::nullopt;
+}
+
+void set_falloff(std::span<SessionStroke> strokes, int falloff) {
+  for (SessionStroke& one : strokes) set_falloff(one.stroke, falloff);
+}
+
 }  // namespace knead::studio

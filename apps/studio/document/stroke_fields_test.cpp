@@ -42,5 +42,15 @@ TEST(StrokeFields, MirrorImagesKeepTheirSigns) {
   EXPECT_EQ(strokes, before);
 }
 
+TEST(StrokeFields, AllStrokesOfAnEntryHaveOneFalloff) {
+  std::vector<SessionStroke> strokes{{MaskStroke{}}, implicit(0.1, 0.4), bend(30)};
+  EXPECT_EQ(falloff_of(strokes), 4);
+  set_falloff(strokes, 6);
+  EXPECT_EQ(falloff_of(strokes), 6);
+  EXPECT_EQ(std::get<ImplicitStroke>(strokes[1].stroke).falloff, 6);
+  EXPECT_EQ(std::get<BendStroke>(strokes[2].stroke).falloff, 6);
+  EXPECT_EQ(falloff_of(std::span(strokes).first(1)), std::nullopt);
+}
+
 }  // namespace
 }  // namespace knead::studio

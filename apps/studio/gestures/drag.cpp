@@ -153,6 +153,7 @@ ImplicitGesture begin_implicit(const Pointer& pointer, const Surroundings& aroun
   ImplicitGesture gesture{begin_drag(pointer, start, place.normal, around), {}, place.touched, place.normal};
   gesture.stroke.inner = settings.inner_ratio * settings.radius;
   gesture.stroke.outer = settings.radius;
+  gesture.stroke.falloff = settings.falloff;
   gesture.stroke.path = {start};
   if (settings.tool->is_long) {
     gesture.stroke.region = ImplicitRegion::capsule;
@@ -183,6 +184,7 @@ PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, c
   gesture.stroke.outer = around.settings.radius;
   gesture.stroke.inner = 0;
   gesture.stroke.exponent = around.settings.exponent;
+  gesture.stroke.falloff = around.settings.falloff;
   Vec3d nearest = placed.points.empty() ? placed.curves.front().front() : placed.points.front();
   const auto consider = [&](const Vec3d& p) {
     if (distance_in_pixels(around.screen, p, pointer) < distance_in_pixels(around.screen, nearest, pointer))
@@ -280,6 +282,7 @@ std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surrou
   gesture.stroke.zero = handle_points(placed, kZeroHandle, around.state);
   if (gesture.stroke.full.empty() || gesture.stroke.zero.empty()) return std::nullopt;
   gesture.stroke.exponent = around.settings.exponent;
+  gesture.stroke.falloff = around.settings.falloff;
   const auto hit = hit_at(pointer, around);
   const Vec3d start = hit ? hit->point : gesture.stroke.full.front();
   gesture.drag = begin_drag(pointer, start, hit ? hit->normal : -forward_of(around), around);

@@ -80,8 +80,9 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   PaintGesture gesture;
   const bool in = settings.paint_in != pointer.modifiers.ctrl;
   gesture.stroke.outer = settings.radius;
+  gesture.stroke.falloff = settings.falloff;
   gesture.stroke.depth = settings.depth * settings.radius / kDabs * (in ? 1 : -1);
-  gesture.spacing = kDabLength * settings.radius / kDabs;
+  gesture.spacing = dab_length(settings.falloff) * settings.radius / kDabs;
   set_radius(radius_under(pointer, settings), gesture);
   add_dab(*hit, gesture);
   gesture.last = pointer;

@@ -47,7 +47,7 @@ Stroke bent(const ToolSettings& settings, const Placement& at, double amount, co
   if (barrel != nullptr) {
     stroke.center = barrel->center;
     stroke.normal = barrel->normal;
-    stroke.extent = Thresholds<double>{barrel->inner, barrel->outer};
+    stroke.extent = BendThresholds{barrel->inner, barrel->outer};
     stroke.radius = barrel->radius;
   }
   const Vec3d across = at.x - stroke.normal * dot(stroke.normal, at.x);

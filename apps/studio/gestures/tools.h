@@ -153,6 +153,9 @@ std::string word_of(const StudioTool& tool);
 // Returns the tool with a name in lower case, or a null pointer.
 const StudioTool* studio_tool(std::string_view word);
 
+// Returns whether the tool moves the shape, and its falloff counts.
+inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask; }
+
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
 
@@ -174,8 +177,9 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
 // What is set at the panels and with keys. Lengths in the mesh's own units.
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
-  double radius = 1;          // the outer threshold, > 0
-  double inner_ratio = 0.35;  // inner over outer threshold, in [0.01, 0.95]
+  double radius = 1;              // the outer threshold, > 0
+  double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
+  int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field/blend.h)
   DragMode drag = DragMode::view;
   Vec3d axis{0, 0, 1};  // of DragMode::axis
   PullStart start = PullStart::inside;

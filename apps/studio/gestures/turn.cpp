@@ -78,6 +78,7 @@ StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, cons
   // By default what the session's format says for a straight motion, but the same for all pieces of the path.
   stroke.outer = 1.5 * settings.stamp_size * settings.radius;
   stroke.step = *stroke.outer / 25;
+  stroke.falloff = settings.falloff;
   return stroke;
 }
 
@@ -114,7 +115,9 @@ std::optional<Stroke> plain_stroke(const ToolSettings& settings, const Placement
   const bool has_barrel = placement.barrel && placement.barrel->problem.empty();
   const bool needs_barrel = turning.takes_barrel && settings.uses_barrel;
   if (needs_barrel && !has_barrel) return std::nullopt;
-  return turning.stroke(settings, placement, amount, needs_barrel ? &*placement.barrel : nullptr);
+  Stroke stroke = turning.stroke(settings, placement, amount, needs_barrel ? &*placement.barrel : nullptr);
+  set_falloff(stroke, settings.falloff);
+  return stroke;
 }
 
 // The gizmo may have been moved, or the barrel switched on or off, since the profile was made.

@@ -25,6 +25,11 @@ void draw_numbers(LayerEditor& layers) {
     set_field(strokes, field.name, value);
     set_strokes(layers, std::move(strokes));
   }
+  std::optional<int> falloff = falloff_of(layers.strokes);
+  if (!falloff || !choose_falloff(*falloff)) return;
+  std::vector<SessionStroke> strokes = layers.strokes;
+  set_falloff(strokes, *falloff);
+  set_strokes(layers, std::move(strokes));
 }
 
 void draw_text(LayerEditor& layers) {

@@ -5,6 +5,7 @@
 #include <imgui_internal.h>
 
 #include <array>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,6 +82,17 @@ class Seat {
     const ImGuiWindow* const window = ImGui::FindWindowByName(panel);
     if (window == nullptr || !window->WasActive) return {};
     return {window->Pos.x, window->Pos.y, window->Pos.x + window->Size.x, window->Pos.y + window->Size.y};
+  }
+
+  // Where the pointer finds an item of the side panel.
+  std::optional<std::pair<double, double>> place_of(ImGuiID item) {
+    const Area& panel = interface.layout().side_panel;
+    const double x = panel.left + 0.3 * panel.width();
+    for (double y = panel.top; y < panel.bottom; y += 6 * gui.unit()) {
+      move(x, y);
+      if (ImGui::GetCurrentContext()->HoveredId == item) return std::pair{x, y};
+    }
+    return std::nullopt;
   }
 
   // Clicks on the side panel from its top to its bottom until a list opens. Returns whether one did.

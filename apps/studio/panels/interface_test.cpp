@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "document/stroke_fields.h"
 #include "gestures/gesture_kinds.h"
 #include "knead/math/box.h"
 #include "panels/interface_fixture.h"
@@ -279,6 +280,41 @@ TEST_F(InterfaceTest, DigitsCanBeReadOnTheGrabOfASlider) {
     EXPECT_EQ(colours[grab].w, 1);
     EXPECT_GT(contrast(colours[ImGuiCol_Text], colours[grab]), 4.5);  // WCAG's limit for text
   }
+}
+
+TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
+  Seat seat(options(), 1280, 900);
+  open_ball(seat);
+  const auto set_to = [&](ImGuiID slider, bool most) {
+    const auto place = seat.place_of(slider);
+    ASSERT_TRUE(place);
+    const Area& panel = seat.interface.layout().side_panel;
+    seat.drag(place->first, place->second, most ? panel.right : panel.left + 8, place->second);
+  };
+  const ImGuiID of_tool = ImGui::FindWindowByName("Settings")->GetID("Falloff");
+  set_to(of_tool, false);
+  EXPECT_EQ(seat.studio.settings().falloff, 3);
+  set_to(of_tool, true);
+  EXPECT_EQ(seat.studio.settings().falloff, 7);
+
+  seat.drag(480, 450, 480, 300);
+  ASSERT_EQ(seat.studio.shown().history.size(), 1U);
+  EXPECT_EQ(falloff_of(seat.studio.shown().history[0]->strokes), 7);
+
+  seat.studio.preferences().panels.closed = {"tool", "view"};
+  seat.studio.select_layer(0);
+  seat.frame();
+  const int entry = 0;
+  const ImGuiID in_entry = ImGui::FindWindowByName("Settings")->ID;
+  set_to(ImHashStr("Falloff", 0, ImHashData(&entry, sizeof entry, in_entry)), false);
+  EXPECT_EQ(falloff_of(seat.studio.layers().strokes), 3);
+  EXPECT_EQ(falloff_of(seat.studio.shown().history[0]->strokes), 7) << "not before it is applied";
+  EXPECT_EQ(seat.studio.settings().falloff, 7);
+
+  seat.studio.preferences().panels.closed = {};
+  seat.studio.settings().tool = &studio_tool(ToolUse::mask);
+  seat.frame();
+  EXPECT_FALSE(seat.place_of(of_tool)) << "a mask blends nothing";
 }
 
 TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {

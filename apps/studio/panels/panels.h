@@ -46,6 +46,9 @@ void draw_look_settings(Studio& studio, const Gui& gui);
 void draw_references(Studio& studio);
 void draw_history(Studio& studio, HistoryEditor& editor);
 
+// The falloff of a tool, and its curve. Returns whether it was changed.
+bool choose_falloff(int& falloff);
+
 // The part of the preferences' menu that is about the pointer. Returns whether something was changed.
 bool draw_pointer_preferences(Preferences& preferences);
 

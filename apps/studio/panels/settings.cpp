@@ -190,6 +190,7 @@ void draw_tool_settings(Studio& studio) {
   if (settings.tool->has_inner) {
     slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
   }
+  if (blends(*settings.tool)) choose_falloff(settings.falloff);
   draw_own_settings(studio);
   if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
   ImGui::Separator();

@@ -14,7 +14,6 @@ namespace {
 constexpr int kPoints = 48;         // of a ring; a multiple of 2 kDash
 constexpr int kDash = 2;            // points of a dash, and of a gap
 constexpr double kThickness = 1.1;  // half, in pixels
-constexpr double kHalf = 0.5;       // the weight at the dashed ring of tools without an inner region
 constexpr std::size_t kMostImages = 32;
 
 // The radii of the rings.
@@ -22,17 +21,6 @@ struct Radii {
   double outer = 0;
   double inner = 0;
 };
-
-// The radius at which the weight of a brush from 0 to `outer` is one half.
-double half_weight_radius(double outer) {
-  double low = 0;
-  double high = outer;
-  for (int i = 0; i < 40; ++i) {
-    const double middle = 0.5 * (low + high);
-    (blend_weight(middle, Thresholds<double>{0, outer}).value > kHalf ? low : high) = middle;
-  }
-  return low;
-}
 
 std::optional<Radii> radii_of(const ToolSettings& settings) {
   switch (settings.tool->use) {
@@ -44,7 +32,7 @@ std::optional<Radii> radii_of(const ToolSettings& settings) {
     case ToolUse::paint:
     case ToolUse::points:
     case ToolUse::curve:
-      return Radii{settings.radius, half_weight_radius(settings.radius)};
+      return Radii{settings.radius, falloff_facts(settings.falloff).half * settings.radius};  // where the weight is 1/2
     case ToolUse::handles:
       if (settings.handle == HandleMode::move) return std::nullopt;
       return Radii{0.5 * settings.radius, 0};

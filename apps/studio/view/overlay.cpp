@@ -72,6 +72,7 @@ std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& ar
   stroke.curves = placed.curves;
   stroke.outer = studio.settings().radius;
   stroke.exponent = studio.settings().exponent;
+  stroke.falloff = studio.settings().falloff;
   stroke.displacements = {render::camera_frame(around.screen.camera).up * (0.3 * stroke.outer)};
   return stroke;
 }

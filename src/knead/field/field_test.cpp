@@ -49,6 +49,20 @@ TEST(Velocity, IsDivergenceFreeByDualNumbers) {
   EXPECT_LT(worst, 1e-12);
 }
 
+TEST(Velocity, IsDivergenceFreeForEveryFalloff) {
+  double worst = 0;
+  for_random_fields(27, 8, [&](const auto& m, const auto& r, Thresholds<double> thresholds, Random& random) {
+    const Dual t(random.uniform(0, 1));
+    for (int i = 0; i < 50; ++i) {
+      thresholds.falloff = kLeastFalloff + i % (kGreatestFalloff - kLeastFalloff + 1);
+      const Vec3<Dual> v = velocity(m, r, thresholds, test::variables(random.in_box(1.5)), t);
+      const double size = test::jacobian_size(v);
+      if (size > 0) worst = std::fmax(worst, std::abs(test::divergence(v)) / std::fmax(size, 1.0));
+    }
+  });
+  EXPECT_LT(worst, 1e-12);
+}
+
 TEST(Velocity, IsDivergenceFreeByFiniteDifferences) {
   double worst = 0;
   for_random_fields(22, 10, [&](const auto& m, const auto& r, const Thresholds<double>& thresholds, Random& random) {
@@ -152,6 +166,33 @@ TEST(Velocity, IsC1AcrossTheInnerAndC2AcrossTheOuterThreshold) {
     }
   });
   EXPECT_GT(found, 500);
+}
+
+// The Jacobian's change over a step across a threshold falls with the step.
+TEST(Velocity, IsC1AcrossBothThresholdsForEveryFalloff) {
+  int found = 0;
+  for_random_fields(28, 30, [&](const auto& m, const auto& r, Thresholds<double> thresholds, Random& random) {
+    using R = std::decay_t<decltype(r)>;
+    if constexpr (!std::is_same_v<R, Capsule<double>>) {
+      thresholds.falloff = kLeastFalloff + found % (kGreatestFalloff - kLeastFalloff + 1);
+      for (const double threshold : {thresholds.inner, thresholds.outer}) {
+        Vec3d x;
+        if (!find_threshold(r, threshold, random.in_box(1.2), random.in_box(1.2), x)) continue;
+        const RegionValue<double> at = evaluate(r, x, 0.3);
+        if (norm(at.gradient) < 0.1) continue;
+        ++found;
+        const Vec3d n = at.gradient / norm(at.gradient);
+        const auto jacobian = [&](double offset) {
+          return velocity(m, r, thresholds, test::variables(x + n * offset), Dual(0.3));
+        };
+        const double scale = 1 + test::jacobian_size(jacobian(-0.05)) + test::jacobian_size(jacobian(0.05));
+        for (const double h : {1e-5, 1e-6}) {
+          EXPECT_LT(test::jacobian_difference(jacobian(-h), jacobian(h)) / scale, 1e4 * h) << thresholds.falloff;
+        }
+      }
+    }
+  });
+  EXPECT_GT(found, 250);
 }
 
 TEST(Velocity, InFloatIsThatInDoubleToFloatsAccuracy) {

@@ -105,9 +105,11 @@ KNEAD_INLINE Vec3<P> combine(const Bundle<S>& bundle, const Stage<S>& stage, std
   return sum;
 }
 
-template <class P, class Field, class S>
-[[gnu::flatten]] void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  const Field field = *static_cast<const Field*>(data);  // a copy: what is stored below does not change it
+// A stage for the default falloff, or for any. Told apart before the loop, the default costs nothing.
+template <class P, class Field, bool by_default, class S>
+[[gnu::flatten]] void stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  Field field = *static_cast<const Field*>(data);  // a copy: what is stored below does not change it
+  if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
     P t = P::load(bundle.t + i);
@@ -123,10 +125,17 @@ template <class P, class Field, class S>
   }
 }
 
-// The same under a mask.
 template <class P, class Field, class S>
-[[gnu::flatten]] void masked_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  const Field field = *static_cast<const Field*>(data);
+void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const bool by_default = static_cast<const Field*>(data)->thresholds.falloff == kDefaultFalloff;
+  by_default ? stage_of<P, Field, true>(data, bundle, stage) : stage_of<P, Field, false>(data, bundle, stage);
+}
+
+// The same under a mask.
+template <class P, class Field, bool by_default, class S>
+[[gnu::flatten]] void masked_stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  Field field = *static_cast<const Field*>(data);
+  if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
     P t = P::load(bundle.t + i);
@@ -142,6 +151,13 @@ template <class P, class Field, class S>
     const MaskValue<P> m = evaluate_mask(field.mask, y);
     store(masked_velocity_where(r, field.motion, field.thresholds, d, m, field.offset), bundle.k[stage.out], i);
   }
+}
+
+template <class P, class Field, class S>
+void masked_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const bool by_default = static_cast<const Field*>(data)->thresholds.falloff == kDefaultFalloff;
+  by_default ? masked_stage_of<P, Field, true>(data, bundle, stage)
+             : masked_stage_of<P, Field, false>(data, bundle, stage);
 }
 
 // How long a step may be so that it passes no more of the mask's border than kMaskReach of its width.

@@ -79,6 +79,8 @@ void check(const CustomRegion& r) {
 void check(const Field& field, const Segment& segment) {
   require(is_finite(field.center), "a field's centre is not finite");
   require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
+  require(field.thresholds.falloff >= kLeastFalloff && field.thresholds.falloff <= kGreatestFalloff,
+          "a field's falloff must be a whole number from 3 to 7");
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
   if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {

@@ -130,7 +130,8 @@ void SetCells<S>::lay_grid() {
     const double arm = 0.5 * (part.reach + norm(part.box.max - part.box.min));
     outer = std::min(outer, part.outer);
     width = std::min(width, own_width);
-    speed += norm(Vec3d(part.field.motion.velocity)) * (1 + greatest_slope(0) / own_width * arm);
+    speed += norm(Vec3d(part.field.motion.velocity)) *
+             (1 + greatest_slope(0, part.field.thresholds.falloff) / own_width * arm);
   }
   if (!parts_.front().field.mask.is_empty()) speed *= kMaskedSpeed;
   speed += norm(displacement_);
@@ -208,8 +209,8 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
   PackedSet<S>& set = cell.fields.back().region;
   if (part.tree.size() > 0 && std::isfinite(most)) {
     std::vector<WeightedPoint> list;
-    const SumPlaces places{part.field.thresholds.inner, part.outer, whole.exponent, least, most,
-                           norm(center) + radius_};
+    const Thresholds<double> thresholds{part.field.thresholds.inner, part.outer, part.field.thresholds.falloff};
+    const SumPlaces places{thresholds, whole.exponent, least, most, norm(center) + radius_};
     part.tree.list({center, radius_, r * (1 + kRounding), Vec3d(at_center.gradient), nearest, most * (1 + kRounding),
                     !curves, whole.exponent, sum_error_allowed(places, part.error, std::numeric_limits<S>::epsilon())},
                    list);

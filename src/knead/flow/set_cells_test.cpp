@@ -113,15 +113,20 @@ TEST(SetCells, MoveAsBruteForceDoes) {
   for (const double length : {0.002, 0.05, 0.6}) {
     for (const int exponent : {8, 16}) {
       const PointSet<double> set = random_set(random, 300, exponent);
-      const Segment segment = segment_of(set, random.unit() * length);
+      Segment segment = segment_of(set, random.unit() * length);
       const auto points = test::random_points(random, 300, 1.0);
-      const auto exact = moved(Flow{{test::without_closed_form(segment)}}, points, precisely(1e-9));
-      for (const double tolerance : {1e-4, 1e-6}) {
-        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, precisely(tolerance)), exact),
-                  1.5 * tolerance);
-        AdvectOptions options = precisely(tolerance);
-        options.precision = Precision::float32;
-        EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, options), exact), 1.5 * tolerance + 3e-6);
+      for (const int falloff : {4, 3, 7}) {
+        segment.fields.front().thresholds.falloff = falloff;
+        const auto exact = moved(Flow{{test::without_closed_form(segment)}}, points, precisely(1e-9));
+        for (const double tolerance : {1e-4, 1e-6}) {
+          EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, precisely(tolerance)), exact),
+                    1.5 * tolerance)
+              << falloff;
+          AdvectOptions options = precisely(tolerance);
+          options.precision = Precision::float32;
+          EXPECT_LT(test::greatest_distance(moved(Flow{{segment}}, points, options), exact), 1.5 * tolerance + 3e-6)
+              << falloff;
+        }
       }
     }
   }

@@ -85,6 +85,24 @@ TEST(Simd, EveryInstructionSetGivesTheSameBits) {
   }
 }
 
+TEST(Simd, EveryInstructionSetGivesTheSameBitsForEveryFalloff) {
+  Random random(83);
+  const auto names = test::simd_names();
+  for (const int falloff : test::kOtherFalloffs) {
+    for (const NamedSegment& named : test::random_segments(random, falloff)) {
+      const auto points = test::random_points(random, 331);
+      for (const Precision precision : kPrecisions) {
+        std::vector<Outcome> outcomes;
+        for (const std::string& name : names) {
+          const Simd simd(name);
+          outcomes.push_back(outcome_of(Flow{{named.segment}}, points, options_of(precision)));
+          EXPECT_EQ(outcomes.back(), outcomes.front()) << named.name << ", " << name << ", falloff " << falloff;
+        }
+      }
+    }
+  }
+}
+
 TEST(Simd, NamesWhatIsInUse) {
   for (const std::string& name : test::simd_names()) {
     const Simd simd(name);

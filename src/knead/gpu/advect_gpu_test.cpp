@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
 
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
@@ -84,6 +85,23 @@ TEST_F(GpuTest, InDoubleItAgreesFarBelowFloat) {
     const Flow flow{{named.segment}};
     const auto exact = moved(flow, points, precisely(1e-11));
     EXPECT_LT(test::greatest_distance(on_gpu(flow, points, precisely(1e-7)), exact), 1e-7);
+  }
+}
+
+TEST_F(GpuTest, EveryFalloffIsThatOfTheReference) {
+  Random random(812);
+  for (const int falloff : test::kOtherFalloffs) {
+    for (const NamedSegment& named : test::random_segments(random, falloff)) {
+      const bool chosen = named.name == "ball" || named.name == "rotate" || named.name == "swept handles";
+      if (!chosen) continue;
+      SCOPED_TRACE(named.name + ", falloff " + std::to_string(falloff));
+      const auto points = test::random_points(random, 300);
+      const double diagonal = diagonal_of(points);
+      const Flow flow{{named.segment}};
+      const auto exact = moved(flow, points, precisely(1e-10));
+      EXPECT_LT(test::greatest_distance(on_gpu(flow, points, default_options(diagonal)), exact) / diagonal, 2e-5);
+      EXPECT_GT(test::greatest_distance(exact, points) / diagonal, 0.005);
+    }
   }
 }
 

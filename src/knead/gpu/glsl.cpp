@@ -79,6 +79,7 @@ std::string layout_defines() {
                                                {"kInverseWidth", kInverseWidth},
                                                {"kMotion", kMotion},
                                                {"kRegion", kRegion},
+                                               {"kFalloff", kFalloff},
                                                {"kFieldBegin", kFieldBegin},
                                                {"kMotionKind", kMotionKind},
                                                {"kRegionKind", kRegionKind},
@@ -141,6 +142,7 @@ std::string kind_defines(const ShaderKind& kind) {
   if (kind.trees) text += "#define WITH_TREES\n";
   if (kind.blended) text += "#define BLENDED\n";
   if (kind.barrel) text += "#define WITH_BARREL\n";
+  if (kind.falloff) text += "#define FALLOFF\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";
   text += kind.single ? "#define FIELD_COUNT(count) 1\n" : "#define FIELD_COUNT(count) (count)\n";
   if (kind.in_double) text += "#define IN_DOUBLE\n";

@@ -24,7 +24,8 @@ inline constexpr int kInner = 4;
 inline constexpr int kInverseWidth = 5;
 inline constexpr int kMotion = 6;
 inline constexpr int kRegion = 18;
-inline constexpr int kFieldNumbers = 25;
+inline constexpr int kFalloff = 25;
+inline constexpr int kFieldNumbers = 26;
 // Of a field, in table[].
 inline constexpr int kFieldBegin = 0;  // where it begins in n[]
 inline constexpr int kMotionKind = 1;
@@ -80,6 +81,7 @@ struct ShaderKind {
   bool single = false;
   bool blended = false;
   bool barrel = false;
+  bool falloff = false;  // that of some field is not the default
   bool in_double = false;
   bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
   Integrator integrator = Integrator::tsitouras;

@@ -59,6 +59,20 @@ R2 blend_weight(int f, R r) {
   R inverse = n[at + kInverseWidth];
   precise R rest = clamp((outer - r) * inverse, R(0), R(1));
   precise R s = R(1) - rest;
+#ifdef FALLOFF
+  R degree = n[at + kFalloff];
+  if (degree == R(3)) {
+    precise R c = rest * (rest * (rest - R(3)) + R(3));
+    return R2(c * c * c, c * c * (s * s) * (R(-9) * inverse));
+  }
+  if (degree != R(4)) {
+    R power = rest;
+    for (R i = R(4); i < degree; ++i) power *= rest;
+    precise R sum = rest * (degree * s + rest) + s * s * (degree * (degree - R(1)) * R(0.5));
+    precise R c = power * rest * sum;
+    return R2(c * c, c * (s * s * power) * (-degree * (degree - R(1)) * (degree - R(2)) * inverse));
+  }
+#endif
   precise R complement = rest * rest * (rest * (R(3) * rest + R(-8)) + R(6));
   return R2(complement * complement, complement * (s * s * rest) * (R(-24) * inverse));
 }

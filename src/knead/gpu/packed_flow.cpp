@@ -250,6 +250,7 @@ class Packer {
     put(numbers, at, field.center - segment.fields.front().center);
     numbers[at + kOuter] = field.thresholds.outer;
     numbers[at + kInner] = field.thresholds.inner;
+    numbers[at + kFalloff] = field.thresholds.falloff;
     numbers[at + kInverseWidth] = (1 + 4 * epsilon) / width;  // rounded up, as in blend.h
     std::visit([&](const auto& motion) { put_motion(numbers, at + kMotion, motion); }, field.motion);
     const std::size_t entry = table_of(index);
@@ -350,6 +351,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
     }
     kind.motions |= 1U << field.motion.index();
     kind.regions |= 1U << field.region.index();
+    kind.falloff = kind.falloff || field.thresholds.falloff != kDefaultFalloff;
     kind.curves = kind.curves || has_curves(field);
     kind.trees = kind.trees || may_have_tree(field, segment);
   }

@@ -35,7 +35,7 @@ double error_allowed(const Field& field, const Segment& segment, const AdvectOpt
       detail::kSumsShareOfTolerance * options.tolerance / static_cast<double>(segment.fields.size()) / way;
   const double epsilon = options.precision == Precision::float32 ? std::numeric_limits<float>::epsilon()
                                                                  : std::numeric_limits<double>::epsilon();
-  return detail::sum_error_allowed({inner, outer, set.exponent, inner, outer, arm}, error, epsilon);
+  return detail::sum_error_allowed({field.thresholds, set.exponent, inner, outer, arm}, error, epsilon);
 }
 
 // The node that follows each one's own.

@@ -117,10 +117,11 @@ class RandomStrokes {
   Stroke bend() {
     BendStroke stroke{vector(), {0, 1, 0}, {1, 0, 0}, number(), {}};
     stroke.extent = BendWidth{positive(), coin() ? kCenterFraction : number()};
-    if (coin()) stroke.extent = Thresholds<double>{-positive(), positive()};
+    if (coin()) stroke.extent = BendThresholds{-positive(), positive()};
     stroke.gauge = coin() ? 1 : gauge();
     if (coin()) stroke.radius = positive();
     stroke.radius_auto = !stroke.radius && coin();
+    if (coin()) stroke.falloff = 7;
     return stroke;
   }
 
@@ -236,7 +237,8 @@ TEST(Session, FillsInTheDefaults) {
   EXPECT_FALSE(twist.normal || twist.radius);
   const auto& bend = std::get<BendStroke>(session.strokes.at(3).stroke);
   EXPECT_EQ(bend.gauge, 1);
-  EXPECT_EQ(std::get<BendWidth>(bend.extent).center_fraction, 0.4867502159528536);
+  EXPECT_FALSE(std::get<BendWidth>(bend.extent).center_fraction);
+  EXPECT_EQ(bend.falloff, 4);
 }
 
 TEST(Session, ToleratesWhatEditorsLeaveBehind) {

@@ -8,6 +8,7 @@
 #include "knead/io/shape_file.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/report.h"
 #include "knead/session/workbench.h"
@@ -211,6 +212,54 @@ TEST_P(StrokeKeys, AWorkbenchHasTheBitsOfAReplay) {
   }
 }
 
+TEST_P(StrokeKeys, FalloffFourIsNoFalloff) {
+  EXPECT_TRUE(result_of(line(R"(, "falloff": 4)")) == result_of(line()));
+  EXPECT_EQ(serialize_session(session(line(R"(, "falloff": 4)"))), serialize_session(session(line())));
+}
+
+TEST_P(StrokeKeys, EveryFalloffMovesInItsOwnWayAndComesBack) {
+  std::vector<std::vector<Vec3d>> results{result_of(line(), exact())};
+  for (const char* falloff : {"3", "5", "6", "7"}) {
+    const std::string lines = line(std::string(R"(, "falloff": )") + falloff);
+    Session resolved = session(lines);
+    EXPECT_EQ(serialize_session(parse_session(serialize_session(resolved), "s.knead")), serialize_session(resolved));
+    Mesh mesh = make_shape(ShapeKind::sphere, 1500);
+    resolved.strokes = replay(mesh, resolved, exact()).resolved;
+    for (const SessionStroke& stroke : resolved.strokes) EXPECT_EQ(falloff_of(stroke.stroke), std::stoi(falloff));
+    mesh.positions = result_of(lines, exact());
+    for (const std::vector<Vec3d>& other : results) EXPECT_GT(distance(mesh.positions, other), 1e-4) << falloff;
+    results.push_back(mesh.positions);
+    ReplayOptions back = exact();
+    back.part.direction = Direction::backwards;
+    EXPECT_LT(distance(replay(mesh, resolved, back).shape.positions(), start()), 1e-6) << falloff;
+  }
+}
+
+TEST_P(StrokeKeys, AFalloffResolvedOrAtTheWorkbenchHasTheSameBits) {
+  for (const char* keys :
+       {R"(, "falloff": 3)", R"(, "falloff": 7, "strength": 0.6)", R"(, "falloff": 6, "strength": 1.2)"}) {
+    const Session given = session(kPull + line(keys));
+    Session resolved;
+    const ReplayResult first = replay(make_shape(ShapeKind::sphere, 1500), given);
+    resolved.strokes = first.resolved;
+    resolved = parse_session(serialize_session(resolved), "resolved.knead");
+    EXPECT_TRUE(result_of(resolved) == first.shape.positions()) << keys;
+    Workbench bench(make_shape(ShapeKind::sphere, 1500), folder_);
+    EXPECT_TRUE(bench.append(given.strokes).is_done()) << keys;
+    EXPECT_TRUE(bench.state().positions.copy() == first.shape.positions()) << keys;
+  }
+}
+
+// The mesh is finer than the others here: what is left is how triangles sample the smooth flow.
+TEST_P(StrokeKeys, EveryFalloffKeepsTheVolume) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 40'962);
+  for (const char* falloff : {"3", "4", "5", "6", "7"}) {
+    const Session given = session(line(std::string(R"(, "falloff": )") + falloff));
+    const Mesh moved = replay(ball, given).shape.to_mesh();
+    EXPECT_NEAR(measure(moved).volume / measure(ball).volume, 1, 5e-4) << falloff;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tools, StrokeKeys, testing::ValuesIn(kTools), name_of);
 
 std::string error_of(const std::string& keys) {
@@ -233,6 +282,11 @@ TEST(StrokeKeyErrors, NameTheKeyAndWhatWasExpected) {
   EXPECT_NE(error_of(R"("strength": 1.5)").find("\"strength\" asks for too much: \"angle_deg\" must be"),
             std::string::npos)
       << error_of(R"("strength": 1.5)");
+  EXPECT_EQ(error_of(R"("falloff": 2)"), "s.knead:2: \"falloff\" must be a whole number from 3 to 7, got 2");
+  EXPECT_EQ(error_of(R"("falloff": 8)"), "s.knead:2: \"falloff\" must be a whole number from 3 to 7, got 8");
+  EXPECT_EQ(error_of(R"("falloff": 4.5)"),
+            "s.knead:2: \"falloff\" must be a whole number of at most 9 digits, got 4.5");
+  EXPECT_EQ(error_of(R"("falloff": "x")"), "s.knead:2: \"falloff\" must be a whole number, got \"x\"");
   EXPECT_EQ(error_of(R"("name": "A horn", "off": true, "strength": 0.5)"), "");
 }
 

@@ -17,7 +17,7 @@ namespace {
 using test::Surface;
 
 BendStroke bend_at(const BarrelPlacement& barrel, const Vec3d& axis, double angle_deg) {
-  BendStroke stroke{barrel.center, axis, barrel.normal, angle_deg, Thresholds<double>{barrel.inner, barrel.outer}};
+  BendStroke stroke{barrel.center, axis, barrel.normal, angle_deg, BendThresholds{barrel.inner, barrel.outer}};
   stroke.radius = barrel.radius;
   return stroke;
 }

@@ -140,7 +140,7 @@ TEST(Barrel, OfACylinderShapeIsItsRadius) {
 }
 
 TEST(Barrel, NoticesWhatABendReachesLater) {
-  BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 60, Thresholds<double>{-1, 0.5}};
+  BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, 60, BendThresholds{-1, 0.5}};
   stroke.radius = 1.7;
   const std::optional<Barrel> barrel = barrel_of(stroke);
   ASSERT_TRUE(barrel);

@@ -8,9 +8,22 @@ namespace knead {
 namespace tool_detail {
 
 Thresholds<double> bend_thresholds(const BendStroke& stroke) {
-  if (const auto* thresholds = std::get_if<Thresholds<double>>(&stroke.extent)) return *thresholds;
+  if (const auto* given = std::get_if<BendThresholds>(&stroke.extent)) {
+    return {given->inner, given->outer, stroke.falloff};
+  }
   const auto& extent = std::get<BendWidth>(stroke.extent);
-  return {-extent.center_fraction * extent.width, (1 - extent.center_fraction) * extent.width};
+  const double fraction = extent.center_fraction.value_or(falloff_facts(stroke.falloff).half);
+  return {-fraction * extent.width, (1 - fraction) * extent.width, stroke.falloff};
+}
+
+void move_center(BendStroke& stroke, int falloff) {
+  auto* const zone = std::get_if<BendThresholds>(&stroke.extent);
+  if (zone == nullptr) return;
+  const double moved = falloff_facts(falloff).half - falloff_facts(stroke.falloff).half;
+  const double shift = moved * (zone->outer - zone->inner);
+  stroke.center += unit(stroke.normal) * shift;
+  zone->inner -= shift;
+  zone->outer -= shift;
 }
 
 }  // namespace tool_detail
@@ -25,7 +38,7 @@ constexpr double kPerpendicular = 1e-3;
 
 std::vector<StrokeKey> keys(BendStroke& s) {
   auto* const width = std::get_if<BendWidth>(&s.extent);
-  auto* const zone = std::get_if<Thresholds<double>>(&s.extent);
+  auto* const zone = std::get_if<BendThresholds>(&s.extent);
   return {
       {"center", Quantity::finite, &s.center},
       {"axis", Quantity::direction, &s.axis},
@@ -49,7 +62,7 @@ void prepare(BendStroke& stroke, const HasKey& has) {
     throw InvalidInput(std::string(R"(a bend has either "width" (and "center_fraction") or "inner" and "outer", )") +
                        (by_width ? "not both" : "got neither"));
   }
-  if (by_thresholds) stroke.extent = Thresholds<double>{};
+  if (by_thresholds) stroke.extent = BendThresholds{};
 }
 
 void validate(const BendStroke& stroke) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <string>
 
+#include "knead/field/blend.h"
 #include "knead/math/error.h"
 
 namespace knead::tool_detail {
@@ -56,6 +57,12 @@ void require_angle(std::string_view key, double degrees) {
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what) {
   if (count >= least) return;
   throw InvalidInput(fmt::format("\"{}\" must hold {} or more {}, got {}", key, least, what, count));
+}
+
+void require_falloff(std::string_view key, int value) {
+  if (value >= kLeastFalloff && value <= kGreatestFalloff) return;
+  throw InvalidInput(
+      fmt::format("\"{}\" must be a whole number from {} to {}, got {}", key, kLeastFalloff, kGreatestFalloff, value));
 }
 
 void require_even(std::string_view key, int value, int least) {

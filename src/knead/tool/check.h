@@ -28,6 +28,9 @@ void require_angle(std::string_view key, double degrees);
 
 void require_count(std::string_view key, std::size_t count, std::size_t least, std::string_view what);
 
+// A whole number from 3 to 7 (field/blend.h).
+void require_falloff(std::string_view key, int value);
+
 // An even number, `least` or more.
 void require_even(std::string_view key, int value, int least);
 

@@ -100,7 +100,7 @@ bool continues(const Stroke& last, const Stroke& next) {
   if (of_both<StampStroke>(last, next, goes_on_along_path)) return true;
   if (of_both<RelaxStroke>(last, next, goes_on_near)) return true;
   return of_both<PaintStroke>(last, next, [](const auto& a, const auto& b) {
-    return a.path.empty() && b.path.empty() && a.outer == b.outer && a.depth == b.depth;
+    return a.path.empty() && b.path.empty() && a.outer == b.outer && a.depth == b.depth && a.falloff == b.falloff;
   });
 }
 

@@ -12,6 +12,12 @@ namespace knead::tool_detail {
 using Warnings = std::vector<std::string>;
 using HasKey = std::function<bool(std::string_view)>;
 
+// A tool whose strokes blend: S has the member `falloff`.
+template <class S>
+inline constexpr bool kBlends = requires(S stroke) {
+  stroke.falloff;
+};
+
 // The functions of a tool with strokes S. Those that are null have nothing to do: a tool without `flow` always reads
 // the surface. Without `prolong` the angles of a stroke are multiplied; a tool without angles cannot go on.
 template <class S>
@@ -30,7 +36,12 @@ Tool describe(std::string_view name, const ToolFunctions<S>& functions) {
   Tool tool;
   tool.name = name;
   tool.start = S{};
-  tool.keys = [=](Stroke& stroke) { return functions.keys(std::get<S>(stroke)); };
+  tool.keys = [=](Stroke& stroke) {
+    S& own = std::get<S>(stroke);
+    std::vector<StrokeKey> keys = functions.keys(own);
+    if constexpr (kBlends<S>) keys.push_back({"falloff", Quantity::falloff, &own.falloff, Presence::optional});
+    return keys;
+  };
   tool.prepare = [=](Stroke& stroke, const HasKey& has) {
     if (functions.prepare != nullptr) functions.prepare(std::get<S>(stroke), has);
   };
@@ -67,9 +78,12 @@ Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law
 Segment resting_segment(Field field);
 
 // Warns of a strong flow back beside the tool, which a thin intermediate region causes (inner / outer above 0.9).
-void warn_of_thin_shell(double inner, double outer, Warnings& warnings);
+void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings);
 
 // Returns the thresholds of a bend, which its width may stand for.
 Thresholds<double> bend_thresholds(const BendStroke& stroke);
+
+// Moves the centre of a bend for another falloff, as set_falloff says.
+void move_center(BendStroke& stroke, int falloff);
 
 }  // namespace knead::tool_detail

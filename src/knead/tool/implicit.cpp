@@ -46,7 +46,7 @@ Flow flow_of(const ImplicitStroke& stroke) {
 }
 
 void warn(const ImplicitStroke& stroke, Warnings& warnings) {
-  warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
+  warn_of_thin_shell({stroke.inner, stroke.outer, stroke.falloff}, warnings);
 }
 
 void prolong(ImplicitStroke& stroke, double strength) { prolong_path(stroke.path, strength); }

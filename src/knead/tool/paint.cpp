@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "knead/math/error.h"
@@ -12,12 +13,18 @@
 
 namespace knead {
 
+double dab_length(int falloff) {
+  constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
+  return kLengths[static_cast<std::size_t>(falloff - kLeastFalloff)];
+}
+
 PaintDabs paint_dabs(const PaintStroke& stroke) {
-  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs, and the greatest depth of one
+  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
   constexpr double kMostDabs = 1e6;
   const tool_detail::PathCurve curve(stroke.path);
-  const double doses = std::max(curve.length() / (kDabLength * stroke.outer), 1.0);
-  const double by_length = std::ceil(curve.length() / (kSpacing * stroke.outer));
+  const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
+  const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
+  const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
   const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
   const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
   if (!(count <= kMostDabs)) {
@@ -43,7 +50,7 @@ void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
     const std::optional<PaintSample> sample = finder.closest(aim);
     if (!sample)
       throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
-    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}})) return;
+    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}, {}, stroke.falloff})) return;
     finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
   }
 }

@@ -8,9 +8,10 @@
 
 namespace knead {
 
-// The fraction of `outer` over which a path spreads one dab of full depth: the integral of the blend's weight over its
-// own range. Along a straight path the dabs' displacements then add up to the depth.
-inline constexpr double kDabLength = 17.0 / 35.0;
+// Returns the fraction of `outer` over which a path spreads one dab of full depth: the integral of the blend's weight
+// over its own range, 17/35 for the default falloff. Along a straight path the dabs' displacements then add up to the
+// depth. The falloff is from 3 to 7.
+double dab_length(int falloff);
 
 // The dabs of a stroke with a path: their places before they are moved to the surface, and the depth of each.
 struct PaintDabs {
@@ -19,7 +20,7 @@ struct PaintDabs {
 };
 
 // Returns the dabs of a stroke with a path. A smooth curve (centripetal, third order) goes through the path's points;
-// the dabs lie evenly along it, close enough that the result does not depend on their number. Every kDabLength * outer
+// the dabs lie evenly along it, close enough that the result does not depend on their number. Every dab_length * outer
 // of the path gets one dab of full depth in all; a shorter path also gets one. Throws InvalidInput for a path that
 // needs more than a million dabs.
 PaintDabs paint_dabs(const PaintStroke& stroke);

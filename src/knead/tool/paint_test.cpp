@@ -130,9 +130,12 @@ TEST(Paint, AGrooveIsAsDeepAsAsked) {
   struct Case {
     double depth;
     double relative_error;
+    int falloff = kDefaultFalloff;
   };
-  for (const Case& c : {Case{0.01, 0.02}, Case{-0.01, 0.02}, Case{0.2, 0.15}, Case{-0.2, 0.15}}) {
+  for (const Case& c : {Case{0.01, 0.02}, Case{-0.01, 0.02}, Case{0.2, 0.15}, Case{-0.2, 0.15}, Case{0.01, 0.02, 3},
+                        Case{0.01, 0.02, 5}, Case{0.01, 0.03, 6}, Case{0.01, 0.03, 7}}) {
     PaintStroke stroke;
+    stroke.falloff = c.falloff;
     stroke.outer = 0.5;
     stroke.depth = c.depth;
     stroke.path = {{-1.2, 0, top}, {1.2, 0, top}};
@@ -146,7 +149,7 @@ TEST(Paint, AGrooveIsAsDeepAsAsked) {
     ASSERT_FALSE(heights.empty());
     double mean = 0;
     for (const double z : heights) mean += z / static_cast<double>(heights.size());
-    EXPECT_NEAR(top - mean, c.depth, c.relative_error * std::abs(c.depth));
+    EXPECT_NEAR(top - mean, c.depth, c.relative_error * std::abs(c.depth)) << c.falloff;
   }
 }
 

@@ -146,7 +146,7 @@ Flow flow_of(const PointsStroke& stroke) {
 }
 
 void warn(const PointsStroke& stroke, Warnings& warnings) {
-  warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
+  warn_of_thin_shell({stroke.inner, stroke.outer, stroke.falloff}, warnings);
   double largest = 0;
   for (const Part& part : parts_of(stroke)) largest = std::max(largest, radius_of(field_of(stroke, part)));
   const double return_flow = largest / (2 * stroke.outer);

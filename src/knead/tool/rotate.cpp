@@ -25,7 +25,7 @@ Flow flow_of(const RotateStroke& stroke) {
 
 // With gauge 0 nothing turns back.
 void warn(const RotateStroke& stroke, Warnings& warnings) {
-  if (stroke.gauge != 0) warn_of_thin_shell(stroke.inner, stroke.outer, warnings);
+  if (stroke.gauge != 0) warn_of_thin_shell({stroke.inner, stroke.outer, stroke.falloff}, warnings);
 }
 
 }  // namespace

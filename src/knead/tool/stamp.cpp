@@ -166,6 +166,7 @@ class Stamper {
     PointsStroke stroke;
     stroke.outer = reading_at(lengths_.outer, lengths_.spacing, stroke_.exponent);
     stroke.exponent = stroke_.exponent;
+    stroke.falloff = stroke_.falloff;
     stroke.displacements = {displacement};
     for (int j = 0; j < kQuarters && !result_.stopped; ++j) {
       std::erase_if(waiting, [&](const Contact& contact) {

@@ -179,14 +179,29 @@ TEST(Zone, OfABendWantsAWidthForAngleAndReach) {
   EXPECT_FALSE(zone_warning(safe, profile));
 }
 
+// A safe zone stretches about as much for every falloff as for the default.
+TEST(Zone, IsSafeForEveryFalloff) {
+  const Surface surface = cylinder();
+  for (Stroke stroke : {Stroke(bend(60, 0.3)), Stroke(TwistStroke{{0, 0, 0}, {0, 0, 1}, 400, -0.25, 0.25})}) {
+    const ZoneProfile profile = zone_profile(stroke, surface.positions, surface.triangles);
+    const double usual = edge_stretch(with_safe_zone(stroke, profile), surface);
+    for (const int falloff : {3, 5, 6, 7}) {
+      set_falloff(stroke, falloff);
+      const Stroke safe = with_safe_zone(stroke, profile);
+      EXPECT_FALSE(check_zone(safe, profile)->is_too_thin) << falloff;
+      EXPECT_NEAR(edge_stretch(safe, surface), usual, 0.15 * usual) << tool_name(stroke) << falloff;
+    }
+  }
+}
+
 TEST(Zone, WithABarrelGrowsAwayFromItsOuterBorder) {
   const Surface surface = cylinder();
   BendStroke stroke = bend(60, 0.3);
-  stroke.extent = Thresholds<double>{-0.1, 0.2};
+  stroke.extent = BendThresholds{-0.1, 0.2};
   stroke.radius = 0.6;
   const ZoneProfile profile = zone_profile(stroke, surface.positions, surface.triangles);
   const auto safe = std::get<BendStroke>(with_safe_zone(stroke, profile));
-  const auto zone = std::get<Thresholds<double>>(safe.extent);
+  const auto zone = std::get<BendThresholds>(safe.extent);
   EXPECT_GT(zone.outer - zone.inner, 1.2);
   EXPECT_NEAR(-safe.center.z + zone.outer, 0.2, 1e-12);
   EXPECT_NEAR(zone.inner / zone.outer, -0.5, 1e-12);

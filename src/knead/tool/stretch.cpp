@@ -29,7 +29,9 @@ Flow flow_of(const StretchStroke& stroke) {
   return {{resting_segment({stroke.center, motion, Ball<double>{}, {stroke.inner, stroke.outer}})}};
 }
 
-void warn(const StretchStroke& stroke, Warnings& warnings) { warn_of_thin_shell(stroke.inner, stroke.outer, warnings); }
+void warn(const StretchStroke& stroke, Warnings& warnings) {
+  warn_of_thin_shell({stroke.inner, stroke.outer, stroke.falloff}, warnings);
+}
 
 void prolong(StretchStroke& stroke, double strength) { stroke.factor = std::pow(stroke.factor, strength); }
 

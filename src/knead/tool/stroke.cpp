@@ -28,6 +28,9 @@ struct Check {
     if (key.quantity == Quantity::positive) require_positive(key.name, *number);
     if (key.quantity == Quantity::angle) require_angle(key.name, *number);
   }
+  void operator()(int* number) const {
+    if (key.quantity == Quantity::falloff) require_falloff(key.name, *number);
+  }
   void operator()(std::optional<double>* number) const {
     if (*number) (*this)(&**number);
   }
@@ -100,7 +103,35 @@ bool is_flow(const Stroke& stroke) { return tool_of(stroke).is_flow; }
 Flow flow_of(const Stroke& stroke) {
   validate(stroke);
   if (reads_surface(stroke)) throw InvalidInput("this stroke reads the surface, so resolve it first");
-  return tool_of(stroke).flow(stroke);
+  Flow flow = tool_of(stroke).flow(stroke);
+  const std::optional<int> falloff = falloff_of(stroke);
+  if (!falloff) return flow;
+  for (Segment& segment : flow.segments) {
+    for (Field& field : segment.fields) field.thresholds.falloff = *falloff;
+  }
+  return flow;
+}
+
+std::optional<int> falloff_of(const Stroke& stroke) {
+  return std::visit(
+      []<class S>(const S& own) -> std::optional<int> {
+        if constexpr (kBlends<S>) {
+          return own.falloff;
+        } else {
+          return std::nullopt;
+        }
+      },
+      stroke);
+}
+
+void set_falloff(Stroke& stroke, int falloff) {
+  require_falloff("falloff", falloff);
+  std::visit(
+      [&]<class S>(S& own) {
+        if constexpr (std::is_same_v<S, BendStroke>) move_center(own, falloff);
+        if constexpr (kBlends<S>) own.falloff = falloff;
+      },
+      stroke);
 }
 
 std::vector<std::string> warnings(const Stroke& stroke) {
@@ -181,12 +212,13 @@ Segment carried_segment(Field field, const Vec3d& displacement, TimeLaw time_law
 
 Segment resting_segment(Field field) { return carried_segment(std::move(field), {0, 0, 0}); }
 
-void warn_of_thin_shell(double inner, double outer, Warnings& warnings) {
+void warn_of_thin_shell(const Thresholds<double>& thresholds, Warnings& warnings) {
+  const auto& [inner, outer, falloff] = thresholds;
   if (inner <= kThinShell * outer) return;
   warnings.push_back(
       fmt::format("\"inner\" is {:.3g} of \"outer\": beside the tool the flow runs back at {:.2g} times its speed; "
                   "make \"outer\" larger or \"inner\" smaller",
-                  inner / outer, counter_flow({inner, outer})));
+                  inner / outer, counter_flow(thresholds)));
 }
 
 }  // namespace tool_detail

@@ -1,7 +1,8 @@
 // Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4).
 //
 // A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
-// axes and normals as given (any length but zero). It contains no mesh.
+// axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
+// (field/blend.h), a whole number from 3 to 7.
 #pragma once
 
 #include <cstdint>
@@ -32,6 +33,7 @@ struct ImplicitStroke {
   Vec3d half_axis{0, 0, 0};  // capsule only: the segment is [c - half_axis, c + half_axis]
   double gauge = 0;          // capsule only
   TimeLaw time = TimeLaw::swept;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
@@ -52,6 +54,7 @@ struct PaintStroke {
   double depth = 0;
   std::vector<PaintSample> samples;
   std::vector<Vec3d> path{};
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
@@ -69,6 +72,7 @@ struct PointsStroke {
   int exponent = 8;
   double inner = 0;
   PointsCenter center = PointsCenter::parts;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
@@ -100,6 +104,7 @@ struct HandlesStroke {
   std::vector<std::uint32_t> zero_vertices;
   HandlesMotion motion;
   int exponent = 8;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
@@ -114,6 +119,7 @@ struct StampStroke {
   std::optional<double> outer = std::nullopt;   // 1.5 times half the tool's largest extent across the motion
   std::optional<double> step = std::nullopt;    // longest motion between two collision tests; outer / 25
   int exponent = 16;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
@@ -127,6 +133,7 @@ struct RotateStroke {
   double inner = 0;
   double outer = 0;
   double gauge = 0;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const RotateStroke&, const RotateStroke&) = default;
@@ -139,6 +146,7 @@ struct StretchStroke {
   double factor = 1;
   double inner = 0;
   double outer = 0;
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StretchStroke&, const StretchStroke&) = default;
@@ -157,20 +165,29 @@ struct TwistStroke {
   // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
   bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
 };
 
-// The weight is one half at the fraction s(c) = 0.48675..., which makes a bend symmetric about its centre.
-inline constexpr double kCenterFraction = 0.4867502159528536;
+// The fraction of the width at which the weight of the default falloff is one half.
+inline constexpr double kCenterFraction = falloff_facts(kDefaultFalloff).half;
 
-// Thresholds inner = -center_fraction width, outer = (1 - center_fraction) width.
+// Thresholds inner = -center_fraction width, outer = (1 - center_fraction) width. By default center_fraction is where
+// the weight is one half, which makes a bend symmetric about its centre.
 struct BendWidth {
   double width = 0;
-  double center_fraction = kCenterFraction;
+  std::optional<double> center_fraction = std::nullopt;
 
   friend bool operator==(const BendWidth&, const BendWidth&) = default;
+};
+
+struct BendThresholds {
+  double inner = 0;
+  double outer = 1;
+
+  friend bool operator==(const BendThresholds&, const BendThresholds&) = default;
 };
 
 // Bend (paper, section 4.5): r = normal.(x - center), the normal turning by half the angle; the inner region, on the
@@ -180,11 +197,12 @@ struct BendStroke {
   Vec3d axis;
   Vec3d normal;
   double angle_deg = 0;
-  std::variant<BendWidth, Thresholds<double>> extent;
+  std::variant<BendWidth, BendThresholds> extent;
   double gauge = 1;
   // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
   std::optional<double> radius = std::nullopt;
   bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  int falloff = kDefaultFalloff;
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
@@ -251,6 +269,13 @@ bool is_flow(const Stroke& stroke);
 // Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
 // strokes that read the surface. Time: linear, for a point set times the logarithm of its size. A mask has none.
 Flow flow_of(const Stroke& stroke);
+
+// Returns the falloff of a stroke; nothing for one that blends nothing: relax and mask.
+std::optional<int> falloff_of(const Stroke& stroke);
+
+// Gives a stroke that blends another falloff. A bend between given thresholds keeps its zone, and its centre moves
+// along the normal with the place where the weight is one half. Throws InvalidInput for a falloff that is not 3 to 7.
+void set_falloff(Stroke& stroke, int falloff);
 
 // Returns what is allowed but likely to disappoint (strong flow back beside the tool): one sentence each, with what to
 // do. The stroke is valid. Says nothing of handles given by vertices.

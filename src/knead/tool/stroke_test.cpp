@@ -8,6 +8,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
+#include "knead/math/sincos.h"
 
 namespace knead {
 namespace {
@@ -154,8 +155,89 @@ TEST(BendStroke, HasItsCenterWhereTheWeightIsOneHalf) {
   EXPECT_NEAR(thresholds.outer - thresholds.inner, 1.7, kRounding);
 }
 
+TEST(BendStroke, HasItsCenterWhereTheWeightIsOneHalfForEveryFalloff) {
+  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+    BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendWidth{1.7}};
+    stroke.falloff = falloff;
+    const Thresholds<double> thresholds = flow_of(stroke).segments[0].fields[0].thresholds;
+    EXPECT_EQ(thresholds.falloff, falloff);
+    EXPECT_NEAR(blend_weight(0.0, thresholds).value, 0.5, kRounding) << falloff;
+    EXPECT_NEAR(thresholds.outer - thresholds.inner, 1.7, kRounding);
+  }
+}
+
+// By half the angle there, so that a bend of 90 degrees has its middle at 45.
+TEST(BendStroke, TurnsThePlaneThroughItsCenterByHalfTheAngleForEveryFalloff) {
+  for (const int falloff : {3, 4, 7}) {
+    BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 90, BendWidth{2}};
+    stroke.falloff = falloff;
+    const Vec3d beside = moved(stroke, {0, 0, 1e-4});
+    const Vec3d turned = rotate(Vec3d{0, 0, 1e-4}, {0, 1, 0}, sincos(kPi / 4));
+    EXPECT_LT(norm(beside - turned), 1e-7) << falloff;  // of second order in the distance
+  }
+}
+
+TEST(SetFalloff, KeepsTheZoneOfABendAndMovesItsCenter) {
+  const BendStroke bend{
+      {0, 0, 5}, {0, 1, 0}, {0, 0, -2}, 40, BendThresholds{-2 * kCenterFraction, 2 - 2 * kCenterFraction}};
+  const auto ends = [](const Stroke& stroke) {
+    const Field field = flow_of(stroke).segments[0].fields[0];
+    return std::pair{field.center.z - field.thresholds.inner, field.center.z - field.thresholds.outer};
+  };
+  for (int falloff = kLeastFalloff; falloff <= kGreatestFalloff; ++falloff) {
+    Stroke stroke = bend;
+    set_falloff(stroke, falloff);
+    EXPECT_EQ(falloff_of(stroke), falloff);
+    EXPECT_NEAR(ends(stroke).first, ends(bend).first, kRounding);
+    EXPECT_NEAR(ends(stroke).second, ends(bend).second, kRounding);
+    EXPECT_NEAR(blend_weight(0.0, flow_of(stroke).segments[0].fields[0].thresholds).value, 0.5, kRounding);
+    set_falloff(stroke, kDefaultFalloff);
+    EXPECT_LT(norm(std::get<BendStroke>(stroke).center - bend.center), kRounding);
+  }
+  Stroke stroke = bend;
+  EXPECT_THROW(set_falloff(stroke, 8), InvalidInput);
+}
+
+TEST(Falloff, IsThatOfEveryFieldOfATool) {
+  const std::vector<Vec3d> path{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}};
+  const std::vector<Stroke> strokes{ImplicitStroke{path, 0.1, 0.5},
+                                    PaintStroke{0.3, 0.1, {{{0, 0, 0}, {0, 0, 1}}, {{1, 0, 0}, {0, 0, 1}}}},
+                                    PointsStroke{path, {}, 0.4, {{0, 0, 1}}},
+                                    HandlesStroke{{{0, 0, 0}}, {{1, 0, 0}}, {}, {}, HandlesTranslation{{0, 1, 0}}},
+                                    RotateStroke{{}, {0, 0, 1}, 20, 0.1, 1},
+                                    StretchStroke{{}, {0, 0, 1}, 2, 0.1, 1},
+                                    TwistStroke{{}, {0, 0, 1}, 20, -1, 1},
+                                    BendStroke{{}, {0, 0, 1}, {1, 0, 0}, 20, BendWidth{1}}};
+  for (const Stroke& plain : strokes) {
+    EXPECT_EQ(falloff_of(plain), 4) << tool_name(plain);
+    Stroke stroke = plain;
+    set_falloff(stroke, 7);
+    EXPECT_NE(stroke, plain) << tool_name(plain);
+    const Flow flow = flow_of(stroke);
+    ASSERT_FALSE(flow.segments.empty());
+    for (const Segment& segment : flow.segments) {
+      for (const Field& field : segment.fields) EXPECT_EQ(field.thresholds.falloff, 7) << tool_name(plain);
+    }
+    EXPECT_EQ(falloff_of(mirrored(stroke, 1)), 7);
+  }
+  EXPECT_EQ(falloff_of(StampStroke{}), 4);
+  EXPECT_FALSE(falloff_of(RelaxStroke{}));
+  EXPECT_FALSE(falloff_of(MaskStroke{}));
+}
+
+TEST(Falloff, IsRefusedBeyondThreeToSeven) {
+  for (const int falloff : {-1, 0, 2, 8}) {
+    RotateStroke stroke{{}, {0, 0, 1}, 20, 0.1, 1};
+    stroke.falloff = falloff;
+    expect_refused(stroke, "\"falloff\" must be a whole number from 3 to 7, got " + std::to_string(falloff));
+    Flow flow = flow_of(RotateStroke{{}, {0, 0, 1}, 20, 0.1, 1});
+    flow.segments[0].fields[0].thresholds.falloff = falloff;
+    EXPECT_THROW(validate(flow), InvalidInput);
+  }
+}
+
 TEST(BendStroke, TakesThresholdsAsGiven) {
-  const BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, Thresholds<double>{-3, -1}};
+  const BendStroke stroke{{0, 0, 0}, {0, 1, 0}, {1, 0, 0}, 40, BendThresholds{-3, -1}};
   EXPECT_EQ(flow_of(stroke).segments[0].fields[0].thresholds, (Thresholds<double>{-3, -1}));
 }
 
@@ -194,7 +276,7 @@ TEST(Stroke, IsRefusedForValuesThatMeanNothing) {
   expect_refused(TwistStroke{x, y, 1, 1, 2, y, 0, -1}, "\"radius\" must be a number greater than 0, got -1");
   expect_refused(BendStroke{x, y, {0, -2, 0}, 1, BendWidth{1}}, "\"normal\" must not be parallel to \"axis\"");
   expect_refused(BendStroke{x, y, x, 1, BendWidth{0}}, "\"width\"");
-  expect_refused(BendStroke{x, y, x, 1, Thresholds<double>{2, 1}}, "\"outer\"");
+  expect_refused(BendStroke{x, y, x, 1, BendThresholds{2, 1}}, "\"outer\"");
 }
 
 TEST(Stroke, WarnsOfStrongFlowBack) {

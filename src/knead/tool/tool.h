@@ -41,6 +41,7 @@ enum class Quantity {
   angle,         // degrees, whole or for a length; changes its sign in a mirror
   direction,     // a vector of any length but 0
   displacement,  // a difference of two places: any finite vector
+  falloff,       // a whole number from 3 to 7
   other,         // checked by the tool itself
 };
 

@@ -38,6 +38,24 @@ struct Zone {
   bool bends() const { return side != Vec3d{0, 0, 0}; }
 };
 
+// How steep the motion is at most, by the angle over the width: in a bend the slope of w, in a twist that of r w.
+double steepness(const Zone& zone, int falloff) {
+  if (zone.bends()) return falloff_facts(falloff).slope;
+  constexpr int kSamples = 256;
+  double most = 0;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double r = zone.between.inner + zone.width() * i / kSamples;
+    const Weight<double> w = blend_weight(r, Thresholds<double>{zone.between.inner, zone.between.outer, falloff});
+    most = std::max(most, std::abs(w.value + r * w.derivative));
+  }
+  return most;
+}
+
+// The angle over the zone that stretches as much with the default falloff, for which the constants above hold.
+double default_angle(const Zone& zone) {
+  return zone.angle * steepness(zone, zone.between.falloff) / steepness(zone, kDefaultFalloff);
+}
+
 std::optional<Zone> zone_of(const Stroke& stroke) {
   if (const auto* bend = std::get_if<BendStroke>(&stroke)) {
     const Vec3d normal = unit(bend->normal);
@@ -50,8 +68,11 @@ std::optional<Zone> zone_of(const Stroke& stroke) {
                 std::abs(bend->angle_deg) * kRadiansPerDegree};
   }
   if (const auto* twist = std::get_if<TwistStroke>(&stroke)) {
-    Zone zone{
-        twist->center, unit(twist->normal.value_or(twist->axis)), {}, twist->radius, {twist->inner, twist->outer}};
+    Zone zone{twist->center,
+              unit(twist->normal.value_or(twist->axis)),
+              {},
+              twist->radius,
+              {twist->inner, twist->outer, twist->falloff}};
     zone.angle = std::abs(twist->rate_deg) * kRadiansPerDegree * zone.width();
     return zone;
   }
@@ -125,14 +146,14 @@ double reach_of(const Zone& zone, const ZoneProfile& profile) {
 }
 
 double safe_width(const Zone& zone, double reach) {
-  return zone.bends() ? kSafeWidth * zone.angle * reach : zone.angle * reach / kSafeShear;
+  return zone.bends() ? kSafeWidth * default_angle(zone) * reach : default_angle(zone) * reach / kSafeShear;
 }
 
 // The same zone with another width.
 Zone widened(const Zone& zone, double width) {
   Zone wider = zone;
   const double factor = width / zone.width();
-  wider.between = {zone.between.inner * factor, zone.between.outer * factor};
+  wider.between = {zone.between.inner * factor, zone.between.outer * factor, zone.between.falloff};
   if (zone.radius) wider.center += zone.normal * (zone.between.outer - wider.between.outer);
   return wider;
 }
@@ -191,9 +212,9 @@ std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& pro
   check.reach = reach_of(*zone, profile);
   check.safe = with_safe_width(*zone, profile).width();
   if (zone->bends()) {
-    check.is_too_thin = check.width < kLeastWidth * zone->angle * check.reach;
+    check.is_too_thin = check.width < kLeastWidth * default_angle(*zone) * check.reach;
   } else {
-    check.stretch = stretch_of_shear(zone->angle / check.width * check.reach);
+    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
     check.is_too_thin = check.stretch > kStrongStretch;
   }
   return check;
@@ -210,7 +231,7 @@ Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
     if (auto* const extent = std::get_if<BendWidth>(&bend->extent)) {
       extent->width = safe.width();
     } else {
-      bend->extent = safe.between;
+      bend->extent = BendThresholds{safe.between.inner, safe.between.outer};
     }
   } else {
     auto& twist = std::get<TwistStroke>(result);
