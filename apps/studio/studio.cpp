@@ -300,7 +300,8 @@ void Studio::send_live() {
   }
   pending_->strokes = ended_strokes_;
   pending_->strokes.insert(pending_->strokes.end(), live.begin(), live.end());
-  sent_ = worker_->post_latest([this, live](Progress& progress) { document_.set_live(live, progress); });
+  sent_ = worker_->post_latest([this, live](Progress& progress) { document_.set_live(live, progress); },
+                               settings_.tool->name);
   refresh();
 }
 

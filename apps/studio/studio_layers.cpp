@@ -14,7 +14,8 @@ void Studio::change_layers(const LayerChange& change) {
 // Of a drag only the latest step counts.
 void Studio::drag_layers(const LayerChange& change) {
   if (gesture_) end(false);
-  sent_ = worker_->post_latest([this, change](Progress& progress) { document_.drag_layers(change, progress); });
+  sent_ = worker_->post_latest([this, change](Progress& progress) { document_.drag_layers(change, progress); },
+                               "Changing the history");
   refresh();
 }
 

@@ -193,25 +193,30 @@ TEST(Worker, AJobInterruptsWhatWasLeftForLaterWhichThenComesAgain) {
 }
 
 TEST(Worker, SaysWhatItDoesAndHowMuchOfIt) {
-  Worker worker(true, [](Progress&) {});
-  std::atomic<bool> goes_on{true};
-  std::atomic<bool> is_half{false};
-  worker.post(
-      [&](Progress& progress) {
-        progress.total = 10;
-        progress.done = 5;
-        is_half = true;
-        while (goes_on) std::this_thread::yield();
-      },
-      "Counting");
-  ASSERT_TRUE(comes_true([&] { return is_half.load(); }));
-  const auto status = worker.status();
-  ASSERT_TRUE(status.has_value());
-  EXPECT_EQ(status->what, "Counting");
-  EXPECT_EQ(status->fraction, 0.5);
-  goes_on = false;
-  worker.wait();
-  EXPECT_FALSE(worker.status().has_value());
+  for (const bool is_latest : {false, true}) {
+    Worker worker(true, [](Progress&) {});
+    std::atomic<bool> goes_on{true};
+    std::atomic<bool> is_half{false};
+    const auto job = [&](Progress& progress) {
+      progress.total = 10;
+      progress.done = 5;
+      is_half = true;
+      while (goes_on) std::this_thread::yield();
+    };
+    if (is_latest) {
+      worker.post_latest(job, "Counting");
+    } else {
+      worker.post(job, "Counting");
+    }
+    EXPECT_TRUE(comes_true([&] { return is_half.load(); }));
+    const auto status = worker.status();
+    EXPECT_TRUE(status.has_value());
+    EXPECT_EQ(status.value_or(WorkStatus{}).what, "Counting");
+    EXPECT_EQ(status.value_or(WorkStatus{}).fraction, 0.5);
+    goes_on = false;
+    worker.wait();
+    EXPECT_FALSE(worker.status().has_value());
+  }
 }
 
 }  // namespace

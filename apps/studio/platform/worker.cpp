@@ -33,16 +33,16 @@ void Worker::post(Job job, std::string what) {
   changed_.notify_all();
 }
 
-std::uint64_t Worker::post_latest(Job job) {
+std::uint64_t Worker::post_latest(Job job, std::string what) {
   std::unique_lock lock(mutex_);
   const std::uint64_t number = ++posted_latest_;
   if (!has_thread_) {
     lock.unlock();
-    perform({std::move(job), number});
+    perform({std::move(job), number, std::move(what)});
     return number;
   }
   if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
-  queue_.push_back({std::move(job), number});
+  queue_.push_back({std::move(job), number, std::move(what)});
   if (is_idling_) progress_.cancel = true;
   lock.unlock();
   changed_.notify_all();

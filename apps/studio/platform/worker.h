@@ -39,7 +39,7 @@ class Worker {
 
   // A job that replaces the one posted last where that is of this kind too and has not begun: of a drag, only the
   // latest place counts. Returns a number that grows.
-  std::uint64_t post_latest(Job job);
+  std::uint64_t post_latest(Job job, std::string what = {});
 
   // The number of the last such job that has begun: those before it are done, replaced, or were never begun.
   std::uint64_t begun() const;

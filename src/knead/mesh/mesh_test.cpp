@@ -24,7 +24,7 @@ std::string refusal(const Mesh& mesh) {
 
 TEST(ValidMesh, HasItsInvariants) {
   for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::hand, ShapeKind::torus}) {
-    EXPECT_EQ(refusal(make_shape(kind, 2000)), "");
+    EXPECT_EQ(refusal(make_shape(kind, 4000)), "");
   }
   EXPECT_EQ(refusal({}), "");
 }

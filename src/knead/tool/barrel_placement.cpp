@@ -103,7 +103,8 @@ BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> po
   BarrelPlacement proposal;
   if (!around) {
     proposal.problem =
-        "no part of the shape surrounds the point: the plane across the direction cuts nothing that goes around it";
+        "there is no limb at this point: nothing goes around it across the direction; choose a part such as a finger, "
+        "an arm or a neck, between its ends";
     return proposal;
   }
   for (const double zone : {2.0, 1.2}) {

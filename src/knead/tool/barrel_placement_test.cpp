@@ -105,7 +105,7 @@ TEST(PlaceBarrel, SaysThatThePointLiesInNone) {
   const Surface bar(make_shape(ShapeKind::box, 600));
   for (const Vec3d& point : {Vec3d{0, 0, 2}, Vec3d{5, 0, 0}}) {
     const BarrelPlacement barrel = place_barrel({point, {1, 0, 0}}, bar.positions, bar.triangles);
-    EXPECT_TRUE(barrel.problem.starts_with("no part of the shape surrounds the point")) << barrel.problem;
+    EXPECT_TRUE(barrel.problem.starts_with("there is no limb at this point")) << barrel.problem;
   }
 }
 
