@@ -183,6 +183,8 @@ struct BendWidth {
   friend bool operator==(const BendWidth&, const BendWidth&) = default;
 };
 
+// The same as lengths along the normal, from the centre: everything below inner moves with the tool, everything above
+// outer rests. Valid: inner < outer.
 struct BendThresholds {
   double inner = 0;
   double outer = 1;
