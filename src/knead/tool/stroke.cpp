@@ -28,6 +28,7 @@ struct Check {
     if (key.quantity == Quantity::positive) require_positive(key.name, *number);
     if (key.quantity == Quantity::angle) require_angle(key.name, *number);
   }
+  // NOLINTNEXTLINE(readability-non-const-parameter): see above
   void operator()(int* number) const {
     if (key.quantity == Quantity::falloff) require_falloff(key.name, *number);
   }
