@@ -23,15 +23,16 @@ std::array<const Tool*, sizeof...(S)> tools_of(std::variant<S...>* /*type only*/
 struct Check {
   const StrokeKey& key;
 
+  // NOLINTBEGIN(readability-non-const-parameter)
   void operator()(double* number) const {
     if (key.quantity == Quantity::finite) require_finite(key.name, *number);
     if (key.quantity == Quantity::positive) require_positive(key.name, *number);
     if (key.quantity == Quantity::angle) require_angle(key.name, *number);
   }
-  // NOLINTNEXTLINE(readability-non-const-parameter): see above
   void operator()(int* number) const {
     if (key.quantity == Quantity::falloff) require_falloff(key.name, *number);
   }
+  // NOLINTEND(readability-non-const-parameter)
   void operator()(std::optional<double>* number) const {
     if (*number) (*this)(&**number);
   }
