@@ -20,7 +20,7 @@ bool choose_falloff(int& falloff) {
   const bool is_changed =
       ImGui::SliderInt("Falloff", &falloff, kLeastFalloff, kGreatestFalloff, "%d", ImGuiSliderFlags_AlwaysClamp);
   help_on_hover("how the motion fades from the inner region, at the left of the curve, to the outer one");
-  std::array<float, kPlaces> weights;
+  std::array<float, kPlaces> weights{};
   for (std::size_t i = 0; i < kPlaces; ++i) {
     const double s = static_cast<double>(i) / (kPlaces - 1);
     weights[i] = static_cast<float>(blend_weight(s, Thresholds<double>{0, 1, falloff}).value);
