@@ -141,8 +141,8 @@ class Studio {
   void change_mask(MaskEdit edit);
   // How much each vertex is masked, as painted so far; empty: no vertex is.
   const MaskValues& mask_values() const { return mask_values_; }
-  // The line that is being drawn round what will be masked; empty: none is.
-  std::vector<Pixel> mask_line() const { return masking_ ? masking_->line : std::vector<Pixel>{}; }
+  // The line that is being drawn round what will be masked or marked; empty: none is.
+  std::vector<Pixel> drawn_line() const;
   bool is_masking() const { return masking_.has_value(); }
 
   void use_stamp(ShapeKind kind);

@@ -1,18 +1,11 @@
 // Masks: painted, drawn round, and changed as a whole. Each change is a stroke in the history.
 #include <algorithm>
-#include <cmath>
 
 #include "gestures/gesture_kinds.h"
 #include "gestures/symmetry.h"
 #include "studio.h"
 
 namespace knead::studio {
-
-namespace {
-
-constexpr double kLinePiece = 3;  // pixels between two points of a lasso
-
-}  // namespace
 
 // What the document's mask was when the values were made.
 void Studio::refresh_mask() {
@@ -24,6 +17,12 @@ void Studio::refresh_mask() {
   mask_values_ = studio::mask_values(shown_.history, shown_.state);
 }
 
+std::vector<Pixel> Studio::drawn_line() const {
+  if (masking_) return masking_->line;
+  const auto* const lasso = gesture_ ? std::get_if<LassoGesture>(&gesture_->kind) : nullptr;
+  return lasso != nullptr ? lasso->line : std::vector<Pixel>{};
+}
+
 void Studio::begin_masking() {
   masking_ = Masking{mask_values_, pointer_.modifiers.ctrl, {{pointer_.x, pointer_.y}}, screen()};
   move_masking();
@@ -31,15 +30,14 @@ void Studio::begin_masking() {
 
 void Studio::move_masking() {
   std::vector<Pixel>& line = masking_->line;
-  const Pixel here{pointer_.x, pointer_.y};
   switch (settings_.mask_mode) {
     case MaskMode::paint:
       return paint_mask();
     case MaskMode::lasso:
-      if (std::hypot(here.x - line.back().x, here.y - line.back().y) >= kLinePiece) line.push_back(here);
-      return;
+      return extend_line(pointer_, line);
     case MaskMode::box: {
       const Pixel first = line.front();
+      const Pixel here{pointer_.x, pointer_.y};
       line = {first, {here.x, first.y}, here, {first.x, here.y}};
       return;
     }

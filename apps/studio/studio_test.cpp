@@ -69,7 +69,7 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
     Studio studio(options());
     run(studio, ball());
     run(studio, kTools[10].script);
-    run(studio, R"({"set": {"drag": "view"}}
+    run(studio, R"({"set": {"drag": "view", "falloff": 6}}
 {"tool": "ball"}
 {"move": [0, 0, 1]}
 {"press": [0, 0, 1]}
@@ -83,7 +83,8 @@ TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
   run(next, R"({"recover": "newest"})");
   EXPECT_EQ(errors(next), "");
   EXPECT_TRUE(positions(next) == left);
-  EXPECT_EQ(next.shown().history.size(), 2u);
+  ASSERT_EQ(next.shown().history.size(), 2u);
+  EXPECT_EQ(falloff_of(next.shown().history[1]->strokes.front().stroke), 6);
   EXPECT_TRUE(next.shown().is_changed);
   next.close();
   EXPECT_TRUE(Studio(options()).abandoned().empty());

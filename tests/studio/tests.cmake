@@ -12,7 +12,11 @@ if(TARGET knead-studio AND TARGET knead)
                                       $<TARGET_FILE:knead-studio>)
   add_test(NAME studio_trace COMMAND ${CMAKE_CURRENT_LIST_DIR}/trace_test.sh $<TARGET_FILE:knead>
                                      $<TARGET_FILE:knead-studio>)
+  add_executable(studio_pen ${CMAKE_CURRENT_LIST_DIR}/pen.cpp)
+  knead_configure(studio_pen)
+  add_test(NAME studio_pen COMMAND ${CMAKE_CURRENT_LIST_DIR}/pen_test.sh $<TARGET_FILE:knead> $<TARGET_FILE:knead-studio>
+                                   $<TARGET_FILE:studio_pen>)
   # The display's drivers keep some memory to the end, which no build of ours changes.
-  set_tests_properties(studio_window studio_trace PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900
+  set_tests_properties(studio_window studio_trace studio_pen PROPERTIES SKIP_RETURN_CODE 77 RUN_SERIAL ON TIMEOUT 900
                                                              ENVIRONMENT ASAN_OPTIONS=detect_leaks=0)
 endif()

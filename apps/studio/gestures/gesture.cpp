@@ -104,7 +104,7 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
     void operator()(StampGesture& g) const { move_stamp(pointer, around, g); }
     void operator()(TurnGesture& g) const { move_turn(pointer, around, g); }
     void operator()(HandlePaintGesture& g) const { move_handle_paint(pointer, around, g, placed); }
-    void operator()(LassoGesture& g) const { move_lasso(pointer, g); }
+    void operator()(LassoGesture& g) const { extend_line(pointer, g.line); }
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
     void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
     void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }

@@ -42,7 +42,8 @@ HandlePaintGesture begin_handle_paint(const Pointer& pointer, const Surroundings
 void move_handle_paint(const Pointer& pointer, const Surroundings& around, const HandlePaintGesture& gesture,
                        Placed& placed);
 
-void move_lasso(const Pointer& pointer, LassoGesture& gesture);
+// Adds the pointer's pixel, if it has gone some way since the last one.
+void extend_line(const Pointer& pointer, std::vector<Pixel>& line);
 void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed);
 
 // Nothing where either set is empty.

@@ -119,7 +119,15 @@ TEST_F(GesturesTest, ALassoMarksThroughTheShape) {
   run(studio, R"({"tool": "handles"}
 {"set": {"lasso": true}}
 {"drag": [[350, 250], [450, 250], [450, 350], [350, 350], [350, 250]]}
-{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]], "modifiers": ["ctrl"]})");
+{"drag": [[350, 120], [450, 120], [450, 180], [350, 180]], "modifiers": ["ctrl"]}
+{"move": [500, 500]})");
+  const std::size_t lines = Overlay().scene(studio).lines.size();
+  run(studio, R"({"press": [500, 500]}
+{"move": [520, 500]}
+{"move": [520, 520]})");
+  EXPECT_EQ(Overlay().scene(studio).lines.size(), lines + 1) << "the line is seen while it is drawn";
+  run(studio, R"({"key": "Escape"})");
+  EXPECT_EQ(Overlay().scene(studio).lines.size(), lines);
   const std::vector<std::uint8_t>& handles = studio.placed().handles;
   const std::vector<Vec3d> points = positions(studio);
   ASSERT_EQ(handles.size(), points.size());

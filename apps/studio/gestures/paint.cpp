@@ -163,10 +163,10 @@ void move_handle_paint(const Pointer& pointer, const Surroundings& around, const
   }
 }
 
-void move_lasso(const Pointer& pointer, LassoGesture& gesture) {
+void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   const Pixel here{pointer.x, pointer.y};
-  const Pixel& last = gesture.line.back();
-  if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) gesture.line.push_back(here);
+  const Pixel& last = line.back();
+  if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
 }
 
 // By the number of edges that a ray to the right crosses.

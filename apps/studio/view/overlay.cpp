@@ -279,13 +279,9 @@ void fade(render::Scene& parts) {
   for (render::TranslucentSurface& surface : parts.surfaces) surface.color.alpha *= kFaded;
 }
 
-}  // namespace
-
-namespace {
-
-// The line round what will be masked, as a curve in front of the shape.
-void add_mask_line(const Studio& studio, std::vector<render::Line>& lines) {
-  const std::vector<Pixel> line = studio.mask_line();
+// The line that is being drawn round a part, as a curve in front of the shape.
+void add_drawn_line(const Studio& studio, std::vector<render::Line>& lines) {
+  const std::vector<Pixel> line = studio.drawn_line();
   if (line.size() < 2) return;
   const Screen screen = studio.screen();
   const Vec3d forward = render::camera_frame(screen.camera).forward;
@@ -351,7 +347,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   if (studio.turntable()) return scene;
   add_symmetry(studio, box, scene);
   add_layer_handles(studio, 0.006 * shown.diagonal, scene.lines);
-  add_mask_line(studio, scene.lines);
+  add_drawn_line(studio, scene.lines);
   if (!view.tool) return scene;
   const render::ToolDrawing how{render::kLiveDetail, &surfaces_};
   std::vector<Stroke> strokes = shows_region(studio) ? strokes_to_draw(studio) : std::vector<Stroke>{};

@@ -30,9 +30,9 @@ Mask mask_of_half(const std::vector<Vec3d>& points, double width = 0.3) {
 }
 
 // A mask for each, which acts.
-std::vector<NamedSegment> masked_segments(Random& random, const Mask& mask) {
+std::vector<NamedSegment> masked_segments(Random& random, const Mask& mask, int falloff = kDefaultFalloff) {
   std::vector<NamedSegment> result;
-  for (NamedSegment named : test::random_segments(random)) {
+  for (NamedSegment named : test::random_segments(random, falloff)) {
     named.segment.mask = mask;
     if (detail::mask_on(named.segment).acts) result.push_back(named);
   }
@@ -121,6 +121,30 @@ TEST(Masked, BitsDependOnThePointAlone) {
       const auto together = moved(flow, points, options);
       for (std::size_t i = 0; i < points.size(); i += 17) {
         EXPECT_EQ(moved(flow, {points[i]}, options)[0], together[i]) << named.name;
+      }
+    }
+  }
+}
+
+TEST(Masked, HoldsForEveryFalloff) {
+  for (const int falloff : test::kOtherFalloffs) {
+    Random random(510);
+    const std::vector<Vec3d> points = test::random_points(random, 500);
+    const Mask mask = mask_of_half(points);
+    for (const NamedSegment& named : masked_segments(random, mask, falloff)) {
+      const Flow flow{{named.segment}};
+      const auto there = moved(flow, points, precisely(1e-10));
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (points[i].x < 0) {
+          EXPECT_EQ(there[i], points[i]) << named.name << ", falloff " << falloff;
+        }
+      }
+      EXPECT_LT(test::greatest_distance(moved(inverse(flow), there, precisely(1e-10)), points), 1e-6)
+          << named.name << ", falloff " << falloff;
+      const Outcome one = outcome_of(flow, points, test::in_float());
+      for (const std::string& name : test::simd_names()) {
+        const test::Simd simd(name);
+        EXPECT_EQ(outcome_of(flow, points, test::in_float()), one) << named.name << ", " << name;
       }
     }
   }

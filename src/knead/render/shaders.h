@@ -26,6 +26,9 @@ struct ShapeLook {
   friend auto operator<=>(const ShapeLook&, const ShapeLook&) = default;
 };
 
+// A program that runs `fragment` once for every texel, with the declarations of `kView` before it.
+ShaderSource full_screen_program(const std::string& fragment);
+
 ShaderSource clay_source();                              // triangles -> reflectance, normal
 ShaderSource cap_source();                               // what a clipping plane has cut open, closed
 ShaderSource disc_source();                              // points -> reflectance, normal
