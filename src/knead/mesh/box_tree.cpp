@@ -4,8 +4,6 @@
 #include <bit>
 #include <limits>
 
-#include "knead/math/morton.h"
-
 namespace knead {
 namespace {
 
@@ -28,37 +26,48 @@ std::uint64_t morton_code_of(const FloatBox& box) {
   return morton_code(center);
 }
 
-}  // namespace
-
-BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
-                 std::span<const std::uint32_t> members) {
+Box bounds_of(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+              std::span<const std::uint32_t> members) {
   Box all;
   for (const std::uint32_t t : members) {
     for (const std::uint32_t v : triangles[t]) all.extend(positions[v]);
   }
-  const ToUnit to_unit(all);
-  std::vector<FloatBox> boxes(triangles.size(), kEmpty);
+  return members.empty() ? Box{{}, {}} : all;
+}
+
+}  // namespace
+
+FloatBox BoxTree::box_of(const Triangle& t, std::span<const Vec3d> positions) const {
+  FloatBox box = kEmpty;
+  for (const std::uint32_t v : t) {
+    const std::array<float, 3> p = to_unit_(positions[v]);
+    box = join(box, {p, p});
+  }
+  return box;
+}
+
+BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                 std::span<const std::uint32_t> members)
+    : to_unit_(bounds_of(triangles, positions, members)) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;
   order.reserve(members.size());
-  for (const std::uint32_t t : members) {
-    for (const std::uint32_t v : triangles[t]) {
-      const std::array<float, 3> p = to_unit(positions[v]);
-      boxes[t] = join(boxes[t], {p, p});
-    }
-    order.emplace_back(morton_code_of(boxes[t]), t);
-  }
+  for (const std::uint32_t t : members) order.emplace_back(morton_code_of(box_of(triangles[t], positions)), t);
   std::sort(order.begin(), order.end());
-  entries_.reserve(order.size());
-  for (const auto& [code, t] : order) entries_.push_back({boxes[t], t});
 
-  first_leaf_ = std::bit_ceil(std::max<std::size_t>(1, leaf_count()));
-  nodes_.assign(2 * first_leaf_, kEmpty);
-  for (std::size_t i = 0; i < entries_.size(); ++i) {
-    FloatBox& leaf = nodes_[first_leaf_ + i / kLeafSize];
-    leaf = join(leaf, entries_[i].box);
+  const std::size_t leaves = std::bit_ceil(std::max<std::size_t>(1, (order.size() + kLeafSize - 1) / kLeafSize));
+  leaves_.resize(leaves);
+  nodes_.assign(2 * leaves, kEmpty);
+  for (std::size_t i = 0; i < leaves * kLeafSize; ++i) {
+    Leaf& leaf = leaves_[i / kLeafSize];
+    const FloatBox box = i < order.size() ? box_of(triangles[order[i].second], positions) : kEmpty;
+    for (std::size_t k = 0; k < 3; ++k) {
+      leaf.min[k][i % kLeafSize] = box.min[k];
+      leaf.max[k][i % kLeafSize] = box.max[k];
+    }
+    leaf.triangle[i % kLeafSize] = i < order.size() ? order[i].second : 0;
+    nodes_[leaves + i / kLeafSize] = join(nodes_[leaves + i / kLeafSize], box);
   }
-  for (std::size_t node = first_leaf_ - 1; node > 0; --node)
-    nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
+  for (std::size_t node = leaves - 1; node > 0; --node) nodes_[node] = join(nodes_[2 * node], nodes_[2 * node + 1]);
 }
 
 }  // namespace knead

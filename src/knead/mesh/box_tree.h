@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "knead/math/morton.h"
 #include "knead/math/vec3.h"
 #include "knead/mesh/triangulate.h"
 
@@ -17,14 +19,19 @@ struct FloatBox {
   std::array<float, 3> min{};
   std::array<float, 3> max{};
 
+  // Without branches, which nobody could predict.
   bool overlaps(const FloatBox& b) const {
-    return min[0] <= b.max[0] && b.min[0] <= max[0] && min[1] <= b.max[1] && b.min[1] <= max[1] && min[2] <= b.max[2] &&
-           b.min[2] <= max[2];
+    bool all = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      all &= min[k] <= b.max[k];
+      all &= b.min[k] <= max[k];
+    }
+    return all;
   }
 };
 
 // A complete binary tree of boxes. Each leaf holds up to kLeafSize triangles; leaves are in the order of the Morton
-// curve.
+// curve. Its pairs are found in parts, so that several threads can share the work.
 class BoxTree {
  public:
   static constexpr std::size_t kLeafSize = 4;
@@ -34,61 +41,100 @@ class BoxTree {
   BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
           std::span<const std::uint32_t> members);
 
-  std::size_t leaf_count() const { return (entries_.size() + kLeafSize - 1) / kLeafSize; }
+  std::size_t part_count() const { return nodes_.size() / 2 / leaves_in_part(); }
 
-  // Calls visit(t, u) for each pair of different members whose boxes overlap, one in this leaf and the other in the
-  // same or a later leaf. Calls for all leaves visit each pair once. The boxes of triangles with a common point always
-  // overlap.
+  // Calls visit(t, u) for each pair of different members whose boxes overlap, one in this part and the other in the
+  // same or a later one, until visit returns false. Calls for all parts visit each pair once. The boxes of triangles
+  // with a common point always overlap.
   template <class Visit>
-  void for_each_overlap(std::size_t leaf, Visit visit) const {
-    const std::span<const Entry> own = entries_of(leaf);
-    for (std::size_t i = 0; i < own.size(); ++i) {
-      for (std::size_t j = i + 1; j < own.size(); ++j) visit_overlap(own[i], own[j], visit);
+  void for_each_overlap(std::size_t part, Visit visit) const {
+    const std::size_t root = part_count() + part;
+    if (!visit_within(root, visit)) return;
+    // The later parts are below the right siblings of the nodes between this part and the root.
+    for (std::size_t node = root; node > 1; node /= 2) {
+      if (node % 2 == 0 && !visit_between(root, node + 1, visit)) return;
     }
-    // The later leaves are below the right siblings of the nodes between this leaf and the root.
-    for (std::size_t node = first_leaf_ + leaf; node > 1; node /= 2) {
-      if (node % 2 == 0) descend(node + 1, leaf, visit);
-    }
+  }
+
+  // Calls visit(u) for each member whose box overlaps that of another triangle, until visit returns false.
+  template <class Visit>
+  void for_each_overlap_with(const Triangle& t, std::span<const Vec3d> positions, Visit visit) const {
+    visit_below(1, box_of(t, positions), visit);
   }
 
  private:
-  struct Entry {
-    FloatBox box;
-    std::uint32_t triangle = 0;
+  // Boxes side by side; places without a triangle have an empty box.
+  struct Leaf {
+    using Lanes [[gnu::vector_size(kLeafSize * sizeof(float))]] = float;
+    std::array<Lanes, 3> min;
+    std::array<Lanes, 3> max;
+    std::array<std::uint32_t, kLeafSize> triangle;
   };
 
-  std::span<const Entry> entries_of(std::size_t leaf) const {
-    const std::size_t begin = leaf * kLeafSize;
-    return std::span(entries_).subspan(begin, std::min(kLeafSize, entries_.size() - begin));
+  static FloatBox box_in(const Leaf& leaf, std::size_t i) {
+    return {{leaf.min[0][i], leaf.min[1][i], leaf.min[2][i]}, {leaf.max[0][i], leaf.max[1][i], leaf.max[2][i]}};
   }
 
-  template <class Visit>
-  static void visit_overlap(const Entry& a, const Entry& b, Visit& visit) {
-    if (a.box.overlaps(b.box)) visit(a.triangle, b.triangle);
-  }
+  FloatBox box_of(const Triangle& t, std::span<const Vec3d> positions) const;
+  std::size_t leaves_in_part() const { return std::min<std::size_t>(nodes_.size() / 2, 256); }
+  bool is_leaf(std::size_t node) const { return node >= nodes_.size() / 2; }
+  const Leaf& leaf_of(std::size_t node) const { return leaves_[node - nodes_.size() / 2]; }
 
+  // Calls visit(i) for the places from `first` on whose boxes overlap.
   template <class Visit>
-  void descend(std::size_t top, std::size_t leaf, Visit& visit) const {
-    const FloatBox& box = nodes_[first_leaf_ + leaf];
-    std::array<std::size_t, 64> stack{top};
-    for (std::size_t height = 1; height > 0;) {
-      const std::size_t node = stack[--height];
-      if (!nodes_[node].overlaps(box)) continue;
-      if (node < first_leaf_) {
-        stack[height++] = 2 * node + 1;
-        stack[height++] = 2 * node;
-        continue;
-      }
-      for (const Entry& other : entries_of(node - first_leaf_)) {
-        if (!other.box.overlaps(box)) continue;
-        for (const Entry& own : entries_of(leaf)) visit_overlap(own, other, visit);
-      }
+  static bool visit_leaf(const Leaf& leaf, const FloatBox& box, std::size_t first, Visit visit) {
+    auto hit = (leaf.min[0] <= box.max[0]) & (leaf.max[0] >= box.min[0]);
+    for (std::size_t k = 1; k < 3; ++k) hit &= (leaf.min[k] <= box.max[k]) & (leaf.max[k] >= box.min[k]);
+    for (std::size_t i = first; i < kLeafSize; ++i) {
+      if (hit[i] != 0 && !visit(i)) return false;
     }
+    return true;
   }
 
-  std::vector<Entry> entries_;
-  std::size_t first_leaf_ = 1;   // a power of two
-  std::vector<FloatBox> nodes_;  // node i has the children 2 i and 2 i + 1; the root is 1
+  template <class Visit>
+  bool visit_below(std::size_t node, const FloatBox& box, Visit& visit) const {
+    if (!nodes_[node].overlaps(box)) return true;
+    if (!is_leaf(node)) return visit_below(2 * node, box, visit) && visit_below(2 * node + 1, box, visit);
+    const Leaf& leaf = leaf_of(node);
+    return visit_leaf(leaf, box, 0, [&](std::size_t i) { return visit(leaf.triangle[i]); });
+  }
+
+  template <class Visit>
+  bool visit_within(std::size_t node, Visit& visit) const {
+    if (!is_leaf(node)) {
+      return visit_within(2 * node, visit) && visit_within(2 * node + 1, visit) &&
+             visit_between(2 * node, 2 * node + 1, visit);
+    }
+    const Leaf& leaf = leaf_of(node);
+    for (std::size_t i = 0; i + 1 < kLeafSize; ++i) {
+      const auto visit_pair = [&](std::size_t j) { return visit(leaf.triangle[i], leaf.triangle[j]); };
+      if (!visit_leaf(leaf, box_in(leaf, i), i + 1, visit_pair)) return false;
+    }
+    return true;
+  }
+
+  // `a` is as deep in the tree as `b`, or deeper.
+  template <class Visit>
+  bool visit_between(std::size_t a, std::size_t b, Visit& visit) const {
+    if (!nodes_[a].overlaps(nodes_[b])) return true;
+    if (!is_leaf(b)) {
+      const bool is_deeper = std::bit_width(a) > std::bit_width(b);
+      if (is_deeper) return visit_between(a, 2 * b, visit) && visit_between(a, 2 * b + 1, visit);
+      return visit_between(2 * a, 2 * b, visit) && visit_between(2 * a, 2 * b + 1, visit) &&
+             visit_between(2 * a + 1, 2 * b, visit) && visit_between(2 * a + 1, 2 * b + 1, visit);
+    }
+    const Leaf& own = leaf_of(a);
+    const Leaf& other = leaf_of(b);
+    for (std::size_t i = 0; i < kLeafSize; ++i) {
+      const auto visit_pair = [&](std::size_t j) { return visit(own.triangle[i], other.triangle[j]); };
+      if (!visit_leaf(other, box_in(own, i), 0, visit_pair)) return false;
+    }
+    return true;
+  }
+
+  ToUnit to_unit_;
+  std::vector<Leaf> leaves_;     // as many as a power of two
+  std::vector<FloatBox> nodes_;  // node i has the children 2 i and 2 i + 1; the root is 1, the second half are leaves
 };
 
 }  // namespace knead

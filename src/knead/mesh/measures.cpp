@@ -20,10 +20,12 @@ double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 void count_triangles(const Mesh& mesh, Measures& m) {
-  const std::vector<Triangle> triangles = triangulate(mesh);
-  m.triangles = triangles.size();
+  m.triangles = 0;
+  m.degenerate_triangles = 0;
+  m.smallest_angle_deg.reset();
   double tangent = Box::kInfinity;
-  for (const Triangle& t : triangles) {
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    ++m.triangles;
     const Vec3d& a = mesh.positions[t[0]];
     const Vec3d& b = mesh.positions[t[1]];
     const Vec3d& c = mesh.positions[t[2]];
@@ -32,7 +34,7 @@ void count_triangles(const Mesh& mesh, Measures& m) {
     } else {
       tangent = std::min(tangent, smallest_tangent(a, b, c));
     }
-  }
+  });
   if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
 }
 
@@ -113,11 +115,6 @@ Measures measure(const Mesh& mesh) {
   Measures m;
   m.vertices = mesh.vertex_count();
   m.faces = mesh.face_count();
-  m.box = bounding_box(mesh.positions);
-  count_triangles(mesh, m);
-  const VolumeAndArea sums = measure_volume_and_area(mesh, mesh.positions);
-  m.volume = sums.volume;
-  m.area = sums.area;
   const std::vector<EdgeUse> uses = edge_uses(mesh);
   count_edges(uses, m);
   DisjointSets fans = find_fans(mesh, uses);
@@ -126,6 +123,16 @@ Measures measure(const Mesh& mesh) {
   m.components = count_components(mesh, m.unused_vertices);
   m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(m.faces);
+  return measure(mesh, m);
+}
+
+Measures measure(const Mesh& mesh, const Measures& same_faces) {
+  Measures m = same_faces;
+  m.box = bounding_box(mesh.positions);
+  count_triangles(mesh, m);
+  const VolumeAndArea sums = measure_volume_and_area(mesh, mesh.positions);
+  m.volume = sums.volume;
+  m.area = sums.area;
   return m;
 }
 

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "knead/io/shape_file.h"
+#include "knead/mesh/dirty_shapes.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/test_shapes.h"
 #include "support/test_meshes.h"
@@ -180,6 +181,26 @@ TEST(Measures, NothingAtAll) {
   const Measures points = measure(make_mesh({{1, 2, 3}, {4, 5, 6}}, {}));
   EXPECT_EQ(points.components, 0u);
   EXPECT_EQ(points.unused_vertices, 2u);
+}
+
+// The faces of a shape with other positions: everything but the topology changes.
+TEST(Measures, FromTheSameFacesAreTheSame) {
+  for (const DirtyShape& shape : dirty_shapes()) {
+    const Measures first = measure(shape.mesh);
+    Mesh moved = shape.mesh;
+    for (Vec3d& p : moved.positions) p = {p.x + 0.3 * p.y * p.y, 2 * p.y, p.z * p.x};
+    const Measures all = measure(moved);
+    const Measures quick = measure(moved, first);
+    EXPECT_EQ(quick.triangles, all.triangles) << shape.name;
+    EXPECT_EQ(quick.degenerate_triangles, all.degenerate_triangles) << shape.name;
+    EXPECT_EQ(quick.smallest_angle_deg, all.smallest_angle_deg) << shape.name;
+    EXPECT_EQ(quick.volume, all.volume) << shape.name;
+    EXPECT_EQ(quick.area, all.area) << shape.name;
+    EXPECT_EQ(quick.euler, all.euler) << shape.name;
+    EXPECT_EQ(quick.closed(), all.closed()) << shape.name;
+    EXPECT_EQ(quick.oriented(), all.oriented()) << shape.name;
+    EXPECT_EQ(quick.box.diagonal(), all.box.diagonal()) << shape.name;
+  }
 }
 
 // Right triangles of known angles, of every size, with the corners in every order.

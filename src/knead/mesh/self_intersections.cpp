@@ -68,37 +68,61 @@ class Findings {
   std::atomic<std::size_t> count_ = 0;
 };
 
+struct Sorted {
+  std::vector<std::uint32_t> degenerate;  // of the chosen ones; the others are never in a pair
+  std::vector<std::uint32_t> chosen;
+  std::vector<std::uint32_t> others;
+};
+
+Sorted sort_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> points,
+                      const SelfIntersectionOptions& options) {
+  Sorted sorted;
+  sorted.chosen.reserve(triangles.size());
+  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
+    stop_if_cancelled(options.progress);
+    const bool chosen = options.chosen == nullptr || (*options.chosen)[t];
+    if (!are_collinear(corners_of(triangles[t], points))) {
+      (chosen ? sorted.chosen : sorted.others).push_back(t);
+    } else if (chosen) {
+      sorted.degenerate.push_back(t);
+    }
+  }
+  return sorted;
+}
+
 }  // namespace
 
 SelfIntersections self_intersections(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                      const SelfIntersectionOptions& options) {
   const std::vector<Vec3d> points = scale_to_range(triangles, positions);
-  constexpr std::size_t grain = 256;  // leaves
-  Findings findings(1 + triangles.size() / (grain * BoxTree::kLeafSize) + 1, options.limit);
-  std::vector<std::uint32_t> sound;
-  sound.reserve(triangles.size());
-  for (std::uint32_t t = 0; t < triangles.size(); ++t) {
-    stop_if_cancelled(options.progress);
-    if (are_collinear(corners_of(triangles[t], points))) {
-      findings.add(0, {t, t});
-    } else {
-      sound.push_back(t);
-    }
-  }
+  const Sorted sorted = sort_triangles(triangles, points, options);
   stop_if_cancelled(options.progress);
-  const BoxTree tree(triangles, points, sound);
-  parallel_for(tree.leaf_count(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t leaf = begin; leaf < end && !findings.full(); ++leaf) {
-      stop_if_cancelled(options.progress);
-      tree.for_each_overlap(leaf, [&](std::uint32_t t, std::uint32_t u) {
-        if (findings.full()) return;
-        const Triangle& a = triangles[t];
-        const Triangle& b = triangles[u];
-        if (meet_beyond_shared(a, corners_of(a, points), b, corners_of(b, points))) {
-          findings.add(1 + begin / grain, {std::min(t, u), std::max(t, u)});
-        }
-      });
+  const BoxTree tree(triangles, points, sorted.chosen);
+  constexpr std::size_t grain = 4096;  // triangles
+  const std::size_t first_part = 2 + sorted.others.size() / grain;
+  Findings findings(first_part + tree.part_count(), options.limit);
+  for (const std::uint32_t t : sorted.degenerate) findings.add(0, {t, t});
+  // Returns whether to go on.
+  const auto look_at = [&](std::size_t chunk, std::uint32_t t, std::uint32_t u) {
+    const Triangle& a = triangles[t];
+    const Triangle& b = triangles[u];
+    if (meet_beyond_shared(a, corners_of(a, points), b, corners_of(b, points))) {
+      findings.add(chunk, {std::min(t, u), std::max(t, u)});
     }
+    return !findings.full();
+  };
+  parallel_for(sorted.others.size(), grain, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !findings.full(); ++i) {
+      stop_if_cancelled(options.progress);
+      const std::uint32_t t = sorted.others[i];
+      tree.for_each_overlap_with(triangles[t], points,
+                                 [&](std::uint32_t u) { return look_at(1 + begin / grain, t, u); });
+    }
+  });
+  parallel_for(tree.part_count(), 1, options.threads, [&](std::size_t part, std::size_t) {
+    stop_if_cancelled(options.progress);
+    if (findings.full()) return;
+    tree.for_each_overlap(part, [&](std::uint32_t t, std::uint32_t u) { return look_at(first_part + part, t, u); });
   });
   return findings.sorted();
 }

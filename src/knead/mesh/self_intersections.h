@@ -13,11 +13,12 @@
 
 namespace knead {
 
-// Threads, and the greatest number of pairs.
+// Threads, the greatest number of pairs, and which triangles to look at.
 struct SelfIntersectionOptions {
-  int threads = 0;                     // 0: as many as the machine has
-  std::size_t limit = 10'000'000;      // the search stops after this many pairs
-  const Progress* progress = nullptr;  // cancels the search, which then throws Cancelled
+  int threads = 0;                            // 0: as many as the machine has
+  std::size_t limit = 10'000'000;             // the search stops after this many pairs
+  const Progress* progress = nullptr;         // cancels the search, which then throws Cancelled
+  const std::vector<bool>* chosen = nullptr;  // for each triangle: finds only pairs with a chosen one; null: all
 };
 
 // The pairs of triangles that cross.
@@ -40,8 +41,8 @@ struct SelfIntersections {
 // largest one count as 0. The result is the same for every number of threads. Use the triangles of triangulate(mesh);
 // the same triangles with two sets of positions compare a mesh before and after a deformation.
 //
-// Time: about n log n for surfaces; in the worst case quadratic in the number of triangles whose boxes overlap (a fan
-// of k triangles: k^2 / 2).
+// Time: about n log n for surfaces, n + k log k with k chosen triangles; in the worst case quadratic in the number of
+// triangles whose boxes overlap (a fan of k triangles: k^2 / 2).
 SelfIntersections self_intersections(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                      const SelfIntersectionOptions& options = {});
 

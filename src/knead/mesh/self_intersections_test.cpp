@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <random>
 
 #include "knead/io/shape_file.h"
@@ -77,6 +78,29 @@ TEST(SelfIntersections, AreTheSameForEveryNumberOfThreadsAndEveryOrder) {
   std::shuffle(triangles.begin(), triangles.end(), random);
   for (Triangle& t : triangles) std::rotate(t.begin(), t.begin() + t[0] % 3, t.end());
   EXPECT_EQ(one.count, self_intersections(triangles, mesh.positions).count);
+}
+
+// Chosen at random: one in three, hardly any, all.
+TEST(SelfIntersections, OfChosenTrianglesAreThePairsWithOneOfThem) {
+  std::vector<DirtyShape> shapes = dirty_shapes();
+  shapes.push_back({"tori", join(quad_torus(24, 12), quad_torus(20, 14), {0.7, 0.3, 0.1}), {}});
+  std::mt19937 random(3);
+  for (const DirtyShape& shape : shapes) {
+    const std::vector<Pair> all = of(shape.mesh).pairs;
+    for (const double share : {0.0, 0.02, 0.3, 1.0}) {
+      std::vector<bool> chosen(triangulate(shape.mesh).size());
+      std::generate(chosen.begin(), chosen.end(), [&] { return std::bernoulli_distribution(share)(random); });
+      std::vector<Pair> expected;
+      std::copy_if(all.begin(), all.end(), std::back_inserter(expected),
+                   [&](const Pair& pair) { return chosen[pair[0]] || chosen[pair[1]]; });
+      for (const int threads : {1, 4}) {
+        SelfIntersectionOptions options;
+        options.threads = threads;
+        options.chosen = &chosen;
+        EXPECT_EQ(of(shape.mesh, options).pairs, expected) << shape.name << ", " << share;
+      }
+    }
+  }
 }
 
 TEST(SelfIntersections, DoNotDependOnTheUnitOfLength) {

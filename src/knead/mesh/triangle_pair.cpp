@@ -1,6 +1,7 @@
 #include "knead/mesh/triangle_pair.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "knead/mesh/predicates.h"
 
@@ -62,8 +63,33 @@ bool an_edge_meets(const Corners& t, const Corners& u, const std::array<int, 3>&
   return false;
 }
 
+// The coordinate axis along which a triangle shows most of its area, or near to it.
+View widest_view_of(const Corners& t) {
+  const Vec3d n = cross(t[1] - t[0], t[2] - t[0]);
+  const Vec3d size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  return {axis, orient2d(t[0], t[1], t[2], axis)};
+}
+
+// Returns true if the line through an edge of t, seen along one axis, has t on one side and all the points beyond it.
+// The edges begin at the given corners. Where surfaces are flat this costs far less than exact signs in space.
+template <std::size_t Edges, std::size_t Points>
+bool separates(const Corners& t, const std::array<std::size_t, Edges>& edges, const std::array<Vec3d, Points>& points) {
+  const View view = widest_view_of(t);
+  return view.turn != 0 && std::any_of(edges.begin(), edges.end(), [&](std::size_t i) {
+           const Vec3d& a = t[i];
+           const Vec3d& b = t[(i + 1) % 3];
+           return std::all_of(points.begin(), points.end(),
+                              [&](const Vec3d& p) { return orient2d(a, b, p, view.axis) == -view.turn; });
+         });
+}
+
+constexpr std::array<std::size_t, 3> kAllEdges{0, 1, 2};
+constexpr std::array<std::size_t, 2> kEdgesAtCorner0{0, 2};
+
 // Two triangles meet if and only if an edge of one meets the other.
 bool meet(const Corners& t, const Corners& u) {
+  if (separates(t, kAllEdges, u) || separates(u, kAllEdges, t)) return false;
   const std::array<int, 3> u_sides = sides_of(t, u);
   if (all_positive(u_sides) || all_negative(u_sides)) return false;
   const std::array<int, 3> t_sides = sides_of(u, t);
@@ -73,6 +99,9 @@ bool meet(const Corners& t, const Corners& u) {
 
 // For triangles that share corner 0: returns true if the opposite edge of one meets the other.
 bool meet_beyond_corner(const Corners& t, const Corners& u) {
+  if (separates(t, kEdgesAtCorner0, std::array{u[1], u[2]}) || separates(u, kEdgesAtCorner0, std::array{t[1], t[2]})) {
+    return false;  // on the line there is nothing of both but the corner
+  }
   const int u1 = side_of(t, u[1]);
   const int u2 = side_of(t, u[2]);
   if (u1 * u2 > 0) return false;  // u is in the plane of t with its corner 0 only
@@ -82,9 +111,8 @@ bool meet_beyond_corner(const Corners& t, const Corners& u) {
 
 // For triangles that share corners 0 and 1: returns true if one covers a part of the other.
 bool meet_beyond_edge(const Corners& t, const Corners& u) {
-  if (side_of(t, u[2]) != 0) return false;
   const View view = view_of(t);
-  return orient2d(t[0], t[1], u[2], view.axis) == view.turn;
+  return orient2d(t[0], t[1], u[2], view.axis) == view.turn && side_of(t, u[2]) == 0;
 }
 
 // The common corners of t and u: their indices in both.

@@ -1,9 +1,13 @@
 #include "knead/session/report.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
+#include "knead/math/parallel.h"
 #include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
@@ -77,9 +81,68 @@ void add_angles(const Mesh& before, const WrittenShape& after, Certificate& cert
   certificate.touched_angle_after = smallest_angle_of(after.mesh, touched);
 }
 
-void add_measures(const Mesh& before, const Mesh& after, Certificate& certificate) {
+bool same_bits(const Vec3d& a, const Vec3d& b) {
+  using Bits = std::array<std::uint64_t, 3>;
+  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+}
+
+// For each face of both meshes, whether it differs from all of the other mesh in its vertices or their positions.
+struct ChangedFaces {
+  std::vector<bool> before;
+  std::vector<bool> after;
+};
+
+ChangedFaces changed_faces(const Mesh& before, const WrittenShape& written, const Provenance* provenance) {
+  const Mesh& after = written.mesh;
+  ChangedFaces changed{std::vector<bool>(before.face_count(), true), std::vector<bool>(after.face_count(), true)};
+  const auto is_kept = [&](std::uint32_t v, std::uint32_t source) {
+    const bool is_same = provenance == nullptr ? v == source : provenance->vertex_source[v] == source;
+    return is_same && same_bits(after.positions[v], before.positions[source]);
+  };
+  for (std::size_t f = 0; f < after.face_count(); ++f) {
+    const std::size_t source = provenance == nullptr ? f : provenance->face_source[f];
+    const std::span<const std::uint32_t> now = after.face(f);
+    const std::span<const std::uint32_t> then = before.face(source);
+    if (!changed.before[source] || !std::equal(now.begin(), now.end(), then.begin(), then.end(), is_kept)) continue;
+    changed.before[source] = false;
+    changed.after[f] = false;
+  }
+  return changed;
+}
+
+// For each triangle of triangulate(mesh): the flag of its face.
+std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces) {
+  std::vector<bool> flags;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::size_t corners = mesh.face(f).size();
+    if (corners > 2) flags.insert(flags.end(), corners - 2, faces[f]);
+  }
+  return flags;
+}
+
+// Two triangles of faces that are the same before and after cross in both, or in none. So only pairs with another one
+// are searched afterwards.
+void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance, int threads,
+                   Certificate& certificate) {
+  SelfIntersectionOptions options{.threads = threads};
+  const SelfIntersections first = self_intersections(triangulate(before), before.positions, options);
+  const ChangedFaces changed = changed_faces(before, after, provenance);
+  const std::vector<bool> gone = of_triangles(before, changed.before);
+  const std::vector<bool> made = of_triangles(after.mesh, changed.after);
+  std::size_t kept = 0;
+  if (first.complete) {
+    options.chosen = &made;
+    kept = static_cast<std::size_t>(std::count_if(first.pairs.begin(), first.pairs.end(),
+                                                  [&](const auto& pair) { return !gone[pair[0]] && !gone[pair[1]]; }));
+  }
+  const SelfIntersections last = self_intersections(triangulate(after.mesh), after.mesh.positions, options);
+  certificate.crossings_before = first.count;
+  certificate.crossings_after = std::min(kept + last.count, options.limit);
+}
+
+void add_measures(const Mesh& before, const Mesh& after, bool same_faces, Certificate& certificate) {
   const Measures first = measure(before);
-  const Measures last = measure(after);
+  const Measures last = same_faces ? measure(after, first) : measure(after);
   certificate.degenerate_before = first.degenerate_triangles;
   certificate.degenerate_after = last.degenerate_triangles;
   certificate.closed_before = first.closed();
@@ -130,15 +193,17 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   const Mesh& before = mesh_;
   const WrittenShape after = written_shape(result.shape, as_float);
   Certificate certificate;
-  const SelfIntersectionOptions options{.threads = options_.motion.threads};
-  certificate.crossings_before = self_intersections(triangulate(before), before.positions, options).count;
-  certificate.crossings_after = self_intersections(triangulate(after.mesh), after.mesh.positions, options).count;
-  certificate.flipped_triangles = result.shape.is_remeshed()
-                                      ? session_detail::opposing_more(before, after.mesh)
-                                      : count_flipped(before, before.positions, after.mesh.positions);
   certificate.volume_error_integration = drift_;
-  add_measures(before, after.mesh, certificate);
-  add_angles(before, after, certificate);
+  const std::array<std::function<void()>, 3> works{
+      [&] { add_crossings(before, after, result.shape.provenance(), options_.motion.threads, certificate); },
+      [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), certificate); },
+      [&] {
+        certificate.flipped_triangles = result.shape.is_remeshed()
+                                            ? session_detail::opposing_more(before, after.mesh)
+                                            : count_flipped(before, before.positions, after.mesh.positions);
+        add_angles(before, after, certificate);
+      }};
+  parallel_for(works.size(), 1, options_.motion.threads, [&](std::size_t i, std::size_t) { works[i](); });
   certificate.motion_outside = motion_outside_;
   certificate.strokes = strokes_;
   add_distances(strokes_, certificate);

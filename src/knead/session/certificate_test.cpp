@@ -4,8 +4,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <random>
 
 #include "knead/math/box.h"
+#include "knead/mesh/dirty_shapes.h"
+#include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 
 namespace knead {
@@ -103,6 +106,32 @@ TEST(Certificate, FindsCrossingsAndFlippedTriangles) {
   EXPECT_GT(coarse.certificate.flipped_triangles, 0u);
   EXPECT_EQ(coarse.certificate.crossings_before, 0u);
   EXPECT_GT(coarse.certificate.distance_max, 0.01);
+}
+
+// Random brushes and pushes on shapes of which two cross themselves already, with positions in float and in double.
+TEST(Certificate, CountsTheCrossingsOfTheWholeShape) {
+  const std::vector<Mesh> shapes{pushed_through(), make_shape(ShapeKind::hand, 4000),
+                                 join(quad_torus(24, 12), quad_torus(20, 14), {0.7, 0.3, 0.1})};
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> number(-1, 1);
+  std::size_t changes = 0;
+  for (const Mesh& mesh : shapes) {
+    const double size = bounding_box(mesh.positions).diagonal();
+    for (int i = 0; i < 6; ++i) {
+      const Vec3d from = mesh.positions[random() % mesh.vertex_count()];
+      const Vec3d by = Vec3d{number(random), number(random), number(random)} * (0.3 * size);
+      const Stroke stroke = ImplicitStroke{{from, from + by}, 0.05 * size, (i % 2 == 0 ? 0.1 : 0.3) * size};
+      const bool as_float = i >= 4;
+      const Certified certified = certify(mesh, session_of({stroke}), i == 3 ? remeshing() : ReplayOptions{}, as_float);
+      Mesh after = certified.result.shape.to_mesh();
+      for (Vec3d& p : after.positions) p = as_float ? Vec3d(Vec3<float>(p)) : p;
+      const Certificate& c = certified.certificate;
+      EXPECT_EQ(c.crossings_before, self_intersections(triangulate(mesh), mesh.positions).count);
+      EXPECT_EQ(c.crossings_after, self_intersections(triangulate(after), after.positions).count) << i;
+      changes += c.crossings_before != c.crossings_after ? 1 : 0;
+    }
+  }
+  EXPECT_GT(changes, shapes.size());  // or it would show nothing
 }
 
 TEST(Certificate, TheIntegrationsShareFallsWithTheTolerance) {

@@ -1,11 +1,16 @@
 #include "knead/session/stroke_certificate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "knead/flow/reach.h"
 #include "knead/flow/volume_drift.h"
+#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/flipped.h"
@@ -55,11 +60,12 @@ std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
   return moved;
 }
 
-// The length of the longest edge at each vertex.
-std::vector<double> longest_edges(const DeformedShape& shape) {
+// The length of the longest edge at each of these vertices.
+std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<bool>& vertices) {
   std::vector<double> longest(shape.positions().size(), 0.0);
   for (std::size_t f = 0; f < shape.mesh().face_count(); ++f) {
     const std::span<const std::uint32_t> face = shape.mesh().face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return vertices[v]; })) continue;
     for (std::size_t i = 0; i < face.size(); ++i) {
       const std::uint32_t a = face[i];
       const std::uint32_t b = face[(i + 1) % face.size()];
@@ -74,15 +80,19 @@ std::vector<double> longest_edges(const DeformedShape& shape) {
 // Backwards a barrel says nothing of where its points are: it is about where they came from.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
   const FlowReach reach(inverse ? for_members(stroke.flow) : stroke.flow);
-  const std::vector<double> longest = longest_edges(stroke.before);
-  double greatest = 0;
+  const std::vector<Vec3d>& before = stroke.before.positions();
+  std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and how far
+  std::vector<bool> is_moved(before.size());
   for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
     const Vec3d* const source = source_of(stroke, i);
     if (source == nullptr || *source == stroke.after.positions()[i]) continue;
-    const auto vertex = static_cast<std::size_t>(source - stroke.before.positions().data());
-    if (!reach.may_move(*source, longest[vertex])) {
-      greatest = std::max(greatest, norm(stroke.after.positions()[i] - *source));
-    }
+    moved.emplace_back(source - before.data(), norm(stroke.after.positions()[i] - *source));
+    is_moved[moved.back().first] = true;
+  }
+  const std::vector<double> longest = longest_edges(stroke.before, is_moved);
+  double greatest = 0;
+  for (const auto& [vertex, distance] : moved) {
+    if (!reach.may_move(before[vertex], longest[vertex])) greatest = std::max(greatest, distance);
   }
   return greatest;
 }
@@ -155,15 +165,33 @@ void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, doubl
   }
 }
 
-// The probes that moved. With a barrel only those known to have moved are taken: which others might have, its inverse
-// does not tell.
+// For each probe, whether it is known to have moved or the flow backwards might move it; by groups of neighbours in the
+// list, which mostly are neighbours in space. With a barrel only those known to have moved: which others might have,
+// the inverse does not tell.
+std::vector<bool> worth_carrying(const AppliedStroke& stroke, const Probes& probes) {
+  std::vector<bool> worth = probes.moved;
+  if (has_barrel(stroke.flow)) return worth;
+  const FlowReach reach(inverse(stroke.flow));
+  constexpr std::size_t kGroup = 64;
+  for (std::size_t begin = 0; begin < worth.size(); begin += kGroup) {
+    const std::size_t end = std::min(begin + kGroup, worth.size());
+    const Box box = bounding_box(std::span(probes.points).subspan(begin, end - begin));
+    if (reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9))) {
+      std::fill(worth.begin() + static_cast<std::ptrdiff_t>(begin), worth.begin() + static_cast<std::ptrdiff_t>(end),
+                true);
+    }
+  }
+  return worth;
+}
+
+// The probes that moved.
 CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
                          double length) {
-  const bool members_only = has_barrel(stroke.flow);
+  const std::vector<bool> worth = worth_carrying(stroke, probes);
   CarriedBack all;
   std::vector<bool> moved;
   for (std::size_t i = 0; i < probes.points.size(); ++i) {
-    if (members_only && !probes.moved[i]) continue;
+    if (!worth[i]) continue;
     all.there.push_back(probes.points[i]);
     moved.push_back(probes.moved[i]);
   }
@@ -178,18 +206,47 @@ CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, cons
   return result;
 }
 
-// From each point carried back to the nearest of the surface before.
+bool overlap(const Box& a, const Box& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
+         b.min.z <= a.max.z;
+}
+
+// The triangles of the shape that come as near to the points as this, or nearer, and some more.
+std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vector<Vec3d>& points, double distance) {
+  Box box = bounding_box(points);
+  const double margin = distance + 1e-9 * (distance + box.diagonal());
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  std::vector<Triangle> near;
+  for (const Triangle& t : shape.triangles()) {
+    const std::array corners{shape.positions()[t[0]], shape.positions()[t[1]], shape.positions()[t[2]]};
+    if (overlap(bounding_box(corners), box)) near.push_back(t);
+  }
+  return near;
+}
+
+// From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
+// the surface is searched.
 std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points, int threads,
                                       double length) {
-  const SurfaceTree tree(stroke.before.triangles(), stroke.before.positions());
+  std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
+  const auto search = [&](std::span<const Triangle> triangles, double distance) {
+    const SurfaceTree tree(triangles, stroke.before.positions());
+    parallel_for(nearest.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!nearest[i]) nearest[i] = tree.closest(points.back[i], distance);
+      }
+    });
+    return std::all_of(nearest.begin(), nearest.end(), [](const auto& found) { return found.has_value(); });
+  };
+  const double near = kNear * length;
+  if (!search(triangles_near(stroke.before, points.back, near), near)) {
+    search(stroke.before.triangles(), SurfaceTree::kInfinity);
+  }
   std::vector<Vec3d> offsets(points.back.size());
-  parallel_for(offsets.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      std::optional<SurfacePoint> nearest = tree.closest(points.back[i], kNear * length);
-      if (!nearest) nearest = tree.closest(points.back[i]);
-      if (nearest) offsets[i] = nearest->point - points.back[i];
-    }
-  });
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    if (nearest[i]) offsets[i] = nearest[i]->point - points.back[i];
+  }
   return offsets;
 }
 
