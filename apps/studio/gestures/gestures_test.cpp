@@ -165,7 +165,7 @@ TEST_F(GesturesTest, TheCursorLiesOnTheSurfaceSolidAndDashed) {
   std::size_t dashes = 0;
   for (const render::Line& line : scene.lines) {
     const bool is_outer = line.color == outer;
-    EXPECT_EQ(line.closed, is_outer);
+    EXPECT_EQ(line.points.size(), is_outer ? 49u : 3u);
     dashes += is_outer ? 0 : 1;
     const double radius = is_outer ? 0.5 : 0.4 * 0.5;
     for (const Vec3d& p : line.points) {
@@ -178,6 +178,32 @@ TEST_F(GesturesTest, TheCursorLiesOnTheSurfaceSolidAndDashed) {
   EXPECT_EQ(overlay.scene(studio).lines.size(), 6 * scene.lines.size() + 1) << "six cursors, and the axis";
   run(studio, R"({"show": {"region": true}})");
   EXPECT_GT(overlay.scene(studio).surfaces.size(), 1u);
+}
+
+// From finger to finger a ring has a gap, no straight line.
+TEST_F(GesturesTest, TheCursorDoesNotJumpBetweenPartsOfTheShape) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "hand", "vertices": 6000}
+{"tool": "ball"}
+{"key": "Alt+1"})");
+  const double radius = 0.3;
+  studio.settings().radius = radius;
+  const render::Color outer = studio.preferences().outer_ring;
+  Overlay overlay;
+  std::size_t most_pieces = 0;
+  for (double x = 300; x < 500; x += 10) {
+    run(studio, fmt::format(R"({{"move": [{}, 200]}})", x));
+    std::size_t pieces = 0;
+    for (const render::Line& line : overlay.scene(studio).lines) {
+      pieces += line.color == outer ? 1 : 0;
+      for (std::size_t i = 1; i < line.points.size(); ++i) {
+        EXPECT_LT(norm(line.points[i] - line.points[i - 1]), 0.41 * radius) << x;
+      }
+    }
+    most_pieces = std::max(most_pieces, pieces);
+  }
+  EXPECT_GT(most_pieces, 1u);
 }
 
 TEST_F(GesturesTest, InADragTheCursorGoesWithTheToolAndRegionsFade) {
@@ -194,10 +220,11 @@ TEST_F(GesturesTest, InADragTheCursorGoesWithTheToolAndRegionsFade) {
   EXPECT_NEAR(scene.surfaces.front().color.alpha, 0.4 * alpha, 1e-6);
   const auto& path = std::get<ImplicitGesture>(studio.gesture()->kind).stroke.path;
   Vec3d middle{};
-  ASSERT_TRUE(std::ranges::any_of(scene.lines, [](const render::Line& line) { return line.closed; }));
-  for (const render::Line& line : scene.lines) {
-    if (!line.closed) continue;
-    for (const Vec3d& p : line.points) middle += p * (1.0 / static_cast<double>(line.points.size()));
+  const auto ring = std::ranges::find(scene.lines, studio.preferences().outer_ring, &render::Line::color);
+  ASSERT_NE(ring, scene.lines.end());
+  ASSERT_EQ(ring->points.front(), ring->points.back());
+  for (std::size_t i = 1; i < ring->points.size(); ++i) {
+    middle += ring->points[i] * (1.0 / static_cast<double>(ring->points.size() - 1));
   }
   EXPECT_NEAR(middle.x, path.back().x - path.front().x, 1e-3);
 }

@@ -128,7 +128,7 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   draw_status(studio_, gui_);
   if (studio_.view().panels) {
     draw_tool_bar(studio_, gui_, layout_);
-    draw_side_panel(studio_, gui_, layout_, editor_);
+    draw_side_panel(studio_, gui_, layout_, side_panel_);
   }
   if (studio_.view().statistics) draw_statistics(studio_, gui_, layout_, times);
   if (studio_.view().help) draw_help(studio_, gui_);

@@ -60,7 +60,7 @@ class Interface {
   Gui& gui_;
   InterfaceHost host_;
   Dialogs dialogs_;
-  HistoryEditor editor_;
+  SidePanel side_panel_;
   Messages messages_;
   Layout layout_;
   int width_ = 1;

@@ -305,7 +305,7 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   seat.studio.select_layer(0);
   seat.frame();
   const int entry = 0;
-  const ImGuiID in_entry = ImGui::FindWindowByName("Settings")->ID;
+  const ImGuiID in_entry = ImGui::FindWindowByName("History")->ID;
   set_to(ImHashStr("Falloff", 0, ImHashData(&entry, sizeof entry, in_entry)), false);
   EXPECT_EQ(falloff_of(seat.studio.layers().strokes), 3);
   EXPECT_EQ(falloff_of(seat.studio.shown().history[0]->strokes), 7) << "not before it is applied";
@@ -315,6 +315,29 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   seat.studio.settings().tool = &studio_tool(ToolUse::mask);
   seat.frame();
   EXPECT_FALSE(seat.place_of(of_tool)) << "a mask blends nothing";
+}
+
+// However many settings there are, the history keeps its share of the panel, and its last line is seen.
+TEST_F(InterfaceTest, TheHistoryIsSeenBelowTheSettings) {
+  Seat seat(options(), 1280, 800);
+  open_ball(seat);
+  const float whole = seat.interface.layout().side_panel.height();
+  seat.frame();
+  const float first = Seat::area_of("History").height();
+  EXPECT_LT(first, 0.2F * whole) << "as little as it needs";
+  for (int i = 0; i < 20; ++i) seat.drag(480, 450, 480, 300 + 10 * i);
+  ASSERT_GT(seat.studio.shown().history.size(), 15u);
+  seat.frame();
+  seat.frame();
+  const Area history = Seat::area_of("History");
+  EXPECT_NEAR(history.height(), kLeastHistory * whole, 2);
+  EXPECT_NEAR(Seat::area_of("Settings").bottom, history.top, 1);
+  const ImGuiWindow* const window = ImGui::FindWindowByName("History");
+  EXPECT_GT(window->ScrollMax.y, 50);
+  EXPECT_NEAR(window->Scroll.y, window->ScrollMax.y, ImGui::GetTextLineHeightWithSpacing());
+  seat.studio.preferences().panels.closed = {"tool", "view"};
+  for (int i = 0; i < 3; ++i) seat.frame();
+  EXPECT_GT(Seat::area_of("History").height(), 0.6F * whole) << "it takes the room that the settings leave";
 }
 
 TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {

@@ -35,8 +35,17 @@ struct HistoryEditor {
   std::optional<double> percent;        // strength, while its slider is dragged
 };
 
-// Its left edge can be dragged.
-void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, HistoryEditor& editor);
+struct SidePanel {
+  HistoryEditor editor;
+  float settings_height = 0;  // what each of the two windows would take, as last drawn
+  float history_height = 0;
+  std::size_t entries = 0;  // of the history, as last drawn
+};
+
+// Settings above, history below: each scrolls by itself, and the history keeps kLeastHistory of the height if it needs
+// it. Their left edge can be dragged.
+inline constexpr float kLeastHistory = 0.4F;
+void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel);
 
 // The parts of it.
 void draw_tool_settings(Studio& studio);

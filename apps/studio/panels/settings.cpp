@@ -181,6 +181,24 @@ void draw_edge(Studio& studio, const Gui& gui, const Area& area) {
   ImGui::SetCursorScreenPos(cursor);
 }
 
+// Draws one of the windows of the side panel. Returns the height that it would take.
+template <class Content>
+float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& area, const Content& content) {
+  ImGui::SetNextWindowPos({area.left, area.top});
+  ImGui::SetNextWindowSize({area.width(), area.height()});
+  constexpr int flags =
+      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
+  if (ImGui::Begin(name, nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
+    draw_edge(studio, gui, area);
+    ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
+    content();
+    ImGui::PopItemWidth();
+  }
+  const float height = ImGui::GetCursorPosY() + ImGui::GetStyle().WindowPadding.y;
+  ImGui::End();
+  return height;
+}
+
 }  // namespace
 
 void draw_tool_settings(Studio& studio) {
@@ -231,22 +249,23 @@ void draw_view_settings(Studio& studio, const Gui& gui) {
   }
 }
 
-void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, HistoryEditor& editor) {
+void draw_side_panel(Studio& studio, const Gui& gui, const Layout& layout, SidePanel& panel) {
   const Area& area = layout.side_panel;
-  ImGui::SetNextWindowPos({area.left, area.top});
-  ImGui::SetNextWindowSize({area.width(), area.height()});
-  constexpr int flags =
-      ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoBringToFrontOnFocus;
-  if (ImGui::Begin("Settings", nullptr, flags & ~ImGuiWindowFlags_NoScrollbar)) {
-    draw_edge(studio, gui, area);
-    ImGui::PushItemWidth(-ImGui::GetFontSize() * 6.2F);
+  const float left_by_settings = area.height() - panel.settings_height;
+  const float room = std::max(kLeastHistory * area.height(), left_by_settings);
+  const float split = studio.view().history ? area.bottom - std::min(panel.history_height, room) : area.bottom;
+  panel.settings_height = draw_window(studio, gui, "Settings", {area.left, area.top, area.right, split}, [&] {
     if (begin_part(studio, "tool", studio.settings().tool->name)) draw_tool_settings(studio);
     if (begin_part(studio, "view", "View")) draw_view_settings(studio, gui);
     if (!studio.references().empty() && begin_part(studio, "references", "Reference images")) draw_references(studio);
-    if (studio.view().history && begin_part(studio, "history", "History")) draw_history(studio, editor);
-    ImGui::PopItemWidth();
-  }
-  ImGui::End();
+  });
+  if (!studio.view().history) return;
+  panel.history_height = draw_window(studio, gui, "History", {area.left, split, area.right, area.bottom}, [&] {
+    if (begin_part(studio, "history", "History")) draw_history(studio, panel.editor);
+    const std::size_t entries = studio.shown().history.size();
+    if (entries > panel.entries) ImGui::SetScrollHereY(1);
+    panel.entries = entries;
+  });
 }
 
 }  // namespace knead::studio

@@ -11,9 +11,10 @@ namespace knead::studio {
 
 namespace {
 
-constexpr int kPoints = 48;         // of a ring; a multiple of 2 kDash
-constexpr int kDash = 2;            // points of a dash, and of a gap
-constexpr double kThickness = 1.1;  // half, in pixels
+constexpr int kPoints = 48;           // of a ring; a multiple of 2 kDash
+constexpr int kDash = 2;              // steps of a dash, and of a gap
+constexpr double kLongestStep = 0.4;  // of a ring, in its radii; without jumps a step has 2 pi / kPoints = 0.13
+constexpr double kThickness = 1.1;    // half, in pixels
 constexpr std::size_t kMostImages = 32;
 
 // The radii of the rings.
@@ -47,17 +48,25 @@ std::vector<Vec3d> flat_ring(const Vec3d& center, const Vec3d& normal, double ra
   return radius > 0 ? render::ring(center, normal, radius, kPoints) : std::vector<Vec3d>{};
 }
 
-void add_ring(const std::vector<Vec3d>& ring, bool is_dashed, double thickness, const render::Color& color,
+// Draws pieces of `length` steps of a ring, each followed by a gap of `gap` steps. Steps that are longer than `most`
+// are left out: there the ring jumps from one part of the shape to another.
+void add_ring(const std::vector<Vec3d>& ring, std::size_t length, std::size_t gap, double most, render::Line line,
               std::vector<render::Line>& lines) {
-  if (ring.empty()) return;
-  if (!is_dashed) {
-    lines.push_back({.points = ring, .radius = thickness, .closed = true, .color = color});
-    return;
+  const auto add = [&] {
+    if (line.points.size() > 1) lines.push_back(line);
+    line.points.clear();
+  };
+  for (std::size_t i = 0; i < ring.size(); ++i) {
+    const Vec3d& from = ring[i];
+    const Vec3d& to = ring[(i + 1) % ring.size()];
+    if (i % (length + gap) < length && norm(to - from) <= most) {
+      if (line.points.empty()) line.points.push_back(from);
+      line.points.push_back(to);
+    } else {
+      add();
+    }
   }
-  for (std::size_t i = 0; i < ring.size(); i += 2 * kDash) {
-    const auto begin = ring.begin() + static_cast<std::ptrdiff_t>(i);
-    lines.push_back({.points = {begin, begin + kDash + 1}, .radius = thickness, .color = color});
-  }
+  add();
 }
 
 std::vector<Vec3d> moved(std::vector<Vec3d> points, const RigidMotion& motion) {
@@ -98,8 +107,10 @@ void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& l
   for (const SymmetryImage& image : images_of(settings)) motions.push_back(image.motion);
   if (motions.size() > kMostImages) motions.resize(kMostImages);
   for (const RigidMotion& motion : motions) {
-    add_ring(moved(rings_.outer, motion), false, thickness, studio.preferences().outer_ring, lines);
-    add_ring(moved(rings_.inner, motion), true, thickness, studio.preferences().inner_ring, lines);
+    const render::Line outer{.points = {}, .radius = thickness, .color = studio.preferences().outer_ring};
+    const render::Line inner{.points = {}, .radius = thickness, .color = studio.preferences().inner_ring};
+    add_ring(moved(rings_.outer, motion), kPoints, 0, kLongestStep * radii->outer, outer, lines);
+    add_ring(moved(rings_.inner, motion), kDash, kDash, kLongestStep * radii->inner, inner, lines);
   }
 }
 
