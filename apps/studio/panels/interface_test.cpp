@@ -340,6 +340,21 @@ TEST_F(InterfaceTest, TheHistoryIsSeenBelowTheSettings) {
   EXPECT_GT(Seat::area_of("History").height(), 0.6F * whole) << "it takes the room that the settings leave";
 }
 
+TEST_F(InterfaceTest, NumbersAtThePointerStayBesideThePanel) {
+  Seat seat(options(), 1280, 800);
+  open_ball(seat);
+  const Area& free = seat.interface.layout().free;
+  seat.move(480, 400);
+  seat.press(480, 400);
+  for (const float x : {600.0F, free.right - 30, free.right - 2}) {
+    seat.move(x, 400);
+    const ImDrawList& drawn = *ImGui::GetBackgroundDrawList();
+    ASSERT_GT(drawn.VtxBuffer.Size, 0);
+    for (const ImDrawVert& vertex : drawn.VtxBuffer) EXPECT_LE(vertex.pos.x, free.right + 1) << x;
+  }
+  seat.release(free.right - 2, 400);
+}
+
 TEST_F(InterfaceTest, StatisticsStayBesideTheSidePanelAndTheKeysCoverIt) {
   for (const auto& [width, height, unit] : kWindows) {
     Seat seat(options(), width, height, unit);

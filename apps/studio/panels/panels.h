@@ -76,7 +76,7 @@ struct FrameTimes {
 };
 
 // The numbers of the current gesture beside the pointer.
-void draw_numbers(const Studio& studio, const Gui& gui);
+void draw_numbers(const Studio& studio, const Gui& gui, const Layout& layout);
 
 void draw_statistics(Studio& studio, const Gui& gui, const Layout& layout, const FrameTimes& times);
 
