@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <tuple>
 
 #include "knead/math/sincos.h"
 
@@ -119,42 +121,79 @@ std::optional<Vec3d> solve(const Strain<double>& motion, const Ball<double>& /*r
   return moved - d;
 }
 
-bool has_point(const PointSet<double>& set, const Vec3d& d, double slack) {
-  return std::any_of(set.points.begin(), set.points.end(), [&](const Vec3d& p) {
+bool has_point(std::span<const Vec3d> points, const Vec3d& d, double slack) {
+  return std::any_of(points.begin(), points.end(), [&](const Vec3d& p) {
     return std::abs(d.x - p.x) <= slack && std::abs(d.y - p.y) <= slack && std::abs(d.z - p.z) <= slack;
   });
 }
 
+bool before(const Vec3d& p, const Vec3d& q) { return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z); }
+
+// The same of points in that order.
+bool has_sorted_point(std::span<const Vec3d> points, const Vec3d& d, double slack) {
+  if (slack == 0) return std::binary_search(points.begin(), points.end(), d, before);
+  const auto by_x = [](const Vec3d& p, double x) { return p.x < x; };
+  const auto first = std::lower_bound(points.begin(), points.end(), d.x - 2 * slack, by_x);
+  const auto last = std::lower_bound(first, points.end(), d.x + 2 * slack, by_x);
+  return has_point({first, last}, d, slack);
+}
+
 // Returns the set of the handles that x is a point of: up to the rounding of positions where the segment does not begin
-// at t = 0, and only exactly for the zero set, whose points do not move.
+// at t = 0, and only exactly for the zero set, whose points do not move. `has` searches a set.
 enum class HandleSet { full, zero, none };
-HandleSet set_of(const Handles<double>& region, const Segment& segment, const Vec3d& x) {
+template <class Has>
+HandleSet set_of(const Handles<double>& region, const Segment& segment, const Vec3d& x, const Has& has) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const Vec3d& c = segment.fields.front().center;
-  if (has_point(region.zero, x - c, 0)) return HandleSet::zero;
+  if (has(HandleSet::zero, x - c, 0.0)) return HandleSet::zero;
   const Vec3d d = x - c - segment.displacement * segment.begin;
   const double angle = -region.turn_angle * segment.begin;
   const Vec3d at_start = angle == 0 ? d : rotate(d, region.turn_axis, sincos(angle));
   const double slack = segment.begin == 0 ? 0 : kRounding * (norm(x) + norm(c) + norm(segment.displacement));
-  return has_point(region.full, at_start, slack) ? HandleSet::full : HandleSet::none;
+  return has(HandleSet::full, at_start, slack) ? HandleSet::full : HandleSet::none;
 }
 
 // The points of the sets, with a motion that is the full set's own.
+std::optional<Vec3d> follow(const Translation<double>& motion, const Handles<double>& /*region*/,
+                            const Segment& segment, const Vec3d& /*x*/) {
+  if (motion.velocity != segment.displacement) return std::nullopt;
+  return segment.displacement * (segment.end - segment.begin);
+}
+
+std::optional<Vec3d> follow(const Rotation<double>& motion, const Handles<double>& region, const Segment& segment,
+                            const Vec3d& x) {
+  const bool own = motion.rate == region.turn_angle && motion.axis == region.turn_axis;
+  if (!own || segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
+  return turn_displacement(x - segment.fields.front().center, motion.axis, motion.rate * (segment.end - segment.begin));
+}
+
+std::optional<Vec3d> follow(const auto& /*motion*/, const Handles<double>& /*region*/, const Segment& /*segment*/,
+                            const Vec3d& /*x*/) {
+  return std::nullopt;
+}
+
+std::optional<Vec3d> solve_point(const auto& motion, const Handles<double>& region, const Segment& segment,
+                                 const Vec3d& x, HandleSet set) {
+  if (set == HandleSet::zero) return Vec3d{0, 0, 0};
+  return set == HandleSet::full ? follow(motion, region, segment, x) : std::nullopt;
+}
+
+std::optional<Vec3d> solve_any_point(const auto& motion, const Handles<double>& region, const Segment& segment,
+                                     const Vec3d& x) {
+  const auto has = [&](HandleSet set, const Vec3d& d, double slack) {
+    return has_point(set == HandleSet::full ? region.full.points : region.zero.points, d, slack);
+  };
+  return solve_point(motion, region, segment, x, set_of(region, segment, x, has));
+}
+
 std::optional<Vec3d> solve(const Translation<double>& motion, const Handles<double>& region, const Segment& segment,
                            const Vec3d& x) {
-  const HandleSet set = set_of(region, segment, x);
-  if (set == HandleSet::zero) return Vec3d{0, 0, 0};
-  if (set == HandleSet::none || motion.velocity != segment.displacement) return std::nullopt;
-  return segment.displacement * (segment.end - segment.begin);
+  return solve_any_point(motion, region, segment, x);
 }
 
 std::optional<Vec3d> solve(const Rotation<double>& motion, const Handles<double>& region, const Segment& segment,
                            const Vec3d& x) {
-  const HandleSet set = set_of(region, segment, x);
-  if (set == HandleSet::zero) return Vec3d{0, 0, 0};
-  const bool own = motion.rate == region.turn_angle && motion.axis == region.turn_axis;
-  if (set == HandleSet::none || !own || segment.displacement != Vec3d{0, 0, 0}) return std::nullopt;
-  return turn_displacement(x - segment.fields.front().center, motion.axis, motion.rate * (segment.end - segment.begin));
+  return solve_any_point(motion, region, segment, x);
 }
 
 std::optional<Vec3d> solve(const auto& /*motion*/, const auto& /*region*/, const Segment& /*segment*/,
@@ -169,6 +208,28 @@ std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x) {
   const Field& field = segment.fields.front();
   return std::visit([&](const auto& motion, const auto& region) { return solve(motion, region, segment, x); },
                     field.motion, field.region);
+}
+
+HandlePoints::HandlePoints(const Segment& segment) {
+  const Field& field = segment.fields.front();
+  const auto* region = std::get_if<Handles<double>>(&field.region);
+  const bool moves = std::holds_alternative<Translation<double>>(field.motion) ||
+                     std::holds_alternative<Rotation<double>>(field.motion);
+  if (region == nullptr || !moves || segment.fields.size() != 1 || segment.time_law != TimeLaw::swept) return;
+  full_ = region->full.points;
+  zero_ = region->zero.points;
+  std::sort(full_.begin(), full_.end(), before);
+  std::sort(zero_.begin(), zero_.end(), before);
+}
+
+std::optional<Vec3d> HandlePoints::closed_form(const Segment& segment, const Vec3d& x) const {
+  const Field& field = segment.fields.front();
+  const auto& region = std::get<Handles<double>>(field.region);
+  const auto has = [&](HandleSet set, const Vec3d& d, double slack) {
+    return has_sorted_point(set == HandleSet::full ? full_ : zero_, d, slack);
+  };
+  const HandleSet set = set_of(region, segment, x, has);
+  return std::visit([&](const auto& motion) { return solve_point(motion, region, segment, x, set); }, field.motion);
 }
 
 }  // namespace knead

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "knead/flow/segment.h"
 
@@ -15,5 +16,21 @@ namespace knead {
 //   - the points of handles: those of the zero set rest, those of the full set follow the motion, exactly;
 //   - a rotation, twist or symmetric strain, for points that stay in the inner region.
 std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x);
+
+// The points of a segment's handles, sorted: the same answers for many x, each in the time of a binary search.
+class HandlePoints {
+ public:
+  explicit HandlePoints(const Segment& segment);
+
+  // Returns whether the segment has handles, and no other field.
+  bool are_all() const { return !full_.empty(); }
+
+  // Returns closed_form(segment, x) for the same segment, which must have handles alone.
+  std::optional<Vec3d> closed_form(const Segment& segment, const Vec3d& x) const;
+
+ private:
+  std::vector<Vec3d> full_;
+  std::vector<Vec3d> zero_;
+};
 
 }  // namespace knead

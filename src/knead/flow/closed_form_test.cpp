@@ -54,5 +54,50 @@ TEST(ClosedForm, AnglesOfManyTurnsAreNotMistaken) {
   }
 }
 
+// Sets of which many points have a coordinate in common, asked for their points as they are after a part of the motion,
+// for points beside them, and for others.
+TEST(ClosedForm, OfSortedHandlesIsTheSame) {
+  Random random(73);
+  const auto grid = [&](double x) {
+    PointSet<double> set;
+    for (int i = 0; i < 300; ++i) set.points.push_back({x, 0.1 * (i % 20), random.uniform(-1, 1)});
+    return set;
+  };
+  const Vec3d by{0.3, 0.2, -0.1};
+  const Vec3d axis = random.unit();
+  Handles<double> carried{grid(0.4), grid(-0.4), by};
+  Handles<double> turned{grid(0.4), grid(-0.4)};
+  turned.turn_axis = axis;
+  turned.turn_angle = 0.7;
+  const Vec3d c{0.1, -0.2, 0.05};
+  int found = 0;
+  for (Segment segment :
+       {test::translating(carried, c, by, {0, 1}), test::resting(Rotation<double>{axis, 0.7}, turned, c, {0, 1})}) {
+    for (const double begin : {0.0, 0.37}) {
+      segment.begin = begin;
+      const Segment before = [&] {
+        Segment part = segment;
+        part.begin = 0;
+        part.end = begin;
+        return part;
+      }();
+      const HandlePoints sorted(segment);
+      ASSERT_TRUE(sorted.are_all());
+      for (const PointSet<double>* set : {&carried.full, &carried.zero, &turned.full, &turned.zero}) {
+        for (const Vec3d& p : set->points) {
+          const Vec3d x = p + c;
+          for (const Vec3d& at : {x, x + closed_form(before, x).value_or(Vec3d{}), x + Vec3d{1e-14, 0, 1e-13}}) {
+            const std::optional<Vec3d> expected = closed_form(segment, at);
+            EXPECT_EQ(sorted.closed_form(segment, at), expected);
+            found += expected ? 1 : 0;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(found, 2000);
+  EXPECT_FALSE(HandlePoints(test::translating(Ball<double>{}, c, by, {0.1, 0.2})).are_all());
+}
+
 }  // namespace
 }  // namespace knead

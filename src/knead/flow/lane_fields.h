@@ -97,12 +97,14 @@ struct WholeField {
   double reach = 0;     // reach_of_step
   bool masked = false;  // whether a mask acts
   F field;
+  HandlePoints handles{segment};
 
   std::optional<double> next_contact(const void*& /*cell*/, const Vec3d& x, double t) const {
     return knead::next_contact(segment, x, t);
   }
   std::optional<Vec3d> closed_form(const Vec3d& x) const {
-    return masked ? std::nullopt : knead::closed_form(segment, x);
+    if (masked) return std::nullopt;
+    return handles.are_all() ? handles.closed_form(segment, x) : knead::closed_form(segment, x);
   }
 
   Vec3<S> velocity(const Origin& origin, const LanePlace<S>& at) const {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "knead/field/packed_set.h"
+#include "knead/flow/guided_set.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/set_paths.h"
 #include "knead/flow/step_rule.h"
@@ -160,8 +160,8 @@ PackedSet<S> in_scalar(const PointSet<double>& set) {
   return packed<S>(set);
 }
 template <class S>
-Handles<S, PackedSet<S>> in_scalar(const Handles<double>& region) {
-  return {packed<S>(region.full), packed<S>(region.zero), Vec3<S>(region.sweep), Vec3<S>(region.turn_axis),
+Handles<S, GuidedSet<S>> in_scalar(const Handles<double>& region) {
+  return {guided<S>(region.full), guided<S>(region.zero), Vec3<S>(region.sweep), Vec3<S>(region.turn_axis),
           static_cast<S>(region.turn_angle)};
 }
 template <class S>

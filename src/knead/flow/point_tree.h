@@ -52,6 +52,19 @@ class PointTree {
   // greatest eigenvalue m(m+1) d^-(m+2) of the Hessian of d^-m. The list depends on the arguments alone.
   void list(const ListDemand& demand, std::vector<WeightedPoint>& result) const;
 
+  // Calls visit(p) for a few points near x, all of them where they are few, by going down to the nearer centroids. Of
+  // at least one point.
+  template <class Visit>
+  void visit_near(const Vec3d& x, Visit visit) const {
+    const Node* node = nodes_.data();
+    while (node->left != 0) {
+      const Node& left = nodes_[node->left];
+      const Node& right = nodes_[node->right];
+      node = norm2(x - left.centroid) <= norm2(x - right.centroid) ? &left : &right;
+    }
+    for (std::uint32_t i = node->begin; i < node->end; ++i) visit(points_[i]);
+  }
+
   std::size_t size() const { return points_.size(); }
 
   // As the nodes number them.

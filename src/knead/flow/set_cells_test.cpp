@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "knead/flow/guided_set.h"
 #include "support/dual.h"
 #include "support/random_segments.h"
 
@@ -216,6 +217,31 @@ TEST(SetCells, PartsAddUp) {
   const auto exact = moved(Flow{{test::without_closed_form(several)}}, points, precisely(1e-9));
   EXPECT_GT(test::greatest_distance(exact, points), 0.03);
   EXPECT_LT(test::greatest_distance(moved(Flow{{several}}, points, precisely(1e-6)), exact), 1e-6);
+}
+
+// Near to the set, far from it, on its points, and so near to one that sums by another overflow: the tree goes down to
+// the wrong side of two clusters.
+TEST(GuidedSet, IsTheSetItself) {
+  Random random(107);
+  for (const int exponent : {8, 16}) {
+    PointSet<double> set = random_set(random, 1500, exponent);
+    for (int i = 0; i < 200; ++i) set.points.push_back(Vec3d{3, 0, 0} + random.in_box(0.01));
+    set.points.push_back({1.2, 0, 0});
+    const PackedSet<float> whole = packed<float>(set);
+    const detail::GuidedSet<float> guided = detail::guided<float>(set);
+    std::vector<Vec3d> places = test::random_points(random, 2000, 4);
+    for (const Vec3d& p : set.points) {
+      for (const double away : {0.0, 1e-7, 1e-5, 1e-2}) places.push_back(p + random.unit() * away);
+    }
+    for (const Vec3d& place : places) {
+      const Vec3<float> d(place);
+      const RegionValue<float> expected = evaluate(whole, d, 0.0F);
+      const RegionValue<float> r = evaluate(guided, d, 0.0F);
+      // Sums of floats by another unit: each term is rounded some ten times.
+      EXPECT_NEAR(r.value, expected.value, 2e-6 * expected.value);
+      EXPECT_LT(norm(r.gradient - expected.gradient), 1e-5);
+    }
+  }
 }
 
 }  // namespace
