@@ -357,9 +357,12 @@ TEST_F(StudioLayers, EscapeStopsATurntable) {
   EXPECT_FALSE(studio.step_turntable(write));
   EXPECT_EQ(written, 2);
   EXPECT_EQ(studio.navigation().view, start);
-  studio.record_turntable("turn.png", 36);
+  studio.record_turntable("turn.jpg", 36);
   EXPECT_FALSE(studio.turntable());
-  EXPECT_NE(errors(studio).find("%04d"), std::string::npos);
+  EXPECT_NE(errors(studio).find("PNG"), std::string::npos);
+  studio.record_turntable("50%/turn.png", 36);
+  ASSERT_TRUE(studio.turntable());
+  EXPECT_EQ(studio.turntable()->pattern, "50%/turn_%04d.png") << "a name without a number gets one";
 }
 
 }  // namespace

@@ -10,20 +10,12 @@
 
 namespace knead::studio {
 
-namespace {
-
-constexpr const char* kNumber = "%04d";
-
-}  // namespace
-
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view) {
-  if (pattern.filename().string().find(kNumber) == std::string::npos || pattern.extension() != ".png") {
-    throw InvalidInput("The pictures are numbered: give a name with %04d in it, for example turn_%04d.png");
-  }
+  if (pattern.extension() != ".png") throw InvalidInput("The pictures are PNG files: give a name like turn.png");
   if (pictures < 2 || pictures > kMostTurntablePictures) {
     throw InvalidInput(fmt::format("A turntable has 2 to {} pictures, not {}.", kMostTurntablePictures, pictures));
   }
-  return {pattern, pictures, 0, view};
+  return {numbered(pattern), pictures, 0, view};
 }
 
 View view_of(const Turntable& turntable) {

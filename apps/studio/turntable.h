@@ -16,7 +16,7 @@ struct Turntable {
   View start;    // the view of the first picture, which is also that afterwards
 };
 
-// Returns a recording that has not begun. Throws InvalidInput for a pattern without %04d, for another format than PNG,
+// Returns a recording that has not begun, with a numbered() pattern. Throws InvalidInput for another format than PNG,
 // and for a number of pictures outside [2, kMostTurntablePictures].
 Turntable make_turntable(const std::filesystem::path& pattern, int pictures, const View& view);
 

@@ -77,6 +77,12 @@ struct DocumentOptions {
 // Returns a procedural shape, for new shapes and for stamps.
 ShapeFile made_shape(ShapeKind kind, std::size_t vertices);
 
+// The digits of the number in names of frames and pictures.
+inline constexpr const char* kNumber = "%04d";
+
+// Returns the name with "_%04d" before its extension, or as it is if it has that.
+std::filesystem::path numbered(const std::filesystem::path& pattern);
+
 class Document {
  public:
   explicit Document(DocumentOptions options);

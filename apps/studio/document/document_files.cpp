@@ -235,15 +235,17 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
   });
 }
 
-// PATTERN as "out_%04d.ply": evenly spaced moments of the whole history.
+std::filesystem::path numbered(const std::filesystem::path& pattern) {
+  if (pattern.filename().string().find(kNumber) != std::string::npos) return pattern;
+  return pattern.parent_path() / (pattern.stem().string() + "_" + kNumber + pattern.extension().string());
+}
+
+// Evenly spaced moments of the whole history.
 void Document::export_frames(const std::filesystem::path& pattern, int frames, Progress& progress) {
   if (!history_) return;
   guarded(Subject::exporting, [&] {
-    const std::string text = pattern.string();
-    const std::size_t at = text.find("%04d");
-    if (at == std::string::npos) {
-      throw InvalidInput("Frames are numbered: give a name with %04d in it, for example frame_%04d.ply");
-    }
+    const std::string text = numbered(pattern).string();
+    const std::size_t at = text.rfind(kNumber);
     Session session;
     session.name = (stamp_folder().parent_path() / "session").string();
     session.strokes = history_->strokes();

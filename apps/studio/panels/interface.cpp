@@ -132,8 +132,8 @@ void Interface::draw(const FrameTimes& times, const Stretched& stretched) {
   }
   if (studio_.view().statistics) draw_statistics(studio_, gui_, layout_, times);
   if (studio_.view().help) draw_help(studio_, gui_);
-  draw_stretch(studio_, gui_, stretched);
-  draw_messages(studio_, gui_, layout_, messages_);
+  const float offer = draw_stretch(studio_, gui_, stretched);
+  draw_messages(studio_, gui_, layout_, offer, messages_);
   draw_dialogs(studio_, dialogs_, gui_, host_.write_picture);
   answer();
   if (!gui_.is_dragging()) studio_.remember_panels();

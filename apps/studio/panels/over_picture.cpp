@@ -256,13 +256,13 @@ void update_messages(Messages& messages, std::vector<Notice> notices, double now
   std::erase_if(messages.messages, [&](const Messages::Message& message) { return message.until < now; });
 }
 
-void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, Messages& messages) {
+void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float below, Messages& messages) {
   const double now = ImGui::GetTime();
   update_messages(messages, studio.take_notices(), now);
   if (messages.messages.empty()) return;
   const float gap = kPanelGap * gui.unit();
   const float width = std::min(460 * gui.unit(), layout.free.width() - 2 * gap);
-  ImGui::SetNextWindowPos({layout.free.left + gap, layout.free.bottom - gap}, ImGuiCond_Always, {0, 1});
+  ImGui::SetNextWindowPos({layout.free.left + gap, layout.free.bottom - below - gap}, ImGuiCond_Always, {0, 1});
   ImGui::SetNextWindowSizeConstraints({width, 0}, {width, 0.6F * layout.free.height()});
   ImGui::SetNextWindowBgAlpha(0.92F);
   if (ImGui::Begin("Messages", nullptr, kOverlay & ~ImGuiWindowFlags_NoBringToFrontOnFocus)) {

@@ -92,8 +92,9 @@ struct Stretched {
   std::optional<GreatestStretch> estimate;  // of what the tool is about to do
 };
 
-// The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke.
-void draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
+// The legend of stretches, the estimate beside the placed tool, and the offer to remesh the last stroke. Returns the
+// height that the offer takes at the bottom of the view.
+float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched);
 
 // Notices: what was done fades; what went wrong stays until it is closed, tried again, or half a minute old.
 struct Messages {
@@ -107,7 +108,7 @@ struct Messages {
 // Takes over new notices and removes those that have faded or were withdrawn. now: in seconds.
 void update_messages(Messages& messages, std::vector<Notice> notices, double now);
 
-// At the bottom of the free part of the picture.
-void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, Messages& messages);
+// At the bottom of the free part of the picture, but for the height `below`.
+void draw_messages(Studio& studio, const Gui& gui, const Layout& layout, float below, Messages& messages);
 
 }  // namespace knead::studio

@@ -83,9 +83,10 @@ void draw_label(const Studio& studio, const Gui& gui, const GreatestStretch& est
   list.AddText(corner, ImGui::GetColorU32(colour), text.c_str());
 }
 
-void draw_remesh_offer(Studio& studio, const Gui& gui) {
+// Returns the height that it takes at the bottom of the view.
+float draw_remesh_offer(Studio& studio, const Gui& gui) {
   const DocumentState& shown = studio.shown();
-  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.is_busy()) return;
+  if (shown.thin_triangles == 0 || studio.gesture() || shown.looked_at || studio.is_busy()) return 0;
   const Margins& covered = studio.navigation().covered;
   const float gap = kPanelGap * gui.unit();
   ImGui::SetNextWindowPos(
@@ -99,15 +100,17 @@ void draw_remesh_offer(Studio& studio, const Gui& gui) {
     if (ImGui::Button("Remesh")) studio.perform(Action::remesh_last);
     help_on_hover("Applies the last stroke again and remeshes what it moved.");
   }
+  const float height = ImGui::GetWindowHeight();
   ImGui::End();
+  return height + gap;
 }
 
 }  // namespace
 
-void draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
+float draw_stretch(Studio& studio, const Gui& gui, const Stretched& stretched) {
   if (studio.view().stretch != StretchView::off) draw_legend(studio, gui, stretched.is_known);
   if (stretched.estimate && studio.view().tool) draw_label(studio, gui, *stretched.estimate);
-  draw_remesh_offer(studio, gui);
+  return draw_remesh_offer(studio, gui);
 }
 
 }  // namespace knead::studio
