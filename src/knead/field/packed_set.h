@@ -65,6 +65,12 @@ RegionValue<T> region_of(const PowerSums<T>& sums, int exponent, const T& scale)
   return {scale * root, sums.gradient * (root / (sums.value * scale))};
 }
 
+// Whether the sums have not overflowed.
+template <class T>
+bool is_sound(const RegionValue<T>& r) {
+  return r.value > T(0) && norm2(r.gradient) < T(std::numeric_limits<float>::max());
+}
+
 template <class T, class S>
 RegionValue<T> evaluate_by(const PackedSet<S>& set, const Vec3<T>& d, const T& scale2, const T& scale) {
   PowerSums<T> sums = power_sums(*set.points, d, scale2, set.exponent / 2);
@@ -85,7 +91,7 @@ RegionValue<T> evaluate(const PackedSet<S>& set, const Vec3<T>& d, const T& /*t*
   using std::sqrt;
   if (set.scale > S(0)) {
     const RegionValue<T> r = evaluate_by(set, d, T(set.scale * set.scale), T(set.scale));
-    if (r.value > T(0)) return r;  // else d is so near an element that the sum overflows
+    if (is_sound(r)) return r;  // else d is so near an element that the sums overflow
   }
   const T scale2 = least_squared_distance(set, d);
   if (!(scale2 > T(0))) return {T(0), {T(0), T(0), T(0)}};

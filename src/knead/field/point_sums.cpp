@@ -160,29 +160,6 @@ template <class S>
   }
 }
 
-template <class S, std::size_t bytes>
-[[gnu::always_inline]] inline void any_leasts(const PointPacks<S>& points, Places<S>& places) {
-  using P = Pack<S, bytes>;
-  for (std::size_t lane = 0; lane < kPlaces; lane += Lanes<S, bytes>::kCount) {
-    P at_x;
-    P at_y;
-    P at_z;
-    std::memcpy(&at_x, &places.x[lane], bytes);
-    std::memcpy(&at_y, &places.y[lane], bytes);
-    std::memcpy(&at_z, &places.z[lane], bytes);
-    P least = P{} + std::numeric_limits<S>::max();
-    for (std::size_t i = 0; i < points.count; ++i) {
-      const S* const point = &points.numbers[points.first_number_of(i)];
-      const P x = at_x - point[0];
-      const P y = at_y - point[kPointPack];
-      const P z = at_z - point[2 * kPointPack];
-      const P square = x * x + y * y + z * z;
-      least = square < least ? square : least;
-    }
-    std::memcpy(&places.scale2[lane], &least, bytes);
-  }
-}
-
 #ifdef KNEAD_WIDE
 bool has_wide() {
   static const bool has = __builtin_cpu_supports("avx2") != 0;
@@ -202,11 +179,6 @@ KNEAD_WIDE S wide_least(const PointPacks<S>& points, const Vec3<S>& d) {
 template <class S>
 KNEAD_WIDE void wide_sums_at(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums) {
   any_sums_at(points, places, half, sums);
-}
-
-template <class S>
-KNEAD_WIDE void wide_leasts(const PointPacks<S>& points, Places<S>& places) {
-  any_leasts<S, 32>(points, places);
 }
 #endif
 
@@ -236,20 +208,10 @@ void power_sums(const PointPacks<S>& points, const Places<S>& places, int half, 
   any_sums_at(points, places, half, sums);
 }
 
-template <class S>
-void least_squared_distances(const PointPacks<S>& points, Places<S>& places) {
-#ifdef KNEAD_WIDE
-  if (has_wide()) return wide_leasts(points, places);
-#endif
-  any_leasts<S, 16>(points, places);
-}
-
 template PowerSums<float> power_sums(const PointPacks<float>&, const Vec3<float>&, float, int);
 template PowerSums<double> power_sums(const PointPacks<double>&, const Vec3<double>&, double, int);
 template void power_sums(const PointPacks<float>&, const Places<float>&, int, PlacesSums<float>&);
 template void power_sums(const PointPacks<double>&, const Places<double>&, int, PlacesSums<double>&);
-template void least_squared_distances(const PointPacks<float>&, Places<float>&);
-template void least_squared_distances(const PointPacks<double>&, Places<double>&);
 template float least_squared_distance(const PointPacks<float>&, const Vec3<float>&);
 template double least_squared_distance(const PointPacks<double>&, const Vec3<double>&);
 

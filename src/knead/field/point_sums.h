@@ -111,8 +111,4 @@ struct PlacesSums {
 template <class S>
 void power_sums(const PointPacks<S>& points, const Places<S>& places, int half, PlacesSums<S>& sums);
 
-// Into places.scale2.
-template <class S>
-void least_squared_distances(const PointPacks<S>& points, Places<S>& places);
-
 }  // namespace knead

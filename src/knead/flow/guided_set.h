@@ -30,7 +30,7 @@ RegionValue<S> evaluate(const GuidedSet<S>& region, const Vec3<S>& d, const S& t
   region.tree->visit_near(Vec3d(d), [&](const Vec3d& p) { near2 = std::min(near2, norm2(d - Vec3<S>(p))); });
   if (near2 > S(0)) {
     const RegionValue<S> r = evaluate_by(region.set, d, near2, std::sqrt(near2));
-    if (r.value > S(0) && std::isfinite(norm2(r.gradient))) return r;
+    if (is_sound(r)) return r;
   }
   return evaluate(region.set, d, t);
 }

@@ -220,9 +220,8 @@ void SetCells<S>::add_part(const Part& part, SetCell<S>& cell) const {
       set.points = std::move(points);
     }
   }
-  // Everything within a factor that the powers bear: no need to find the nearest element each time.
-  const double ratio = (nearest + radius_) / (nearest - 1.05 * radius_);
-  if (ratio > 0 && integer_power(ratio, whole.exponent + 2) < 1e18) set.scale = static_cast<S>(nearest + radius_);
+  // No distance from the nearest element is greater; where it is far smaller the sums overflow, which is seen.
+  set.scale = static_cast<S>(nearest + radius_);
 }
 
 // How much time may pass before r of any field can be below outer, d moving from the cell at the velocity.

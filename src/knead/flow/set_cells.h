@@ -23,7 +23,8 @@ using SetField = SingleField<S, Translation<S>, PackedSet<S>>;
 // Whether SetCells takes the segment: translations of point sets, swept.
 bool is_of_sets(const Segment& segment);
 
-// A cube of space in the tool's frame, and the fields that reach into it, each with the elements that count there.
+// A cube of space in the tool's frame, and the fields that reach into it, each with the elements that count there and
+// a scale for their sums.
 template <class S>
 struct SetCell {
   int index = 0;  // among all cells

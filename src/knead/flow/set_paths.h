@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <span>
 
 #include "knead/flow/lane_fields.h"
@@ -26,7 +25,13 @@ bool takes_several(const SetCell<S>& cell) {
                      [](const SetField<S>& field) { return field.region.curves->empty() && field.mask.is_empty(); });
 }
 
-// The velocity at every place. One place's bits do not depend on the others. Not a number where sums overflow.
+// For the few places whose sums overflow; not a part of the loop about it.
+template <class S>
+[[gnu::noinline]] RegionValue<S> evaluate_alone(const PackedSet<S>& set, const Vec3<S>& d) {
+  return evaluate(set, d, S(0));
+}
+
+// The velocity at every place. One place's bits do not depend on the others.
 template <class S>
 [[gnu::flatten]] void find_velocities(const SetCell<S>& cell, SetPlaces<S>& paths) {
   paths.velocity = {};
@@ -45,16 +50,12 @@ template <class S>
       places.z[i] = d[i].z;
       places.scale2[i] = scale * scale;
     }
-    if (!(scale > S(0))) least_squared_distances(*set.points, places);
     PlacesSums<S> sums;
     power_sums(*set.points, places, set.exponent / 2, sums);
     for (std::size_t i = 0; i < kPlaces; ++i) {
-      RegionValue<S> r{};
-      if (places.scale2[i] > S(0)) {
-        const PowerSums<S> sum{sums.value[i], {sums.gradient_x[i], sums.gradient_y[i], sums.gradient_z[i]}};
-        r = region_of(sum, exponent, scale > S(0) ? scale : std::sqrt(places.scale2[i]));
-        if (!(r.value > S(0))) r.value = std::numeric_limits<S>::quiet_NaN();
-      }
+      const PowerSums<S> sum{sums.value[i], {sums.gradient_x[i], sums.gradient_y[i], sums.gradient_z[i]}};
+      RegionValue<S> r = region_of(sum, exponent, scale);
+      if (!is_sound(r)) r = evaluate_alone(set, d[i]);
       paths.velocity[i] += velocity_where(r, motion, thresholds, d[i]);
     }
   }
