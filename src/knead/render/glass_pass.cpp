@@ -63,11 +63,18 @@ bool draw_layer(const Pass& pass, const GBuffer& buffer, const std::vector<Surfa
   return drawn > 0;
 }
 
+void copy(const Pass& pass, const gl::Texture& texture) {
+  use(pass.programs.copy, pass);
+  bind_texture(pass.programs.copy, "layer", 0, GL_TEXTURE_2D, texture);
+  draw_full_screen(pass);
+}
+
 }  // namespace
 
-gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces) {
-  if (surfaces.empty()) return gl::make_texture(1, 1, GL_RGBA16F);
-  gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
+                const std::vector<SurfaceBuffers>& surfaces) {
+  if (surfaces.empty()) return;
+  const gl::Texture over = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
   const gl::Framebuffer over_target = gl::make_framebuffer({&over}, nullptr);
   clear(0, 0, 0, 0);
   const gl::Texture layer = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
@@ -86,11 +93,13 @@ gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vecto
     reset_state(pass.width, pass.height);
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE_MINUS_DST_ALPHA, GL_ONE);
-    use(pass.programs.copy, pass);
-    bind_texture(pass.programs.copy, "layer", 0, GL_TEXTURE_2D, layer);
-    draw_full_screen(pass);
+    copy(pass, layer);
   }
-  return over;
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  reset_state(pass.width, pass.height);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  copy(pass, over);
 }
 
 }  // namespace knead::render

@@ -62,16 +62,14 @@ gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMa
   return color;
 }
 
-Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over, bool has_glass) {
+Image resolve(const Pass& pass, const gl::Texture& color) {
   Image image{pass.options.width, pass.options.height, {}};
   const gl::Texture pixels = gl::make_texture(image.width, image.height, GL_RGBA8);
   const gl::Framebuffer target = gl::make_framebuffer({&pixels}, nullptr);
   reset_state(image.width, image.height);
   const gl::Program& program = pass.programs.resolve;
   use(program, pass);
-  bind_texture(program, "base", 0, GL_TEXTURE_2D, base);
-  bind_texture(program, "over", 1, GL_TEXTURE_2D, over);
-  set(program, "with_over", has_glass ? 1.0 : 0.0);
+  bind_texture(program, "samples_map", 0, GL_TEXTURE_2D, color);
   glUniform1i(uniform(program, "factor"), pass.options.supersampling);
   glUniform1i(uniform(program, "height"), image.height);
   draw_full_screen(pass);

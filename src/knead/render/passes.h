@@ -96,11 +96,11 @@ gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMa
 // Adds the rods to the colour, depth and normals.
 void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods);
 
-// All translucent surfaces in front of everything solid, one over the other; one texel if there are none.
-gl::Texture draw_glass(const Pass& pass, const GBuffer& buffer, const std::vector<SurfaceBuffers>& surfaces);
+// Adds all translucent surfaces in front of everything solid, one over the other.
+void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
+                const std::vector<SurfaceBuffers>& surfaces);
 
-// over: in front of base if has_glass.
-Image resolve(const Pass& pass, const gl::Texture& base, const gl::Texture& over, bool has_glass);
+Image resolve(const Pass& pass, const gl::Texture& color);
 
 // Tells how much of the picture is done, after the GPU has done it.
 void report(const Pass& pass, double part);

@@ -150,9 +150,8 @@ Image Renderer::render(const Scene& scene, const Options& options) {
   const LightMaps light = draw_light(pass, buffer, lighting);
   const gl::Texture color = draw_backdrop(pass, buffer, light, lighting);
   draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
-  const std::vector<SurfaceBuffers> glass = upload_glass(scene, view.placement);
-  const gl::Texture over = draw_glass(pass, buffer, glass);
-  Image image = resolve(pass, color, over, !glass.empty());
+  draw_glass(pass, buffer, color, upload_glass(scene, view.placement));
+  Image image = resolve(pass, color);
   report(pass, 1);
   return image;
 }

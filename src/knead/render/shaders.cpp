@@ -349,11 +349,10 @@ out vec4 color;
 void main() { color = texelFetch(layer, ivec2(gl_FragCoord.xy), 0); }
 )";
 
-// `over` lies in front of `base`; both are multiplied by alpha. Rows are turned over: pictures begin at the top.
-// The filter is a tent of one pixel to either side.
+// The samples are multiplied by alpha. Rows are turned over: pictures begin at the top. The filter is a tent of one
+// pixel to either side.
 const char* const kResolveFragment = R"(
-uniform sampler2D base, over;
-uniform float with_over;
+uniform sampler2D samples_map;
 uniform int factor;
 uniform int height;
 out vec4 pixel;
@@ -362,15 +361,14 @@ vec3 srgb_of(vec3 c) {
 }
 void main() {
   ivec2 corner = ivec2(int(gl_FragCoord.x), height - 1 - int(gl_FragCoord.y)) * factor;
-  ivec2 last = textureSize(base, 0) - 1;
+  ivec2 last = textureSize(samples_map, 0) - 1;
   vec4 sum = vec4(0.0);
   float weight = 0.0;
   for (int y = 1 - factor; y < 2 * factor - 1; ++y) {
     for (int x = 1 - factor; x < 2 * factor - 1; ++x) {
       ivec2 at = clamp(corner + ivec2(x, y), ivec2(0), last);
       vec2 w = 1.0 - abs((vec2(x, y) + 0.5) / float(factor) - 0.5);
-      vec4 front = with_over > 0.5 ? texelFetch(over, at, 0) : vec4(0.0);
-      sum += w.x * w.y * (front + (1.0 - front.a) * texelFetch(base, at, 0));
+      sum += w.x * w.y * texelFetch(samples_map, at, 0);
       weight += w.x * w.y;
     }
   }

@@ -39,52 +39,48 @@ MapPoint place(const LightMatrix& m, const Vec3f& p, float size) {
   return {row(0) * size, row(1) * size, row(2) * kFarthest};
 }
 
-// The part of a row that lies within the triangle.
-struct Span {
-  float from;
-  float to;
+// A plane over the map: value(x, y) = at + dx * x + dy * y.
+struct Plane {
+  float at;
+  float dx;
+  float dy;
 
-  // Keeps what lies on the side of the edge from a to b where the third corner is (sign > 0: left).
-  void cut(const MapPoint& a, const MapPoint& b, float y, float sign) {
-    const float dx = (b.x - a.x) * sign;
-    const float dy = (b.y - a.y) * sign;
-    // dx * (y - a.y) - dy * (x - a.x) >= 0
-    if (dy == 0) {
-      if (dx * (y - a.y) < 0) to = -1;
-      return;
-    }
-    const float x = a.x + dx * (y - a.y) / dy;
-    if (dy > 0) {
-      to = std::min(to, x);
-    } else {
-      from = std::max(from, x);
-    }
-  }
+  float operator()(float x, float y) const { return at + dx * x + dy * y; }
 };
 
+// At least 0 on the left of the way from a to b.
+Plane left_of(const MapPoint& a, const MapPoint& b) {
+  const float dx = b.x - a.x;
+  const float dy = b.y - a.y;
+  return {dy * a.x - dx * a.y, -dy, dx};
+}
+
+// Most triangles are about as large as a texel: each texel of the box around them is tried.
 void draw_triangle(const Map& map, const MapPoint& a, const MapPoint& b, const MapPoint& c) {
   const int top = map.first(std::min({a.y, b.y, c.y}));
   const int bottom = map.end(std::max({a.y, b.y, c.y}));
-  const float left = std::min({a.x, b.x, c.x});
-  const float right = std::max({a.x, b.x, c.x});
-  if (top >= bottom || map.first(left) >= map.end(right)) return;
-  const float twice_area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+  const int left = map.first(std::min({a.x, b.x, c.x}));
+  const int right = map.end(std::max({a.x, b.x, c.x}));
+  if (top >= bottom || left >= right) return;
+  // From a, so that the numbers are small.
+  const MapPoint origin{0, 0, 0};
+  const MapPoint u{b.x - a.x, b.y - a.y, b.z - a.z};
+  const MapPoint v{c.x - a.x, c.y - a.y, c.z - a.z};
+  const float twice_area = u.x * v.y - u.y * v.x;
   if (twice_area == 0) return;
-  const float slope_x = ((b.z - a.z) * (c.y - a.y) - (c.z - a.z) * (b.y - a.y)) / twice_area;
-  const float slope_y = ((c.z - a.z) * (b.x - a.x) - (b.z - a.z) * (c.x - a.x)) / twice_area;
-  const float shift = kSlopeShift * std::max(std::abs(slope_x), std::abs(slope_y));
+  const bool turns_left = twice_area > 0;
+  const Plane first = turns_left ? left_of(origin, u) : left_of(u, origin);
+  const Plane second = turns_left ? left_of(u, v) : left_of(v, u);
+  const Plane third = turns_left ? left_of(v, origin) : left_of(origin, v);
+  const Plane depth{a.z, (u.z * v.y - v.z * u.y) / twice_area, (v.z * u.x - u.z * v.x) / twice_area};
+  const float shift = kSlopeShift * std::max(std::abs(depth.dx), std::abs(depth.dy));
   const float nearest = std::min({a.z, b.z, c.z});
-  const float sign = twice_area > 0 ? 1.0f : -1.0f;
   for (int row = top; row < bottom; ++row) {
-    const float y = static_cast<float>(row) + 0.5f;
-    Span span{left, right};
-    span.cut(a, b, y, sign);
-    span.cut(b, c, y, sign);
-    span.cut(c, a, y, sign);
-    const int end = map.end(span.to);
-    for (int column = map.first(span.from); column < end; ++column) {
-      const float z = a.z + slope_x * (static_cast<float>(column) + 0.5f - a.x) + slope_y * (y - a.y);
-      map.put(column, row, std::max(z, nearest) + shift);
+    const float y = static_cast<float>(row) + 0.5f - a.y;
+    for (int column = left; column < right; ++column) {
+      const float x = static_cast<float>(column) + 0.5f - a.x;
+      if (std::min({first(x, y), second(x, y), third(x, y)}) < 0) continue;
+      map.put(column, row, std::max(depth(x, y), nearest) + shift);
     }
   }
 }
