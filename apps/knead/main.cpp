@@ -15,6 +15,7 @@
 #include "command.h"
 #include "interrupt.h"
 #include "knead/math/error.h"
+#include "knead/remesh/remesh.h"
 #include "output.h"
 
 namespace knead::command {
@@ -76,6 +77,8 @@ int run_subcommand(const Subcommand& subcommand) {
   } catch (const UsageError& error) {
     return fail(kWrongUsage, std::string(error.what()) + " (see knead " + subcommand.name + " --help)");
   } catch (const QualityError& error) {
+    return fail(kQualityNotMet, error.what());
+  } catch (const RemeshLimit& error) {
     return fail(kQualityNotMet, error.what());
   } catch (const InvalidInput& error) {
     return fail(kInvalidInput, error.what());

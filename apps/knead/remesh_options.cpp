@@ -14,11 +14,12 @@ namespace knead::command {
 namespace {
 
 // The keys of the settings, and the options that set them.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kNames{{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 5> kNames{{
     {"\"max_edge\"", "--max-edge"},
     {"\"max_angle_deg\"", "--max-angle"},
     {"\"max_chord\"", "--max-chord"},
     {"\"min_edge\"", "--min-edge"},
+    {"\"max_vertices\"", "--max-vertices"},
 }};
 
 std::string in_options(std::string text) {
@@ -39,6 +40,7 @@ std::optional<RemeshSettings> settings_of(const RemeshFlags& flags) {
   settings.max_chord = flags.max_chord;
   settings.min_edge = flags.min_edge;
   settings.iterations = flags.iterations;
+  settings.max_vertices = flags.max_vertices;
   if (!flags.remesh && settings == RemeshSettings{}) return std::nullopt;
   if (flags.iterations && (*flags.iterations < 0 || *flags.iterations > 100)) {
     throw UsageError(fmt::format("--remesh-iterations {}: give 0 to 100", *flags.iterations));
@@ -59,13 +61,18 @@ void add_edge_options(std::vector<Option>& options, RemeshFlags& flags) {
            "Split longer edges (default: twice the length that 95% of the shape's edges stay below)", "LENGTH"},
           {"--min-edge", &flags.min_edge,
            "Collapse shorter edges where the surface is flat (default: a quarter of the shape's mean edge)", "LENGTH"},
+          {"--max-vertices", &flags.max_vertices,
+           fmt::format("Refuse to grow the mesh beyond this, with exit code 4 (default: {} times the shape's, at least "
+                       "{})",
+                       kDefaultGrowth, kDefaultMaxVertices),
+           "N"},
       });
 }
 
 void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags) {
   options.push_back(
       {"--remesh", &flags.remesh,
-       "Let the mesh follow each stroke: split stretched edges, keep triangles well shaped; the next five options "
+       "Let the mesh follow each stroke: split stretched edges, keep triangles well shaped; the next six options "
        "imply this"});
   add_edge_options(options, flags);
   options.insert(options.end(),

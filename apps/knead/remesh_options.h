@@ -16,12 +16,13 @@ struct RemeshFlags {
   std::optional<double> max_chord;
   std::optional<double> min_edge;
   std::optional<int> iterations;
+  std::optional<std::size_t> max_vertices;
 };
 
 // Returns the settings that the options ask for, if any. Throws UsageError for a value out of range.
 std::optional<RemeshSettings> settings_of(const RemeshFlags& flags);
 
-// Adds --max-edge and --min-edge, which also have a meaning without a deformation.
+// Adds --max-edge, --min-edge and --max-vertices, which also have a meaning without a deformation.
 void add_edge_options(std::vector<Option>& options, RemeshFlags& flags);
 
 // Adds --remesh and all options of remeshing after a deformation.

@@ -352,6 +352,7 @@ bool Improver::split_chord(std::uint32_t h) {
   const std::uint32_t b = s_.target(h);
   const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion) || locked_[a] || locked_[b];
   if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
+  if (s_.vertex_count() >= targets_.max_vertices) return false;
   if (norm2(s_.after[b] - s_.after[a]) < 4 * targets_.max_chord * targets_.max_chord) return false;
   const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, (s_.after[a] + s_.after[b]) * 0.5);
   s_.set(m, kMoved);

@@ -14,7 +14,7 @@ constexpr int kMostRounds = 60;
 constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
 constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
 constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
-constexpr std::size_t kMostVertices = 4'000'000;
+constexpr double kThinBesideLocked = 0.1;  // quality: of 6 degrees
 
 // Returns for each vertex the sum of the area vectors of its faces.
 std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& positions) {
@@ -39,26 +39,31 @@ double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cr
 }  // namespace
 
 Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-                       const Progress* progress)
+                       std::size_t outside, const Progress* progress)
     : s_(surface),
       deformation_(deformation),
       targets_(targets),
       whole_(whole),
       progress_(progress),
       shortest_(kShortestShare * targets.max_chord),
-      most_vertices_(std::max(kMostVertices, 4 * surface.vertex_count())) {
+      outside_(static_cast<double>(outside)) {
   deviation_.resize(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
     if ((s_.edge_flags[e] & kLocked) == 0) uncarried_.push_back(e);
   }
 }
 
-bool Refinement::refine() {
+bool Refinement::split_rounds() {
   for (int round = 0; round < kMostRounds; ++round) {
-    if (!split_round({})) return true;
-    if (s_.vertex_count() > most_vertices_) return false;
+    const Round done = split_round({});
+    if (done != Round::split) return done == Round::met;
   }
   return false;
+}
+
+bool Refinement::refine() {
+  may_refuse_ = true;
+  return split_rounds();
 }
 
 bool Refinement::refine_faces(std::span<const std::uint32_t> faces) {
@@ -69,8 +74,8 @@ bool Refinement::refine_faces(std::span<const std::uint32_t> faces) {
       untested_.push_back(s_.edge[h]);
     }
   }
-  split_round(forced);
-  return refine();
+  may_refuse_ = false;
+  return split_round(forced) != Round::stopped && split_rounds();
 }
 
 double Refinement::length2(std::uint32_t e, const std::vector<Vec3d>& positions) const {
@@ -78,13 +83,19 @@ double Refinement::length2(std::uint32_t e, const std::vector<Vec3d>& positions)
   return norm2(positions[s_.target(h)] - positions[s_.origin(h)]);
 }
 
-void Refinement::carry_middles() {
+// Returns false if that would be too much work.
+bool Refinement::carry_middles() {
+  if (static_cast<double>(uncarried_.size()) > points_left()) {
+    if (may_refuse_) refuse(uncarried_, 0);
+    return false;
+  }
   std::vector<Vec3d> points(uncarried_.size());
   for (std::size_t i = 0; i < uncarried_.size(); ++i) {
     const std::uint32_t h = s_.halfedge[uncarried_[i]];
     points[i] = (s_.before[s_.origin(h)] + s_.before[s_.target(h)]) * 0.5;
   }
   deformation_.carry(points);
+  carried_ += static_cast<double>(points.size());
   for (std::size_t i = 0; i < uncarried_.size(); ++i) {
     const std::uint32_t h = s_.halfedge[uncarried_[i]];
     const Vec3d chord = (s_.after[s_.origin(h)] + s_.after[s_.target(h)]) * 0.5;
@@ -92,6 +103,7 @@ void Refinement::carry_middles() {
   }
   untested_.insert(untested_.end(), uncarried_.begin(), uncarried_.end());
   uncarried_.clear();
+  return true;
 }
 
 // Returns true if the edge may be split: it is not locked and not too short.
@@ -158,6 +170,11 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   return edges;
 }
 
+// Of such a triangle one edge stays too long, however often the two others are split.
+bool Refinement::is_thin_beside_locked(std::uint32_t h) const {
+  return s_.edge_has(h, kLocked) && quality(s_, h / 3, s_.after) < kThinBesideLocked;
+}
+
 // Adds to each marked edge the longest edges of its very obtuse triangles. If such an edge cannot be split, neither is
 // the marked edge: splitting only the shorter edges would make the triangles flatter and flatter.
 std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<std::uint32_t>& marked) const {
@@ -169,7 +186,7 @@ std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<st
     for (const std::uint32_t h : {first, s_.opposite[first]}) {
       if (h == kNone) continue;
       const std::uint32_t longest = longest_edge(s_, h / 3, s_.after);
-      if (longest == h || !is_cap(s_, longest)) continue;
+      if (longest == h || !(is_cap(s_, longest) || is_thin_beside_locked(longest))) continue;
       is_free = is_free && is_open(s_.edge[longest]);
       if (!s_.edge_has(longest, kBoundary)) result.push_back(s_.edge[longest]);
     }
@@ -204,13 +221,13 @@ void Refinement::split_edge(std::uint32_t e) {
   ++splits_;
 }
 
-bool Refinement::split_round(const std::vector<bool>& forced) {
-  carry_middles();
+Refinement::Round Refinement::split_round(const std::vector<bool>& forced) {
+  if (!carry_middles()) return Round::stopped;
   std::vector<std::uint32_t> marked = find_marked(forced);
   if (marked.empty()) marked = find_edges_of_large_faces();
-  if (marked.empty()) return false;
   marked = with_longest_of_caps(marked);
-  if (marked.empty()) return false;
+  if (marked.empty()) return Round::met;
+  if (!has_room(marked)) return Round::stopped;
   std::vector<std::pair<double, std::uint32_t>> longest_first;
   longest_first.reserve(marked.size());
   for (const std::uint32_t e : marked) longest_first.emplace_back(-length2(e, s_.after), e);
@@ -221,7 +238,7 @@ bool Refinement::split_round(const std::vector<bool>& forced) {
   }
   std::sort(uncarried_.begin(), uncarried_.end());
   uncarried_.erase(std::unique(uncarried_.begin(), uncarried_.end()), uncarried_.end());
-  return true;
+  return Round::split;
 }
 
 }  // namespace knead::remesh_detail

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,13 +16,15 @@ namespace knead::remesh_detail {
 class Refinement {
  public:
   // If `whole`, edges that do not move must also be shorter than targets.max_edge. `progress` cancels.
+  // `outside`: vertices of the mesh outside the surface, which count towards targets.max_vertices.
   Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-             const Progress* progress = nullptr);
+             std::size_t outside = 0, const Progress* progress = nullptr);
 
-  // Splits edges until all meet the targets, or a limit on vertices or rounds is reached. Returns true if all do.
+  // Splits edges until all meet the targets, or a limit on rounds is reached. Returns true if all do. Throws RemeshLimit
+  // before a round if that would exceed the limits on vertices or work, or if all rounds probably would.
   bool refine();
 
-  // Splits the edges of these faces once, whatever their length, then continues as refine().
+  // Splits the edges of these faces once, whatever their length, then continues as refine(), but stops at the limits.
   bool refine_faces(std::span<const std::uint32_t> faces);
 
   // Returns for each edge the vector from the middle of its chord to the moved middle of the edge; zero if locked.
@@ -33,8 +36,25 @@ class Refinement {
   std::size_t splits() const { return splits_; }
 
  private:
-  void carry_middles();
-  bool split_round(const std::vector<bool>& forced);
+  // How a round ended.
+  enum class Round { split, met, stopped };
+  // The estimate counts edges and chords as if the targets were so many times as long.
+  struct Slack {
+    double edge = 1;
+    double chord = 1;
+  };
+
+  bool carry_middles();
+  Round split_round(const std::vector<bool>& forced);
+  bool split_rounds();
+  bool has_room(std::span<const std::uint32_t> marked);
+  double room() const;
+  double points_left() const;
+  double pieces(std::uint32_t e, const Slack& slack) const;
+  double estimate(std::span<const std::uint32_t> edges, const Slack& slack) const;
+  std::string remedy(std::span<const std::uint32_t> edges, double most) const;
+  [[noreturn]] void refuse(std::span<const std::uint32_t> edges, double needed) const;
+  bool is_thin_beside_locked(std::uint32_t h) const;
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::vector<std::uint32_t> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;
@@ -51,7 +71,9 @@ class Refinement {
   bool whole_ = false;
   const Progress* progress_ = nullptr;
   double shortest_ = 0;  // edges shorter than twice this length are not split
-  std::size_t most_vertices_ = 0;
+  double outside_ = 0;           // vertices of the mesh outside the surface
+  bool may_refuse_ = true;       // else stops at the limits
+  double carried_ = 0;           // middles
   std::vector<Vec3d> deviation_;
   std::vector<std::uint32_t> uncarried_;  // edges whose middle has not been moved yet
   std::vector<std::uint32_t> untested_;   // edges whose middle has been moved, not yet compared with the targets

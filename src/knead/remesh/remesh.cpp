@@ -10,6 +10,7 @@
 #include "knead/remesh/patch.h"
 #include "knead/remesh/refine.h"
 #include "knead/remesh/remesh_with.h"
+#include "knead/remesh/shape.h"
 
 namespace knead {
 
@@ -24,6 +25,7 @@ constexpr int kMostUntanglings = 4;
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
 constexpr int kMostAttempts = 5;          // attempts to improve without new crossings
+constexpr std::size_t kManyThin = 50'000;  // triangles with an angle below 3 degrees
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {
@@ -36,7 +38,8 @@ class Remesher {
         improve_(std::move(improve)),
         patch_(take_patch(before, after, deformation, options)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
-        refinement_(patch_.surface, deformation, options.targets, options.whole, options.progress) {}
+        refinement_(patch_.surface, deformation, options.targets, options.whole,
+                    before.vertex_count() - patch_.vertex_source.size(), options.progress) {}
 
   Remeshed run() {
     counts_steps_ = options_.progress != nullptr && options_.progress->total == 0;
@@ -69,7 +72,8 @@ class Remesher {
   // the faces that cross there, then runs the steps one by one; each leaves out the faces that would cross after it.
   void improve_without_crossings() {
     const Surface refined = surface();
-    const int steps = options_.targets.iterations > 0 ? kSteps : 1;
+    const bool improves = options_.targets.iterations > 0 && !is_hopeless();
+    const int steps = improves ? kSteps : 1;
     start();
     for (int step = 0; step < steps; ++step) {
       improve_once(step, {});
@@ -102,6 +106,22 @@ class Remesher {
       for (int step = kSteps - 1; step < guarded_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
     }
     counts_.crossings = found.pairs;
+  }
+
+  // Returns true if most of the many triangles are so thin that improving them would take long and not help.
+  bool is_hopeless() {
+    const Surface& s = surface();
+    std::size_t touched = 0;
+    std::size_t thin = 0;
+    for (std::size_t f = 0; f < s.face_count(); ++f) {
+      const Triangle t = s.triangle(f);
+      if (!std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return s.has(v, kMoved); })) continue;
+      ++touched;
+      if (quality(s, f, s.after) < kThin) ++thin;
+    }
+    const bool found = thin > kManyThin && 2 * thin > touched;
+    counts_.complete = counts_.complete && !found;
+    return found;
   }
 
   // Repeats one step, each time leaving out the faces that crossed, until no more than `unavoidable` pairs cross.

@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/math/error.h"
 #include "knead/math/progress.h"
 #include "knead/mesh/mesh.h"
 
@@ -29,9 +30,14 @@ struct RemeshSettings {
   std::optional<double> min_edge;
   // Rounds of flips, collapses and diffusion; 0 to 100.
   std::optional<int> iterations;
+  // The most vertices that the mesh may grow to, and with it the work; 1 to kMostVertices.
+  std::optional<std::size_t> max_vertices;
 
   friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
 };
+
+// As many vertices as the numbers of a remeshed surface can count.
+inline constexpr std::size_t kMostVertices = 500'000'000;
 
 // The targets as lengths and radians, all chosen.
 struct RemeshTargets {
@@ -40,14 +46,26 @@ struct RemeshTargets {
   double max_chord = 0;  // a length
   double min_edge = 0;   // a length
   int iterations = 0;
+  std::size_t max_vertices = kMostVertices;
+  double diagonal = 1;  // of the shape's box; the setting max_chord is a fraction of it
+};
+
+// Remeshing would need more vertices, or more work, than RemeshTargets::max_vertices allows. The message names the
+// setting to change and a value that would do. The command ends with exit code 4.
+class RemeshLimit : public InvalidInput {
+ public:
+  using InvalidInput::InvalidInput;
 };
 
 inline constexpr double kDefaultMaxAngleDeg = 30;
 inline constexpr double kDefaultMaxChord = 3e-4;
 inline constexpr int kDefaultRemeshIterations = 4;
+inline constexpr std::size_t kDefaultGrowth = 50;  // max_vertices is so many times the shape's, and at least
+inline constexpr std::size_t kDefaultMaxVertices = 2'000'000;
 
 // Returns the targets for a shape. By default max_edge is twice the 95th percentile of its edge lengths, and min_edge a
-// quarter of its mean edge (at most a quarter of max_edge). Throws InvalidInput if validate() does.
+// quarter of its mean edge (at most a quarter of max_edge). By default max_vertices is kDefaultGrowth times the number of
+// its vertices, and at least kDefaultMaxVertices. Throws InvalidInput if validate() does.
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh);
 // Throws InvalidInput for a setting out of range, or min_edge above half of max_edge. The message begins with the key
 // in quotes.
@@ -73,6 +91,8 @@ struct Deformation {
   // The size of the smallest part of a surface that may be moved alone; a length. Larger faces are sampled inside to
   // find such parts. Infinity: no face is sampled.
   double feature = std::numeric_limits<double>::infinity();
+  // Returns about how many more points `carry` may move before the work is too much. Empty: any number.
+  std::function<double()> points_left{};
 };
 
 // What remesh() must know beside the two meshes and the targets.
@@ -97,7 +117,8 @@ struct RemeshCounts {
   std::size_t crossings = 0;      // pairs of crossing triangles in the result, at least one of them touched
   double missing_volume = 0;      // true volume minus the volume of the refined mesh
   double compensated_volume = 0;  // the part of it that was restored
-  bool complete = true;           // false if a limit on vertices or rounds left edges that do not meet the targets
+  // False if a limit on rounds left edges that do not meet the targets, or most triangles were too thin to improve.
+  bool complete = true;
 };
 
 // The remeshed shape, and where its vertices and faces come from.
@@ -128,7 +149,8 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 //   "normal" (3 components) is transformed as by transport_normals().
 //
 // The result has the same bits for every number of threads. Throws InvalidInput where validate(before) does,
-// for a position that is not finite, and for spans of wrong sizes.
+// for a position that is not finite, and for spans of wrong sizes; RemeshLimit if the mesh would need more vertices, or
+// carrying its points more work, than the targets allow.
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 

@@ -51,6 +51,10 @@ void validate(const RemeshSettings& settings) {
     require(*settings.iterations >= 0 && *settings.iterations <= 100, "iterations", "a whole number from 0 to 100",
             *settings.iterations);
   }
+  if (settings.max_vertices) {
+    require(*settings.max_vertices >= 1 && *settings.max_vertices <= kMostVertices, "max_vertices",
+            "a whole number from 1 to " + std::to_string(kMostVertices), static_cast<double>(*settings.max_vertices));
+  }
   if (settings.min_edge && settings.max_edge) {
     require(*settings.min_edge <= 0.5 * *settings.max_edge, "min_edge", "at most half of \"max_edge\"",
             *settings.min_edge);
@@ -64,6 +68,9 @@ RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
   targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;
   targets.max_chord = settings.max_chord.value_or(kDefaultMaxChord) * diagonal;
   targets.iterations = settings.iterations.value_or(kDefaultRemeshIterations);
+  targets.max_vertices = settings.max_vertices.value_or(
+      std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMostVertices));
+  targets.diagonal = diagonal;
   double mean = diagonal;
   double long_one = diagonal;
   if (const std::vector<double> lengths = edge_lengths(mesh); !lengths.empty()) {

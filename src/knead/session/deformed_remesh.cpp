@@ -1,5 +1,6 @@
 // The mesh of a deformed shape follows its strokes.
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -16,6 +17,46 @@ namespace {
 constexpr const char* kNormals = "knead carried normal";
 constexpr const char* kRest = "knead place at the start";
 constexpr const char* kBefore = "knead place before the stroke";
+
+// The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
+// default), or to so many times what the stroke itself took. kElements points of a set cost as much as a field.
+constexpr double kEvaluationsPerVertex = 350;
+constexpr double kMoreThanStroke = 10;
+constexpr double kElements = 4;
+constexpr double kFewPoints = 100;  // say little about the cost of others
+
+// Returns the cost of an evaluation beside that of a ball's.
+double cost_of(const Flow& flow) {
+  std::size_t elements = 0;
+  const auto add = [&](const PointSet<double>& set) {
+    elements += set.points.size();
+    for (const auto& curve : set.curves) elements += curve.size();
+  };
+  for (const Segment& segment : flow.segments) {
+    for (const Field& field : segment.fields) {
+      if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);
+      if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+        add(handles->full);
+        add(handles->zero);
+      }
+    }
+  }
+  return 1 + static_cast<double>(elements) / (kElements * static_cast<double>(flow.segments.size()));
+}
+
+// What carrying the points of a remesh has cost, and may cost.
+struct CarryBudget {
+  double most = 0;           // evaluations, in those of a ball
+  double spent = 0;          // likewise
+  double points = 0;         // carried
+  double of_the_stroke = 0;  // evaluations for each vertex
+
+  // Returns about how many more points may be carried.
+  double points_left() const {
+    const double each = points < kFewPoints ? of_the_stroke : spent / points;
+    return each > 0 ? std::max(0.0, most - spent) / each : std::numeric_limits<double>::infinity();
+  }
+};
 
 // Ends a remesh whose points could not be carried.
 struct Stopped {
@@ -200,13 +241,25 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   const FlowReach reach(flow);
+  const double cost = cost_of(flow);
+  const double of_the_stroke = cost * static_cast<double>(std::exchange(moving_, 0));
+  RemeshOptions options = remesh_options(settings, labels);
+  CarryBudget budget;
+  budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
+                         kMoreThanStroke * of_the_stroke);
+  budget.of_the_stroke = of_the_stroke / static_cast<double>(before.size());
   Deformation deformation;
-  deformation.carry = [&](std::span<Vec3d> points) { carry(flow, progress, points); };
+  deformation.points_left = [&] { return budget.points_left(); };
+  deformation.carry = [&](std::span<Vec3d> points) {
+    const std::uint64_t was = work_.evaluations;
+    carry(flow, progress, points);
+    budget.spent += cost * static_cast<double>(work_.evaluations - was);
+    budget.points += static_cast<double>(points.size());
+  };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
   deformation.feature = reach.smallest_feature();
   const KeptCount kept(progress);
   try {
-    RemeshOptions options = remesh_options(settings, labels);
     options.progress = progress;
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     adopt(*outcome.remeshed, before);

@@ -272,6 +272,7 @@ class DeformedShape {
   std::vector<Vec3d> positions_;
   std::optional<PointBlocks> blocks_;         // the same positions laid out for moving, from the first move on
   bool is_sorted_ = false;                    // the blocks
+  std::uint64_t moving_ = 0;                  // evaluations that moved the vertices since the latest remesh
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::CarriedNormals> normals_;

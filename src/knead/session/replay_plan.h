@@ -35,11 +35,13 @@ std::vector<const SessionStroke*> strokes_on(const Session& session);
 // Returns whether a stroke that is applied has remesh settings.
 bool has_settings(const Session& session, const ReplayOptions& options);
 
-// Calls a function, and names the stroke's line in the message of an InvalidInput that it throws.
+// Calls a function, and names the stroke's line in the message of an InvalidInput or RemeshLimit that it throws.
 template <class Function>
 auto at_line(const Session& session, const SessionStroke& stroke, const Function& function) {
   try {
     return function();
+  } catch (const RemeshLimit& error) {
+    throw RemeshLimit(Place{session.name, stroke.line}, error.what());
   } catch (const InvalidInput& error) {
     throw InvalidInput(Place{session.name, stroke.line}, error.what());
   }

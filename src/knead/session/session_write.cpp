@@ -126,6 +126,7 @@ std::string text_of(const std::optional<RemeshSettings>& settings) {
   object.add_optional("max_chord", settings->max_chord);
   object.add_optional("min_edge", settings->min_edge);
   object.add_optional("iterations", settings->iterations);
+  if (settings->max_vertices) object.add("max_vertices", static_cast<std::uint32_t>(*settings->max_vertices));
   return object.finish();
 }
 

@@ -180,13 +180,16 @@ std::optional<RemeshSettings> read_remesh(const JsonValue& value, const Place& p
   if (value.json().is_null()) return std::nullopt;
   if (!value.json().is_object()) value.fail("null, or an object {...}");
   const JsonObject object(value, place, "a remesh event");
-  object.allow({"max_edge", "max_angle_deg", "max_chord", "min_edge", "iterations"});
+  object.allow({"max_edge", "max_angle_deg", "max_chord", "min_edge", "iterations", "max_vertices"});
   RemeshSettings settings;
   settings.max_edge = object.optional_number("max_edge");
   settings.max_angle_deg = object.optional_number("max_angle_deg");
   settings.max_chord = object.optional_number("max_chord");
   settings.min_edge = object.optional_number("min_edge");
   if (object.has("iterations")) settings.iterations = static_cast<int>(object.at("iterations").integer());
+  if (object.has("max_vertices")) {
+    settings.max_vertices = static_cast<std::size_t>(std::max(0LL, object.at("max_vertices").integer()));
+  }
   at_place(place, value.name() + " ", [&] { validate(settings); });
   return settings;
 }
