@@ -98,6 +98,9 @@ double longest_length(const Surface& s, std::uint32_t f) {
 bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   Surface& s = improver.surface();
   const double was = quality(s, f, s.after);
+  for (const std::uint32_t v : s.triangle(f)) {
+    if (is_crowded(s, v)) return false;
+  }
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
   if (improver.flip_edge(edges[2], bounds)) return true;
   for (const std::uint32_t h : edges) {

@@ -41,7 +41,7 @@ bool Improver::is_feature(std::uint32_t h) const {
 }
 
 Freedom Improver::freedom(std::uint32_t v) const {
-  if (!is_open(v)) return Freedom::none;
+  if (!is_open(v) || is_crowded(s_, v)) return Freedom::none;
   int features = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t h) {
     const std::uint32_t in = Surface::previous(h);
@@ -84,6 +84,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return locked_[w] || !s_.has(w, kRegion); })) return false;
+  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   const Vec3d& a = s_.after[v[0]];
   const Vec3d& b = s_.after[v[1]];
   const Vec3d& c = s_.after[v[2]];
@@ -128,6 +129,7 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   std::vector<Merge> merges;
   // The faces of a fixed vertex outside the patch are unknown here, so nothing is merged into it.
   if (locked_[a] || locked_[b] || s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
+  if (is_crowded(s_, a) || is_crowded(s_, b)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
     merge.halfedge = e;

@@ -14,7 +14,6 @@ constexpr int kMostRounds = 60;
 constexpr double kFeatureShare = 1.0 / 6;  // of max_chord: the target for features
 constexpr double kCapCosine = -0.6;        // of 127 degrees: split the longest edge of such a triangle first
 constexpr double kShortestShare = 1e-2;    // of max_chord: half the length below which edges are not split
-constexpr double kThinBesideLocked = 0.1;  // quality: of 6 degrees
 
 // Returns for each vertex the sum of the area vectors of its faces.
 std::vector<Vec3d> mean_normals(const Surface& s, const std::vector<Vec3d>& positions) {
@@ -170,11 +169,6 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
   return edges;
 }
 
-// Of such a triangle one edge stays too long, however often the two others are split.
-bool Refinement::is_thin_beside_locked(std::uint32_t h) const {
-  return s_.edge_has(h, kLocked) && quality(s_, h / 3, s_.after) < kThinBesideLocked;
-}
-
 // Adds to each marked edge the longest edges of its very obtuse triangles. If such an edge cannot be split, neither is
 // the marked edge: splitting only the shorter edges would make the triangles flatter and flatter.
 std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<std::uint32_t>& marked) const {
@@ -186,7 +180,7 @@ std::vector<std::uint32_t> Refinement::with_longest_of_caps(const std::vector<st
     for (const std::uint32_t h : {first, s_.opposite[first]}) {
       if (h == kNone) continue;
       const std::uint32_t longest = longest_edge(s_, h / 3, s_.after);
-      if (longest == h || !(is_cap(s_, longest) || is_thin_beside_locked(longest))) continue;
+      if (longest == h || !is_cap(s_, longest)) continue;
       is_free = is_free && is_open(s_.edge[longest]);
       if (!s_.edge_has(longest, kBoundary)) result.push_back(s_.edge[longest]);
     }

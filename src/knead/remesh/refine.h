@@ -54,7 +54,6 @@ class Refinement {
   double estimate(std::span<const std::uint32_t> edges, const Slack& slack) const;
   std::string remedy(std::span<const std::uint32_t> edges, double most) const;
   [[noreturn]] void refuse(std::span<const std::uint32_t> edges, double needed) const;
-  bool is_thin_beside_locked(std::uint32_t h) const;
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
   std::vector<std::uint32_t> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;

@@ -38,7 +38,7 @@ double Refinement::pieces(std::uint32_t e, const Slack& slack) const {
   const double length = norm(half + deviation_[e]) + norm(half - deviation_[e]);
   const double by_length = length / (targets_.max_edge * slack.edge);
   const double by_chord = std::sqrt(norm(deviation_[e]) / (targets_.max_chord * slack.chord));
-  const double most = std::min(length, std::sqrt(length2(e, s_.before))) / (shortest_ * slack.chord);
+  const double most = std::min(length, std::sqrt(length2(e, s_.before))) / shortest_;
   return std::max(1.0, std::min(std::max(by_length, by_chord), most));
 }
 

@@ -71,9 +71,14 @@ class Remesher {
   // Runs all steps, then searches for crossings. If there are new ones, starts again from the refined surface: splits
   // the faces that cross there, then runs the steps one by one; each leaves out the faces that would cross after it.
   void improve_without_crossings() {
+    if (is_hopeless()) {
+      start();
+      improve_once(0, {});
+      counts_.crossings = search().pairs;
+      return;
+    }
     const Surface refined = surface();
-    const bool improves = options_.targets.iterations > 0 && !is_hopeless();
-    const int steps = improves ? kSteps : 1;
+    const int steps = options_.targets.iterations > 0 ? kSteps : 1;
     start();
     for (int step = 0; step < steps; ++step) {
       improve_once(step, {});

@@ -31,6 +31,22 @@ double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
   return most;
 }
 
+bool is_crowded(const Surface& s, std::uint32_t v) {
+  constexpr int most = 200;
+  const std::uint32_t first = s.outgoing[v];
+  int count = 0;
+  std::uint32_t h = first;
+  do {
+    if (++count > most) return true;
+    h = s.opposite[Surface::previous(h)];
+  } while (h != kNone && h != first);
+  if (h == first) return false;
+  for (h = s.opposite[first]; h != kNone; h = s.opposite[Surface::next(h)]) {
+    if (++count > most) return true;
+  }
+  return false;
+}
+
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
   if (s.has(v, kFixed)) std::swap(v, w);
   bool found = s.has(v, kFixed);

@@ -61,6 +61,9 @@ double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const Tur
 // Returns the largest distance of p from the planes of the faces around v. Thin faces are ignored.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 
+// Returns true if so many faces are at v that looking at all of them for every change would take too long.
+bool is_crowded(const Surface& s, std::uint32_t v);
+
 // Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
 
