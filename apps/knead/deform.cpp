@@ -68,7 +68,9 @@ std::string remesh_text(const RemeshReport& remesh) {
   if (remesh.volume_error_uncompensated) {
     text += fmt::format("; volume changed by {:.2g} without compensation", *remesh.volume_error_uncompensated);
   }
-  return text + (remesh.complete ? "\n" : "; stopped at a limit: some edges are still above the targets\n");
+  return text + (remesh.complete
+                     ? "\n"
+                     : "; stopped at a limit: edges are above the targets, or triangles too thin to improve\n");
 }
 
 std::string summary(const DeformOptions& options, const Target& target, const Report& report) {

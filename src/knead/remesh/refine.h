@@ -20,8 +20,8 @@ class Refinement {
   Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
              std::size_t outside = 0, const Progress* progress = nullptr);
 
-  // Splits edges until all meet the targets, or a limit on rounds is reached. Returns true if all do. Throws RemeshLimit
-  // before a round if that would exceed the limits on vertices or work, or if all rounds probably would.
+  // Splits edges until all meet the targets, or a limit on rounds is reached. Returns true if all do. Throws
+  // RemeshLimit before a round if that would exceed the limits on vertices or work, or if all rounds probably would.
   bool refine();
 
   // Splits the edges of these faces once, whatever their length, then continues as refine(), but stops at the limits.
@@ -69,10 +69,10 @@ class Refinement {
   RemeshTargets targets_;
   bool whole_ = false;
   const Progress* progress_ = nullptr;
-  double shortest_ = 0;  // edges shorter than twice this length are not split
-  double outside_ = 0;           // vertices of the mesh outside the surface
-  bool may_refuse_ = true;       // else stops at the limits
-  double carried_ = 0;           // middles
+  double shortest_ = 0;     // edges shorter than twice this length are not split
+  double outside_ = 0;      // vertices of the mesh outside the surface
+  bool may_refuse_ = true;  // else stops at the limits
+  double carried_ = 0;      // middles
   std::vector<Vec3d> deviation_;
   std::vector<std::uint32_t> uncarried_;  // edges whose middle has not been moved yet
   std::vector<std::uint32_t> untested_;   // edges whose middle has been moved, not yet compared with the targets

@@ -13,7 +13,8 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr double kEstimateSlack = 4;    // the estimate may be so many times too high where edges bend at one place only
-constexpr double kFigureShare = 0.5;    // of the room: what the estimate may fill with the settings of a message
+constexpr double kFigureShare = 0.2;    // of the room: what the estimate may fill with the settings of a message
+constexpr double kFigureFactor = 4;     // the estimate grows while edges are split
 constexpr double kPointsPerVertex = 4;  // a split makes so many edges, whose middles are then carried
 constexpr double kFigureStep = 2;
 constexpr int kMostSteps = 60;
@@ -98,8 +99,8 @@ void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) con
     text += fmt::format(", more than \"max_vertices\" ({}) allows", targets_.max_vertices);
   }
   text += settings.empty() ? "; deform less" : "; use a " + settings;
-  if (2 * figure <= static_cast<double>(kMostVertices)) {
-    text += fmt::format(", or \"max_vertices\": {:.0f}", std::ceil(2 * figure));
+  if (kFigureFactor * figure <= static_cast<double>(kMostVertices)) {
+    text += fmt::format(", or \"max_vertices\": {:.0f}", std::ceil(kFigureFactor * figure));
   }
   throw RemeshLimit(text);
 }

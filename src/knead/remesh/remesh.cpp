@@ -25,7 +25,7 @@ constexpr int kMostUntanglings = 4;
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
 constexpr int kMostAttempts = 5;          // attempts to improve without new crossings
-constexpr std::size_t kManyThin = 50'000;  // triangles with an angle below 3 degrees
+constexpr std::size_t kManyThin = 2000;   // triangles with an angle below 3 degrees
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
 class Remesher {

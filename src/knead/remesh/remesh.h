@@ -64,8 +64,8 @@ inline constexpr std::size_t kDefaultGrowth = 50;  // max_vertices is so many ti
 inline constexpr std::size_t kDefaultMaxVertices = 2'000'000;
 
 // Returns the targets for a shape. By default max_edge is twice the 95th percentile of its edge lengths, and min_edge a
-// quarter of its mean edge (at most a quarter of max_edge). By default max_vertices is kDefaultGrowth times the number of
-// its vertices, and at least kDefaultMaxVertices. Throws InvalidInput if validate() does.
+// quarter of its mean edge (at most a quarter of max_edge). By default max_vertices is kDefaultGrowth times the number
+// of its vertices, and at least kDefaultMaxVertices. Throws InvalidInput if validate() does.
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh);
 // Throws InvalidInput for a setting out of range, or min_edge above half of max_edge. The message begins with the key
 // in quotes.

@@ -24,6 +24,15 @@ TEST(RemeshSettings, DefaultsFollowTheShapesSize) {
   EXPECT_NEAR(larger.min_edge / targets.min_edge, 1000, 1e-9);
 }
 
+TEST(RemeshSettings, VerticesMayGrowFiftyfoldAndToTwoMillion) {
+  EXPECT_EQ(resolve({}, make_shape(ShapeKind::sphere, 642)).max_vertices, 2'000'000U);
+  const Mesh fine = make_shape(ShapeKind::sphere, 60'000);
+  EXPECT_EQ(resolve({}, fine).max_vertices, 50 * fine.vertex_count());
+  RemeshSettings settings;
+  settings.max_vertices = 700;
+  EXPECT_EQ(resolve(settings, fine).max_vertices, 700U);
+}
+
 TEST(RemeshSettings, WhatIsGivenIsTaken) {
   RemeshSettings settings;
   settings.max_edge = 0.5;
@@ -53,6 +62,12 @@ TEST(RemeshSettings, WhatIsOutOfRangeIsRefusedByName) {
   settings = {};
   settings.max_angle_deg = 181;
   refuses(settings, "max_angle_deg");
+  settings = {};
+  settings.max_vertices = 0;
+  refuses(settings, "max_vertices");
+  settings = {};
+  settings.max_vertices = kMostVertices + 1;
+  refuses(settings, "max_vertices");
   settings = {};
   settings.max_chord = 1;
   refuses(settings, "max_chord");
