@@ -1,5 +1,6 @@
 // knead deform --remesh, --check and --require, and knead remesh.
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -59,6 +60,17 @@ TEST_F(RemeshTest, WithoutItVerticesAndFacesStay) {
   const json report = deform({});
   EXPECT_FALSE(report.contains("remesh"));
   EXPECT_TRUE(mesh("b.ply").corner_vertex == mesh("a.ply").corner_vertex);
+}
+
+TEST_F(RemeshTest, MoreVerticesThanAllowedAreRefusedWithWhatWouldDo) {
+  const Words words{"deform",     "a.ply", "two.knead",      "-o",  "b.ply", "-q",
+                    "--max-edge", "0.01",  "--max-vertices", "5000"};
+  expect_error(knead(words), 4, "two.knead:");
+  expect_error(knead(words), 4, "\"max_edge\" of ");
+  EXPECT_FALSE(std::filesystem::exists(path("b.ply")));
+  expect_error(knead({"remesh", "a.ply", "-o", "c.ply", "--max-edge", "0.01", "--max-vertices", "700"}), 4,
+               "\"max_vertices\" (700)");
+  expect_error(knead({"deform", "a.ply", "two.knead", "-o", "b.ply", "--max-vertices", "0"}), 2, "--max-vertices");
 }
 
 TEST_F(RemeshTest, EveryOptionImpliesItAndDoesWhatItSays) {

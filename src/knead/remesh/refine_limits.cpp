@@ -73,12 +73,12 @@ std::string Refinement::remedy(std::span<const std::uint32_t> edges, double most
   double slack = 1;
   for (int step = 0; step < kMostSteps; ++step) {
     slack *= kFigureStep;
-    const std::string edge = fmt::format("\"max_edge\" of {:.2g} or more", slack * targets_.max_edge);
+    std::string edge = fmt::format("\"max_edge\" of {:.2g} or more", slack * targets_.max_edge);
     const double longer = slack * slack * targets_.max_chord / targets_.diagonal;
-    const std::string chord = fmt::format("\"max_chord\" of {:.2g} or more", longer);
+    std::string chord = fmt::format("\"max_chord\" of {:.2g} or more", longer);
     if (estimate(edges, {slack, 1}) <= most) return edge;
     if (longer < 1 && estimate(edges, {1, slack * slack}) <= most) return chord;
-    if (longer < 1 && estimate(edges, {slack, slack * slack}) <= most) return edge + " with " + chord;
+    if (longer < 1 && estimate(edges, {slack, slack * slack}) <= most) return fmt::format("{} with {}", edge, chord);
   }
   return {};
 }
@@ -88,7 +88,8 @@ void Refinement::refuse(std::span<const std::uint32_t> edges, double needed) con
   const bool is_work = static_cast<double>(targets_.max_vertices) - outside_ > room();
   const std::string settings = remedy(edges, std::max(kFigureShare * room(), now + 1));
   double figure = std::max(needed, now + static_cast<double>(edges.size()));
-  std::string text = fmt::format("the mesh needs about {:.2g} vertices to follow this stroke", outside_ + figure);
+  std::string text = fmt::format("the mesh needs about {:.2g} vertices", outside_ + figure);
+  if (!whole_) text += " to follow this stroke";
   if (is_work) {
     const double left = std::max(0.0, points_left());
     figure = static_cast<double>(targets_.max_vertices) * (carried_ + kPointsPerVertex * figure) /
