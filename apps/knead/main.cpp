@@ -1,5 +1,8 @@
 // The command `knead`: reads the command line, runs one subcommand, and turns every failure into one line and an exit
 // code.
+#include <sys/resource.h>
+
+#include <fmt/format.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
@@ -148,6 +151,15 @@ int run(int argc, char** argv) {
   return run_subcommand(*std::ranges::find(subcommands, chosen, &Subcommand::name));
 }
 
+// With less, the main thread or those of the library end in a segmentation fault; 96 KiB were enough.
+void require_stack() {
+  constexpr rlim_t least = 256 << 10;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_STACK, &limit) != 0 || limit.rlim_cur >= least) return;
+  throw std::runtime_error(fmt::format("the stack is limited to {} KiB; allow at least {}: ulimit -s {}",
+                                       limit.rlim_cur >> 10, least >> 10, 8192));
+}
+
 }  // namespace
 }  // namespace knead::command
 
@@ -157,6 +169,7 @@ int main(int argc, char** argv) {
     std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an output that cannot be written
     std::signal(SIGXFSZ, SIG_IGN);  // and so is a file beyond the limit on its size
     handle_interruptions();
+    require_stack();
     return run(argc, argv);
   } catch (const knead::IoError& error) {
     print_message(error.what());

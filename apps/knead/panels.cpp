@@ -116,9 +116,9 @@ std::vector<render::DrawnTool> tools_at(const PanelOptions& options, const std::
   return {{stroke.flow, stroke.stamp, segments_at(stroke, moment)}};
 }
 
-ShapeFile read_noted(const std::string& path, bool quiet) {
-  ShapeFile file = read_shape(path);
-  if (!quiet) {
+ShapeFile read_noted(const PanelOptions& options, const std::string& path) {
+  ShapeFile file = read_shape_or_stream(path, options.format);
+  if (!options.quiet) {
     for (const std::string& note : file.notes) print_message(fmt::format("note: {}: {}", path, note));
   }
   return file;
@@ -126,12 +126,12 @@ ShapeFile read_noted(const std::string& path, bool quiet) {
 
 std::vector<Panel> panels_of_shapes(const PanelOptions& options) {
   std::vector<Panel> panels;
-  for (const std::string& path : options.shapes) panels.push_back({read_noted(path, options.quiet).mesh, {}});
+  for (const std::string& path : options.shapes) panels.push_back({read_noted(options, path).mesh, {}});
   return panels;
 }
 
 std::vector<Panel> panels_of_session(const PanelOptions& options, const Session& session) {
-  Inputs inputs{read_noted(options.shapes.front(), options.quiet), session};
+  Inputs inputs{read_noted(options, options.shapes.front()), session};
   const std::vector<PlayedStroke> played = play(inputs, options.quiet);
   // A stroke is remeshed once, not after each of the parts that it resolves to; a relax resolves to nothing.
   const bool remeshed = std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
@@ -153,7 +153,7 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   }
   if (panels.empty()) panels.push_back({inputs.shape.mesh, {}});
   for (std::size_t i = 1; i < options.shapes.size(); ++i) {
-    panels.push_back({read_noted(options.shapes[i], options.quiet).mesh, {}});
+    panels.push_back({read_noted(options, options.shapes[i]).mesh, {}});
   }
   if (options.tools == ToolPanels::first) panels.front().tools = all_tools(options, played);
   return panels;
@@ -162,6 +162,9 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
 }  // namespace
 
 void check_usage(const PanelOptions& options) {
+  if (std::ranges::count_if(options.shapes, is_stream) > 1) {
+    throw UsageError("only one shape can be -: standard input is read once");
+  }
   if (options.session.empty()) {
     if (options.stroke) throw UsageError("--stroke: needs --session to know the strokes");
     if (!options.moments.empty()) throw UsageError("--until: needs --session to know the strokes");

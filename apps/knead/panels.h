@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "picture.h"
+#include "streams.h"
 
 namespace knead::command {
 
@@ -15,7 +16,8 @@ namespace knead::command {
 enum class ToolPanels { first, each, none };
 
 struct PanelOptions {
-  std::vector<std::string> shapes;    // files, at least one
+  std::vector<std::string> shapes;    // files or `-`, at least one
+  StreamFormat format;                // of the one that is `-`
   std::string session;                // file; empty: no tools
   std::optional<std::size_t> stroke;  // only this one's tool, counted from 1
   std::vector<double> moments;        // of the session, in strokes; empty: the shapes as they are

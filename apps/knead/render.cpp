@@ -218,6 +218,7 @@ std::string draw_watched(const PictureRequest& request, bool quiet) {
 void run_render(RenderOptions options) {
   options.panels = panel_options(options);
   PictureRequest request = picture_request(options);
+  check_streams(options.panels.shapes, options.panels.format);
   require_renderer();
   require_writable(options.output);
   request.panels = make_panels(options.panels);
@@ -267,6 +268,7 @@ std::vector<Option> describe(RenderOptions& options) {
       {"--same-scale", &options.same_scale,
        "Centre each shape in its own panel, all at one scale; without this, all panels share one camera"},
   };
+  add_format_option(result, options.panels.format);
   add_common_options(result, options.common);
   return result;
 }

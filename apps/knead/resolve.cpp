@@ -32,9 +32,13 @@ void require_flows(const Session& session) {
 }
 
 void run_resolve(const ResolveOptions& options) {
-  constexpr std::string_view extensions[] = {"knead"};
-  require_extension(options.output, extensions);
-  require_writable(options.output);
+  const bool to_output = is_stream(options.output);
+  require_free_output(options.output, options.common.json, "--json");
+  if (!to_output) {
+    constexpr std::string_view extensions[] = {"knead"};
+    require_extension(options.output, extensions);
+    require_writable(options.output);
+  }
   check_streams({options.shape}, options.format);
   const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet);
   require_flows(inputs.session);
@@ -42,6 +46,7 @@ void run_resolve(const ResolveOptions& options) {
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;
+  if (to_output) return print(serialize_session(resolved));
   end_after_last_output(options.common.json);
   write_file_atomically(options.output, serialize_session(resolved));
   if (options.common.json) {
@@ -60,7 +65,8 @@ Subcommand resolve_command() {
   std::vector<Option> described{
       {"SHAPE", &options->shape, "The shape that the session was made for", "", OptionKind::required},
       {"SESSION", &options->session, "The strokes: a .knead file", "", OptionKind::required},
-      {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
+      {"-o,--output", &options->output, "The .knead file to write, or - for standard output", "FILE",
+       OptionKind::required},
   };
   add_format_option(described, options->format);
   add_common_options(described, options->common);

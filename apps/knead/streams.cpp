@@ -51,7 +51,7 @@ void check_streams(const std::vector<std::string>& paths, const StreamFormat& fo
 void require_free_output(const std::string& output, bool asked, std::string_view option) {
   if (!asked || !is_stream(output)) return;
   throw UsageError(
-      fmt::format("{}: standard output takes the shape (--output -); write one of them to a file", option));
+      fmt::format("{}: standard output takes the result (--output -); write one of them to a file", option));
 }
 
 ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format) {

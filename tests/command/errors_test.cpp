@@ -202,6 +202,16 @@ TEST_F(ErrorsTest, FilesBeyondTheLimitOfTheProcess) {
   EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
 }
 
+TEST_F(ErrorsTest, AStackThatIsTooSmall) {
+  rlimit old{};
+  ASSERT_EQ(::getrlimit(RLIMIT_STACK, &old), 0);
+  const rlimit small{64 << 10, old.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_STACK, &small), 0);  // the command inherits it
+  const Outcome outcome = knead({"deform", "a.ply", "s.knead", "-q", "-o", "b.ply"});
+  ASSERT_EQ(::setrlimit(RLIMIT_STACK, &old), 0);
+  expect_error(outcome, 1, "knead: the stack is limited to 64 KiB; allow at least 256: ulimit -s 8192");
+}
+
 TEST_F(ErrorsTest, FullOrClosedStandardOutput) {
   RunOptions full;
   full.stdout_path = "/dev/full";

@@ -40,6 +40,8 @@ TEST_F(StreamsTest, OtherSubcommands) {
   EXPECT_EQ(info, knead_ok({"info", "a.ply", "--json"}));
   EXPECT_EQ(piped({"check", "-", "--format", "ply", "--require", "closed", "-q"}, "a.ply").exit_code, 0);
   EXPECT_EQ(piped({"resolve", "-", "s.knead", "--format", "ply", "-o", "r.knead", "-q"}, "a.ply").exit_code, 0);
+  EXPECT_EQ(knead_ok({"resolve", "a.ply", "s.knead", "-o", "-"}), read("r.knead"));
+  EXPECT_EQ(piped({"render", "-", "--format", "obj", "-o", "r.png", "-q"}, "a.ply").exit_code, 3) << "a PLY file";
   knead_ok({"remesh", "a.ply", "-o", "fine.ply", "-q"});
   EXPECT_EQ(piped({"remesh", "-", "--format", "ply", "-o", "-"}, "a.ply").out, read("fine.ply"));
 }
@@ -48,9 +50,11 @@ TEST_F(StreamsTest, WhatIsRefused) {
   const std::vector<std::pair<Words, std::string>> wrong{
       {{"info", "-"}, "add --format"},
       {{"info", "a.ply", "--format", "ply"}, "no file is -"},
+      {{"resolve", "a.ply", "s.knead", "-o", "-", "--json"}, "standard output takes the result"},
+      {{"render", "-", "-", "--format", "ply", "-o", "a.png"}, "only one shape can be -"},
       {{"info", "-", "--format", "step"}, "no such format"},
-      {{"deform", "a.ply", "s.knead", "-o", "-", "--format", "ply", "--json"}, "standard output takes the shape"},
-      {{"deform", "a.ply", "s.knead", "-o", "-", "--format", "ply", "--report", "-"}, "takes the shape"},
+      {{"deform", "a.ply", "s.knead", "-o", "-", "--format", "ply", "--json"}, "standard output takes the result"},
+      {{"deform", "a.ply", "s.knead", "-o", "-", "--format", "ply", "--report", "-"}, "takes the result"},
       {{"deform", "a.ply", "s.knead", "-o", "b.ply", "--threads", "100000"}, "give 1 to 1024"},
       {{"remesh", "a.ply", "-o", "b.ply", "--threads", "1025"}, "give 1 to 1024"},
       {{"deform", "a.ply", "s.knead", "-o", "b.ply", "--digits", "many"}, "auto, shortest, or a number"},
