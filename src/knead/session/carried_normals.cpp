@@ -27,20 +27,33 @@ CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d
   return carried;
 }
 
-std::vector<Vec3d> turned_normals(const CarriedNormals& carried) {
+namespace {
+
+// Of the k-th vertex that has points.
+Vec3d turned(const CarriedNormals& carried, std::size_t k) {
   constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches so much over so little
+  const Vec3d& normal = carried.normals[carried.vertex[k]];
+  const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
+  if (std::equal(now.begin(), now.end(), carried.begin.begin() + static_cast<std::ptrdiff_t>(4 * k))) return normal;
+  const Vec3d a = (now[0] - now[1]) / (2 * carried.reach);
+  const Vec3d b = (now[2] - now[3]) / (2 * carried.reach);
+  const Vec3d n = cross(a, b);
+  if (!(norm(n) > 0) || norm(a) > torn || norm(b) > torn) return normal;
+  return n * (norm(normal) / norm(n));
+}
+
+}  // namespace
+
+std::vector<Vec3d> turned_normals(const CarriedNormals& carried) {
   std::vector<Vec3d> result = carried.normals;
-  for (std::size_t k = 0; k < carried.vertex.size(); ++k) {
-    const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
-    if (std::equal(now.begin(), now.end(), carried.begin.begin() + static_cast<std::ptrdiff_t>(4 * k))) continue;
-    const Vec3d a = (now[0] - now[1]) / (2 * carried.reach);
-    const Vec3d b = (now[2] - now[3]) / (2 * carried.reach);
-    const Vec3d n = cross(a, b);
-    if (!(norm(n) > 0) || norm(a) > torn || norm(b) > torn) continue;
-    Vec3d& normal = result[carried.vertex[k]];
-    normal = n * (norm(normal) / norm(n));
-  }
+  for (std::size_t k = 0; k < carried.vertex.size(); ++k) result[carried.vertex[k]] = turned(carried, k);
   return result;
+}
+
+Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex) {
+  const auto found = std::lower_bound(carried.vertex.begin(), carried.vertex.end(), vertex);
+  if (found == carried.vertex.end() || *found != vertex) return carried.normals[vertex];
+  return turned(carried, static_cast<std::size_t>(found - carried.vertex.begin()));
 }
 
 }  // namespace knead::session_detail

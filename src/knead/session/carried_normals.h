@@ -19,4 +19,7 @@ CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d
 // move, or were torn apart (at the wall of a barrel).
 std::vector<Vec3d> turned_normals(const CarriedNormals& carried);
 
+// The same of one vertex.
+Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex);
+
 }  // namespace knead::session_detail

@@ -117,6 +117,8 @@ std::vector<Vec3d> DeformedShape::normals() const {
   return normals_ ? session_detail::turned_normals(*normals_) : std::vector<Vec3d>{};
 }
 
+Vec3d DeformedShape::normal(std::uint32_t vertex) const { return session_detail::turned_normal(*normals_, vertex); }
+
 Mesh DeformedShape::to_mesh() const {
   Mesh result = *mesh_;
   result.positions = positions_;

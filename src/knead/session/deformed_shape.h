@@ -188,6 +188,8 @@ class DeformedShape {
   const Mesh& mesh() const { return *mesh_; }  // faces and attributes, with positions from when the faces were made
   Mesh to_mesh() const;                        // the mesh with the positions
   std::vector<Vec3d> normals() const;          // as many as were given; for a remeshed shape one for each vertex
+  // Returns one of them, without computing the others. The shape must carry normals.
+  Vec3d normal(std::uint32_t vertex) const;
   // Returns whether the shape carries normals.
   bool has_normals() const { return normals_.has_value(); }
   std::span<const Triangle> triangles() const;  // a polygon is always cut in the same way

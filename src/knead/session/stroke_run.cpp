@@ -85,7 +85,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   LiveSurface surface;
   surface.positions = shape.positions();
   surface.triangles = shape.triangles();
-  if (shape.has_normals()) surface.normals = [&] { return shape.normals(); };
+  if (shape.has_normals()) surface.normal = [&](std::uint32_t vertex) { return shape.normal(vertex); };
   surface.apply = [&](const Stroke& part) {
     Flow flow = masked(flow_of(part), shape.mask());
     stroke.barrel = barrel_of(part);

@@ -1,9 +1,9 @@
 // A surface that a stroke reads and moves at the same time.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <span>
-#include <vector>
 
 #include "knead/mesh/triangulate.h"
 #include "knead/tool/stroke.h"
@@ -12,10 +12,11 @@ namespace knead {
 
 // The current positions and triangles of a shape, and how to move them.
 struct LiveSurface {
-  std::span<const Vec3d> positions;             // the current ones: apply moves them in place
-  std::span<const Triangle> triangles;          // empty: a point cloud
-  std::function<std::vector<Vec3d>()> normals;  // returns the current normals of a point cloud; null: there are none
-  std::function<bool(const Stroke&)> apply;     // applies a stroke that reads no surface; false: stop
+  std::span<const Vec3d> positions;     // the current ones: apply moves them in place
+  std::span<const Triangle> triangles;  // empty: a point cloud
+  // Returns the current normal of a point of a cloud; null: there are none.
+  std::function<Vec3d(std::uint32_t)> normal;
+  std::function<bool(const Stroke&)> apply;  // applies a stroke that reads no surface; false: stop
 };
 
 }  // namespace knead

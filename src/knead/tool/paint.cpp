@@ -39,7 +39,7 @@ PaintDabs paint_dabs(const PaintStroke& stroke) {
 }
 
 void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
-  if (surface.triangles.empty() && !surface.normals) {
+  if (surface.triangles.empty() && !surface.normal) {
     throw InvalidInput(
         "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
   }

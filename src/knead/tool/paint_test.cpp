@@ -22,11 +22,11 @@ struct Canvas {
   std::vector<Triangle> triangles;
   std::vector<PaintStroke> dabs;
 
-  void paint(const PaintStroke& stroke, bool as_cloud = false, std::function<std::vector<Vec3d>()> normals = {}) {
+  void paint(const PaintStroke& stroke, bool as_cloud = false, std::function<Vec3d(std::uint32_t)> normal = {}) {
     LiveSurface surface;
     surface.positions = positions;
     if (!as_cloud) surface.triangles = triangles;
-    surface.normals = std::move(normals);
+    surface.normal = std::move(normal);
     surface.apply = [&](const Stroke& dab) {
       dabs.push_back(std::get<PaintStroke>(dab));
       AdvectOptions options;
@@ -175,7 +175,7 @@ TEST(Paint, ACloudWithNormalsIsPaintedAsItsSurface) {
   Canvas surface = canvas_of(mesh);
   surface.paint(stroke);
   Canvas cloud = canvas_of(mesh);
-  cloud.paint(stroke, true, [&] { return vertex_normals(mesh, cloud.positions); });
+  cloud.paint(stroke, true, [&](std::uint32_t v) { return vertex_normals(mesh, cloud.positions)[v]; });
   EXPECT_LT(greatest_distance(surface.positions, cloud.positions), 0.1 * stroke.depth);
 }
 
@@ -186,7 +186,7 @@ TEST(Paint, RefusesWhatHasNoNormal) {
   stroke.path = winding(20);
   Canvas canvas = sphere(500);
   EXPECT_THROW(canvas.paint(stroke, true), InvalidInput);
-  EXPECT_THROW(canvas.paint(stroke, true, [&] { return std::vector<Vec3d>(canvas.positions.size()); }), InvalidInput);
+  EXPECT_THROW(canvas.paint(stroke, true, [](std::uint32_t /*vertex*/) { return Vec3d{}; }), InvalidInput);
   stroke.outer = 1e-9;
   EXPECT_THROW(paint_dabs(stroke), InvalidInput);
 }

@@ -20,15 +20,20 @@ struct Neighbour {
   }
 };
 
+// For the tree: each point by itself.
+std::vector<Triangle> as_triangles(std::size_t points) {
+  std::vector<Triangle> triangles;
+  for (std::uint32_t i = 0; i < points; ++i) triangles.push_back({i, i, i});
+  return triangles;
+}
+
 // The nearest points to p, nearest first; equally near ones by number.
-std::vector<Neighbour> nearest_points(std::span<const Vec3d> points, const Vec3d& p) {
+std::vector<Neighbour> nearest_points(const SurfaceTree& tree, std::span<const Vec3d> points, const Vec3d& p) {
   std::vector<Neighbour> nearest;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Neighbour candidate{norm2(points[i] - p), static_cast<std::uint32_t>(i)};
-    if (nearest.size() == kNeighbours && !(candidate < nearest.back())) continue;
-    if (nearest.size() == kNeighbours) nearest.pop_back();
-    nearest.insert(std::upper_bound(nearest.begin(), nearest.end(), candidate), candidate);
+  for (const SurfacePoint& found : tree.nearest(p, kNeighbours)) {
+    nearest.push_back({norm2(points[found.triangle] - p), found.triangle});
   }
+  std::sort(nearest.begin(), nearest.end());
   return nearest;
 }
 
@@ -40,9 +45,11 @@ std::optional<Vec3d> unit_or_nothing(const Vec3d& v) {
 
 }  // namespace
 
-SurfaceFinder::SurfaceFinder(const LiveSurface& surface) : surface_(surface) {
+SurfaceFinder::SurfaceFinder(const LiveSurface& surface)
+    : surface_(surface),
+      tree_(surface.triangles.empty() ? SurfaceTree(as_triangles(surface.positions.size()), surface.positions)
+                                      : SurfaceTree(surface.triangles, surface.positions)) {
   if (surface.triangles.empty()) return;
-  tree_.emplace(surface.triangles, surface.positions);
   first_.assign(surface.positions.size() + 1, 0);
   for (const Triangle& triangle : surface.triangles) {
     for (const std::uint32_t v : triangle) ++first_[v + 1];
@@ -56,16 +63,16 @@ SurfaceFinder::SurfaceFinder(const LiveSurface& surface) : surface_(surface) {
 }
 
 std::optional<PaintSample> SurfaceFinder::closest(const Vec3d& p) const {
-  return tree_ ? closest_on_triangles(p) : closest_in_cloud(p);
+  return surface_.triangles.empty() ? closest_in_cloud(p) : closest_on_triangles(p);
 }
 
 void SurfaceFinder::follow(const Vec3d& p, double radius) {
   const Vec3d corner{radius, radius, radius};
-  if (tree_) tree_->refit(surface_.positions, {p - corner, p + corner});
+  tree_.refit(surface_.positions, {p - corner, p + corner});
 }
 
 std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) const {
-  const auto found = tree_->closest(p);
+  const auto found = tree_.closest(p);
   if (!found) return std::nullopt;
   const Triangle& triangle = surface_.triangles[found->triangle];
   Vec3d sum{0, 0, 0};
@@ -76,18 +83,18 @@ std::optional<PaintSample> SurfaceFinder::closest_on_triangles(const Vec3d& p) c
 }
 
 std::optional<PaintSample> SurfaceFinder::closest_in_cloud(const Vec3d& p) const {
-  if (!surface_.normals || surface_.positions.empty()) return std::nullopt;
-  const std::vector<Vec3d> normals = surface_.normals();
-  const Vec3d q = surface_.positions[nearest_points(surface_.positions, p).front().point];
-  const std::vector<Neighbour> near = nearest_points(surface_.positions, q);
+  if (!surface_.normal || surface_.positions.empty()) return std::nullopt;
+  const Vec3d q = surface_.positions[nearest_points(tree_, surface_.positions, p).front().point];
+  const std::vector<Neighbour> near = nearest_points(tree_, surface_.positions, q);
   const double reach2 = near.back().square > 0 ? near.back().square : 1;
   Vec3d normal_sum{0, 0, 0};
   Vec3d offset_sum{0, 0, 0};
   double weight_sum = 0;
   for (const Neighbour& neighbour : near) {
     const double weight = std::max(1 - neighbour.square / reach2, 0.0);
-    if (!unit_or_nothing(normals[neighbour.point])) continue;
-    normal_sum += *unit_or_nothing(normals[neighbour.point]) * (weight * weight);
+    const std::optional<Vec3d> own = unit_or_nothing(surface_.normal(neighbour.point));
+    if (!own) continue;
+    normal_sum += *own * (weight * weight);
     offset_sum += (surface_.positions[neighbour.point] - q) * (weight * weight);
     weight_sum += weight * weight;
   }

@@ -17,7 +17,7 @@ class SurfaceFinder {
 
   // The closest point of the surface and the unit normal there: of triangles, interpolated from the angle-weighted
   // normals of the vertices (Thurmer and Wuthrich 1998); of a point cloud, the weighted mean of the nearest points and
-  // normals. Nothing where there is no such normal. Time for a point cloud: linear in its size.
+  // normals. Nothing where there is no such normal.
   std::optional<PaintSample> closest(const Vec3d& p) const;
 
   // Follows a motion of the surface in which only vertices within `radius` of p have moved.
@@ -29,7 +29,7 @@ class SurfaceFinder {
   Vec3d vertex_normal(std::uint32_t vertex) const;
 
   const LiveSurface& surface_;
-  std::optional<SurfaceTree> tree_;
+  SurfaceTree tree_;                   // of a point cloud, its points
   std::vector<std::uint32_t> first_;   // of each vertex, in around_
   std::vector<std::uint32_t> around_;  // the triangles at each vertex
 };
