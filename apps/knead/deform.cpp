@@ -196,11 +196,11 @@ void run_deform(const DeformOptions& options) {
   const Inputs inputs = read_deform_inputs(options, replay, target);
   seconds.read = total.seconds();
 
-  replay.remesh.single_precision = replay.motion.precision == Precision::float32 ||
-                                   stores_floats(format_path(target.path(0), options.format), inputs.shape);
   if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
   replay.remesh.face_labels = face_labels(inputs.shape);
   const WriteOptions write_options = write_options_for(options, digits, inputs.shape, target);
+  replay.remesh.single_precision =
+      stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
     if (frame.index + 1 == target.count()) end_after_last_shape(target.last_path(), says_more(options));

@@ -73,6 +73,24 @@ TEST_F(RemeshTest, MoreVerticesThanAllowedAreRefusedWithWhatWouldDo) {
   expect_error(knead({"deform", "a.ply", "two.knead", "-o", "b.ply", "--max-vertices", "0"}), 2, "--max-vertices");
 }
 
+// Floats are half a unit apart there, so the triangles cross when rounded to them; a double PLY file is not rounded.
+TEST_F(RemeshTest, TheCertificateJudgesTheNumbersThatAreWritten) {
+  Mesh far = mesh("a.ply");
+  for (Vec3d& p : far.positions) p += Vec3d{4.5e5, 5.4e6, 300};
+  write("far.ply", serialize_mesh("ply", far, {.double_coordinates = true}));
+  write("far.knead",
+        "{\"knead\": 1}\n{\"tool\": \"implicit\", \"inner\": 0.2, \"outer\": 0.6, "
+        "\"path\": [[450000, 5400000, 301], [450000.2, 5400000, 301.3]]}\n");
+  const Words words{"deform", "far.ply", "far.knead", "--remesh", "-q", "--require", "crossings=0", "-o"};
+  Words as_double = words;
+  as_double.push_back("moved.ply");
+  knead_ok(as_double);
+  knead_ok({"check", "moved.ply", "--require", "no-self-intersections"});
+  Words as_float = words;
+  as_float.push_back("moved.stl");
+  expect_error(knead(as_float), 4, "cross");
+}
+
 TEST_F(RemeshTest, EveryOptionImpliesItAndDoesWhatItSays) {
   const std::size_t standard = deform({"--remesh"})["vertices"];
   EXPECT_GT(deform({"--max-edge", "0.05"})["vertices"], standard);

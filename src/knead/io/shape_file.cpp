@@ -200,4 +200,10 @@ bool stores_floats(const std::filesystem::path& path, const ShapeFile& source) {
   return format.name == source.format ? format.rewrites_floats(source) : format.generates_floats;
 }
 
+bool stores_floats(const std::filesystem::path& path, const ShapeFile& source, const WriteOptions& options) {
+  if (stores_floats(path, source)) return true;
+  const Format& format = format_named(format_of(path), path.string());
+  return format.name == source.format && format.reads_floats(source) && !options.double_coordinates;
+}
+
 }  // namespace knead

@@ -81,6 +81,9 @@ std::vector<std::string> conversion_losses(const std::filesystem::path& path, co
 // this path, whatever the options: as GLB, binary STL or binary OFF.
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source);
 
+// Returns true if they do so with these options.
+bool stores_floats(const std::filesystem::path& path, const ShapeFile& source, const WriteOptions& options);
+
 // Returns the most digits after the point that a coordinate of a text file has, those of a number with an exponent as
 // if it were written without; nothing for binary files. For WriteOptions::decimals.
 std::optional<int> decimals_of(const ShapeFile& source);
