@@ -36,7 +36,7 @@ struct MotionOptions {
 };
 
 // Returns the length that relative tolerances and distances refer to: the diagonal of the box of the positions, or 1
-// for a single point. Throws InvalidInput if a coordinate is above 1e18, or the shape is too small to compute with.
+// for a single point. Throws InvalidInput if a coordinate is above 1e18, or the shape is shorter than 1e-15.
 double reference_length(std::span<const Vec3d> positions);
 
 // Returns the options of advect() for a shape with this reference length. Throws InvalidInput if the tolerance is not

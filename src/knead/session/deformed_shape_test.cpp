@@ -6,6 +6,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
+#include "support/random_segments.h"
 
 namespace knead {
 namespace {
@@ -100,8 +101,8 @@ TEST(DeformedShape, SaysWhatItCannotTake) {
   EXPECT_EQ(refusal([&] { DeformedShape(ball(), motion); }), "the tolerance must be a number greater than 0, got 0");
   EXPECT_EQ(refusal([] { DeformedShape(ball(), {}, {std::nullopt, {1, 2}}); }), "give a label for each face");
   EXPECT_EQ(refusal([] { DeformedShape(ball(), {}, {}, {{0, 0, 1}}); }), "give a normal for each vertex");
-  for (const auto& [scale, reason] :
-       {std::pair{1e200, "too large"}, std::pair{1e39, "too large"}, std::pair{1e-200, "too small"}}) {
+  for (const auto& [scale, reason] : {std::pair{1e200, "too large"}, std::pair{1e39, "too large"},
+                                      std::pair{1e-200, "too small"}, std::pair{4e-16, "too small"}}) {
     Mesh mesh = *ball();
     for (Vec3d& p : mesh.positions) p = p * scale;
     const auto scaled = std::make_shared<const Mesh>(std::move(mesh));
@@ -111,6 +112,37 @@ TEST(DeformedShape, SaysWhatItCannotTake) {
   twist.radius = 0.5;
   DeformedShape shape(ball());
   EXPECT_TRUE(refusal([&] { shape.apply({twist}); }).find("would be torn") != std::string::npos);
+}
+
+// Down to the limit and up to it, a shape and its strokes are as small or large as the result.
+TEST(DeformedShape, SizeDoesNotMatter) {
+  const auto deformed = [](double scale) {
+    Mesh mesh = *ball();
+    for (Vec3d& p : mesh.positions) p = p * scale;
+    const auto scaled = [&](std::vector<Vec3d> points) {
+      for (Vec3d& p : points) p = p * scale;
+      return points;
+    };
+    PaintStroke groove;
+    groove.outer = 0.3 * scale;
+    groove.depth = 0.05 * scale;
+    groove.path = scaled({{0, 1.2, -0.1}, {0, 1.2, 0.1}});
+    const BendStroke bend{Vec3d{0, 0.2, 0} * scale, {1, 0, 0}, {0, 1, 0}, 20, BendWidth{0.8 * scale}};
+    DeformedShape shape(std::make_shared<const Mesh>(std::move(mesh)));
+    for (const Stroke& stroke :
+         {Stroke{ImplicitStroke{scaled({{1, 0, 0}, {1.5, 0, 0}}), 0.2 * scale, 0.7 * scale}}, Stroke{groove},
+          Stroke{RotateStroke{{}, {0, 1, 0}, 60, 0.2 * scale, 0.8 * scale}}, Stroke{bend}}) {
+      EXPECT_EQ(shape.apply({stroke}).status, AdvectStatus::done) << scale;
+    }
+    std::vector<Vec3d> result = shape.positions();
+    for (Vec3d& p : result) p = p * (1 / scale);
+    return result;
+  };
+  const std::vector<Vec3d> expected = deformed(1);
+  EXPECT_GT(test::greatest_distance(expected, ball()->positions), 0.3);
+  for (const double scale : {0x1p-50, 0x1p-30, 0x1p30, 0x1p58}) {
+    EXPECT_LT(test::greatest_distance(deformed(scale), expected), 5e-5) << scale;
+  }
 }
 
 TEST(DeformedShape, WithoutAMeshIsEmpty) {
