@@ -11,5 +11,5 @@ function(knead_test name)
   knead_configure(${name})
   # A quarter less time to compile than with -O3; what tests wait for is in the library.
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
-  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60)
+  gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${name})
 endfunction()

@@ -322,9 +322,11 @@ std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
   return shades;
 }
 
-render::LiveScene Overlay::scene(const Studio& studio) {
+namespace {
+
+// Nothing, seen and shaded as the person chose.
+render::LiveScene empty_scene(const Studio& studio) {
   const ViewSettings& view = studio.view();
-  const DocumentState& shown = studio.shown();
   render::LiveScene scene;
   scene.camera = studio.screen().camera;
   scene.material = view.look.material;
@@ -337,6 +339,15 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   scene.wireframe = view.wireframe;
   scene.show_stretch = view.stretch != StretchView::off && studio.settings().tool->use != ToolUse::handles;
   scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
+  return scene;
+}
+
+}  // namespace
+
+render::LiveScene Overlay::scene(const Studio& studio) {
+  const ViewSettings& view = studio.view();
+  const DocumentState& shown = studio.shown();
+  render::LiveScene scene = empty_scene(studio);
   if (shown.opened == 0) return scene;
   if (view.references) scene.images = placed_images(studio.references(), studio.navigation().view);
   const Box box = box_of(shown);
