@@ -54,7 +54,8 @@ struct RemeshTargets {
 // setting to change and a value that would do. The command ends with exit code 4.
 class RemeshLimit : public InvalidInput {
  public:
-  using InvalidInput::InvalidInput;
+  explicit RemeshLimit(const std::string& what) : InvalidInput(what) {}
+  RemeshLimit(const Place& place, const std::string& what) : InvalidInput(place, what) {}
 };
 
 inline constexpr double kDefaultMaxAngleDeg = 30;
