@@ -59,12 +59,12 @@ class Remesher {
   Surface& surface() { return patch_.surface; }
 
   // More steps are counted where crossings must be avoided: the fraction then begins again.
-  void begin_steps(std::uint64_t steps) {
+  void begin_steps(std::uint64_t steps) const {
     if (!counts_steps_) return;
     options_.progress->done = 0;
     options_.progress->total = steps;
   }
-  void end_step() {
+  void end_step() const {
     if (counts_steps_) ++options_.progress->done;
   }
 
