@@ -10,15 +10,6 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr FloatBox kEmpty{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 
-FloatBox join(const FloatBox& a, const FloatBox& b) {
-  FloatBox box;
-  for (std::size_t k = 0; k < 3; ++k) {
-    box.min[k] = std::min(a.min[k], b.min[k]);
-    box.max[k] = std::max(a.max[k], b.max[k]);
-  }
-  return box;
-}
-
 // The place of a box's centre on the Morton curve.
 std::uint64_t morton_code_of(const FloatBox& box) {
   std::array<float, 3> center{};
@@ -37,13 +28,36 @@ Box bounds_of(std::span<const Triangle> triangles, std::span<const Vec3d> positi
 
 }  // namespace
 
-FloatBox BoxTree::box_of(const Triangle& t, std::span<const Vec3d> positions) const {
+FloatBox BoxTree::box_of(const std::array<Vec3d, 3>& corners) const {
   FloatBox box = kEmpty;
-  for (const std::uint32_t v : t) {
-    const std::array<float, 3> p = to_unit_(positions[v]);
+  for (const Vec3d& corner : corners) {
+    const std::array<float, 3> p = to_unit_(corner);
     box = join(box, {p, p});
   }
   return box;
+}
+
+std::vector<std::uint32_t> BoxTree::places(std::size_t triangle_count) const {
+  std::vector<std::uint32_t> result(triangle_count, 0);
+  for (std::size_t place = 0; place < leaves_.size() * kLeafSize; ++place) {
+    const Leaf& leaf = leaves_[place / kLeafSize];
+    const std::size_t i = place % kLeafSize;
+    if (leaf.min[0][i] <= leaf.max[0][i]) result[leaf.triangle[i]] = static_cast<std::uint32_t>(place);
+  }
+  return result;
+}
+
+void BoxTree::widen(std::uint32_t place, const FloatBox& box) {
+  Leaf& leaf = leaves_[place / kLeafSize];
+  const std::size_t i = place % kLeafSize;
+  const FloatBox widened = join(box_in(leaf, i), box);
+  for (std::size_t k = 0; k < 3; ++k) {
+    leaf.min[k][i] = widened.min[k];
+    leaf.max[k][i] = widened.max[k];
+  }
+  for (std::size_t node = nodes_.size() / 2 + place / kLeafSize; node > 0 && !nodes_[node].holds(box); node /= 2) {
+    nodes_[node] = join(nodes_[node], box);
+  }
 }
 
 BoxTree::BoxTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions,

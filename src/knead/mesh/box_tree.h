@@ -28,7 +28,25 @@ struct FloatBox {
     }
     return all;
   }
+
+  bool holds(const FloatBox& b) const {
+    bool all = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      all &= min[k] <= b.min[k];
+      all &= b.max[k] <= max[k];
+    }
+    return all;
+  }
 };
+
+inline FloatBox join(const FloatBox& a, const FloatBox& b) {
+  FloatBox box;
+  for (std::size_t k = 0; k < 3; ++k) {
+    box.min[k] = std::min(a.min[k], b.min[k]);
+    box.max[k] = std::max(a.max[k], b.max[k]);
+  }
+  return box;
+}
 
 // A complete binary tree of boxes. Each leaf holds up to kLeafSize triangles; leaves are in the order of the Morton
 // curve. Its pairs are found in parts, so that several threads can share the work.
@@ -56,11 +74,18 @@ class BoxTree {
     }
   }
 
-  // Calls visit(u) for each member whose box overlaps that of another triangle, until visit returns false.
+  FloatBox box_of(const std::array<Vec3d, 3>& corners) const;
+
+  // Calls visit(u) for each member whose box overlaps the given one, until visit returns false.
   template <class Visit>
-  void for_each_overlap_with(const Triangle& t, std::span<const Vec3d> positions, Visit visit) const {
-    visit_below(1, box_of(t, positions), visit);
+  void for_each_overlap_with(const FloatBox& box, Visit visit) const {
+    visit_below(1, box, visit);
   }
+
+  // Returns the place of each member in the tree; 0 for the other triangles.
+  std::vector<std::uint32_t> places(std::size_t triangle_count) const;
+  // Widens the box of the member at a place, and all boxes around it, so that they hold another box.
+  void widen(std::uint32_t place, const FloatBox& box);
 
  private:
   // Boxes side by side; places without a triangle have an empty box.
@@ -75,7 +100,9 @@ class BoxTree {
     return {{leaf.min[0][i], leaf.min[1][i], leaf.min[2][i]}, {leaf.max[0][i], leaf.max[1][i], leaf.max[2][i]}};
   }
 
-  FloatBox box_of(const Triangle& t, std::span<const Vec3d> positions) const;
+  FloatBox box_of(const Triangle& t, std::span<const Vec3d> positions) const {
+    return box_of({positions[t[0]], positions[t[1]], positions[t[2]]});
+  }
   std::size_t leaves_in_part() const { return std::min<std::size_t>(nodes_.size() / 2, 256); }
   bool is_leaf(std::size_t node) const { return node >= nodes_.size() / 2; }
   const Leaf& leaf_of(std::size_t node) const { return leaves_[node - nodes_.size() / 2]; }

@@ -115,7 +115,7 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
     for (std::size_t i = begin; i < end && !findings.full(); ++i) {
       stop_if_cancelled(options.progress);
       const std::uint32_t t = sorted.others[i];
-      tree.for_each_overlap_with(triangles[t], points,
+      tree.for_each_overlap_with(tree.box_of(corners_of(triangles[t], points)),
                                  [&](std::uint32_t u) { return look_at(1 + begin / grain, t, u); });
     }
   });

@@ -87,8 +87,29 @@ bool separates(const Corners& t, const std::array<std::size_t, Edges>& edges, co
 constexpr std::array<std::size_t, 3> kAllEdges{0, 1, 2};
 constexpr std::array<std::size_t, 2> kEdgesAtCorner0{0, 2};
 
+// Returns true if the points surely lie on one side of the plane of t: where surfaces lie above each other, this
+// decides without exact signs. The bound is twice that of the rounding of all products, each at most
+// |e| |f| |p - t[0]| for two edges e and f.
+template <std::size_t Points>
+bool lie_beside(const Corners& t, const std::array<Vec3d, Points>& points) {
+  const Vec3d e = t[1] - t[0];
+  const Vec3d f = t[2] - t[0];
+  const Vec3d n = cross(e, f);
+  const double size2 = norm2(e) * norm2(f);
+  int above = 0;
+  int below = 0;
+  for (const Vec3d& p : points) {
+    const Vec3d d = p - t[0];
+    const double height = dot(n, d);
+    if (!(height * height > 0x1p-94 * size2 * norm2(d))) return false;
+    ++(height > 0 ? above : below);
+  }
+  return above == 0 || below == 0;
+}
+
 // Two triangles meet if and only if an edge of one meets the other.
 bool meet(const Corners& t, const Corners& u) {
+  if (lie_beside(t, u) || lie_beside(u, t)) return false;
   if (separates(t, kAllEdges, u) || separates(u, kAllEdges, t)) return false;
   const std::array<int, 3> u_sides = sides_of(t, u);
   if (all_positive(u_sides) || all_negative(u_sides)) return false;
@@ -99,6 +120,7 @@ bool meet(const Corners& t, const Corners& u) {
 
 // For triangles that share corner 0: returns true if the opposite edge of one meets the other.
 bool meet_beyond_corner(const Corners& t, const Corners& u) {
+  if (lie_beside(t, std::array{u[1], u[2]}) || lie_beside(u, std::array{t[1], t[2]})) return false;
   if (separates(t, kEdgesAtCorner0, std::array{u[1], u[2]}) || separates(u, kEdgesAtCorner0, std::array{t[1], t[2]})) {
     return false;  // on the line there is nothing of both but the corner
   }

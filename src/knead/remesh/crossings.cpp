@@ -1,6 +1,7 @@
 #include "knead/remesh/crossings.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "knead/math/box.h"
 #include "knead/mesh/self_intersections.h"
@@ -10,6 +11,12 @@ namespace knead::remesh_detail {
 namespace {
 
 Vec3d as_float(const Vec3d& p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
+
+// Coordinates too small for the predicates count as 0.
+Vec3d without_tiny(const Vec3d& p) {
+  const auto kept = [](double x) { return std::abs(x) < 0x1p-250 ? 0.0 : x; };
+  return {kept(p.x), kept(p.y), kept(p.z)};
+}
 
 bool overlap(const Box& a, const Box& b) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -35,11 +42,13 @@ Box search_box(const Surface& s) {
 
 CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads,
                                const Progress* progress)
-    : single_precision_(single_precision), threads_(threads), progress_(progress) {
+    : first_(static_cast<std::uint32_t>(patch.vertex_source.size())),
+      single_precision_(single_precision),
+      threads_(threads),
+      progress_(progress) {
   const Box box = search_box(patch.surface);
   std::vector<std::uint32_t> number(before.vertex_count(), kNone);
   for (std::uint32_t p = 0; p < patch.vertex_source.size(); ++p) number[patch.vertex_source[p]] = p;
-  const auto first = static_cast<std::uint32_t>(patch.vertex_source.size());
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < before.face_count(); ++f) {
     stop_if_cancelled(progress_);
@@ -52,7 +61,7 @@ CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool sing
       Triangle named{};
       for (std::size_t i = 0; i < 3; ++i) {
         if (number[t[i]] == kNone) {
-          number[t[i]] = first + static_cast<std::uint32_t>(outside_positions_.size());
+          number[t[i]] = first_ + static_cast<std::uint32_t>(outside_positions_.size());
           outside_positions_.push_back(corners[i]);
         }
         named[i] = number[t[i]];
@@ -62,42 +71,56 @@ CrossingSearch::CrossingSearch(const Mesh& before, const Patch& patch, bool sing
   }
 }
 
-Crossings CrossingSearch::find(const Patch& patch) const {
-  const Surface& s = patch.surface;
-  // Order: the original vertices of the patch, the vertices outside, then the vertices that splits have made.
-  const auto first = static_cast<std::uint32_t>(patch.vertex_source.size());
-  const auto shift = static_cast<std::uint32_t>(outside_positions_.size());
-  std::vector<Vec3d> positions(s.after.begin(), s.after.begin() + first);
-  positions.insert(positions.end(), outside_positions_.begin(), outside_positions_.end());
-  positions.insert(positions.end(), s.after.begin() + first, s.after.end());
-  if (single_precision_) std::transform(positions.begin(), positions.end(), positions.begin(), as_float);
-  std::vector<Triangle> triangles = outside_;
-  std::vector<std::uint32_t> faces;
-  std::vector<bool> is_changed(triangles.size(), false);
+Vec3d CrossingSearch::as_written(const Vec3d& p) const { return without_tiny(single_precision_ ? as_float(p) : p); }
+
+PlacedFace CrossingSearch::as_written(PlacedFace face) const {
+  for (std::uint32_t& v : face.vertices) v = number(v);
+  for (Vec3d& corner : face.corners) corner = as_written(corner);
+  return face;
+}
+
+CrossingSearch::Triangles CrossingSearch::triangles(const Surface& s) const {
+  Triangles result;
+  result.positions.reserve(s.vertex_count() + outside_positions_.size());
+  const auto first = s.after.begin() + first_;
+  result.positions.assign(s.after.begin(), first);
+  result.positions.insert(result.positions.end(), outside_positions_.begin(), outside_positions_.end());
+  result.positions.insert(result.positions.end(), first, s.after.end());
+  for (Vec3d& p : result.positions) p = as_written(p);
+  result.triangles.reserve(outside_.size() + s.face_count());
+  result.triangles = outside_;
   for (std::uint32_t f = 0; f < s.face_count(); ++f) {
     if (!s.is_alive(f)) continue;
-    Triangle t = s.triangle(f);
-    bool changed = !patch.is_unchanged(f);
-    for (std::uint32_t& v : t) {
-      changed = changed || s.has(v, kMoved) || s.has(v, kRegion);
-      if (v >= first) v += shift;
-    }
-    triangles.push_back(t);
-    faces.push_back(f);
-    is_changed.push_back(changed);
+    const auto [a, b, c] = s.triangle(f);
+    result.triangles.push_back({number(a), number(b), number(c)});
+    result.faces.push_back(f);
+  }
+  return result;
+}
+
+Crossings CrossingSearch::find(const Patch& patch) const {
+  const Surface& s = patch.surface;
+  const Triangles searched = triangles(s);
+  std::vector<bool> is_changed(searched.triangles.size(), false);
+  for (std::size_t i = 0; i < searched.faces.size(); ++i) {
+    const std::uint32_t f = searched.faces[i];
+    const Triangle t = s.triangle(f);
+    is_changed[outside_.size() + i] = !patch.is_unchanged(f) || std::any_of(t.begin(), t.end(), [&](std::uint32_t v) {
+      return s.has(v, kMoved) || s.has(v, kRegion);
+    });
   }
   SelfIntersectionOptions options;
   options.threads = threads_;
   options.progress = progress_;
+  options.chosen = &is_changed;
   stop_if_cancelled(progress_);
-  const SelfIntersections found = self_intersections(triangles, positions, options);
+  const SelfIntersections found = self_intersections(searched.triangles, searched.positions, options);
   Crossings crossings;
   if (!found.complete) crossings.pairs = found.count;
   for (const auto& [t, u] : found.pairs) {
-    if (!is_changed[t] && !is_changed[u]) continue;
     ++crossings.pairs;
     for (const std::uint32_t w : {t, u}) {
-      if (w >= outside_.size()) crossings.faces.push_back(faces[w - outside_.size()]);
+      if (w >= outside_.size()) crossings.faces.push_back(searched.faces[w - outside_.size()]);
     }
   }
   std::sort(crossings.faces.begin(), crossings.faces.end());

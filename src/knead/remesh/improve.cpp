@@ -161,6 +161,28 @@ Bounds widest_bounds(double chord) {
 
 }  // namespace
 
+ImprovementCounts& ImprovementCounts::operator+=(const ImprovementCounts& more) {
+  splits += more.splits;
+  flips += more.flips;
+  collapses += more.collapses;
+  volume += more.volume;
+  return *this;
+}
+
+void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
+  const Improver improver(s, {});
+  std::vector<std::pair<std::uint32_t, Vec3d>> free;  // with the sum of the area vectors around it
+  double area = 0;
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if ((v < locked.size() && locked[v]) || !s.has(v, kMoved) || improver.freedom(v) != Freedom::free) continue;
+    free.emplace_back(v, star_vector(s, v));
+    area += norm(free.back().second);
+  }
+  for (const auto& [v, star] : free) {
+    if (norm2(star) > 0) s.after[v] += star * (6 * volume / (area * norm(star)));
+  }
+}
+
 ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces) {
   Improver improver(surface, improvement);
   const Bounds bounds = widest_bounds(improvement.targets.max_chord);
@@ -173,7 +195,6 @@ ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std
     if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
     for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
   }
-  improver.distribute_remaining_volume();
   return improver.counts();
 }
 
@@ -187,7 +208,6 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, collapse_bounds);
     move_round(improver, bounds);
   }
-  improver.distribute_remaining_volume();
   return improver.counts();
 }
 
@@ -213,7 +233,6 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
     if (!mend_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
     poor = find_poor_faces(surface, at.below);
   }
-  improver.distribute_remaining_volume();
   return improver.counts();
 }
 

@@ -11,17 +11,22 @@
 
 namespace knead::remesh_detail {
 
-// The targets of an improvement, and the vertices that it must not touch.
+class CrossingGuard;
+
+// The targets of an improvement, and what it must not do.
 struct Improvement {
   RemeshTargets targets;
-  std::vector<bool> locked;            // for the first vertices: if true, no change may touch the vertex
   const Progress* progress = nullptr;  // cancels; the surface is then part-way
+  CrossingGuard* guard = nullptr;      // refuses changes that would make triangles cross; null: none are refused
 };
 
 struct ImprovementCounts {
   std::size_t splits = 0;
   std::size_t flips = 0;
   std::size_t collapses = 0;
+  double volume = 0;  // lost by changes that no vertices nearby could compensate; see spread_volume()
+
+  ImprovementCounts& operator+=(const ImprovementCounts& more);
 };
 
 // The functions below change the surface after the deformation, in its region only. They keep the enclosed volume up to
@@ -40,8 +45,11 @@ inline constexpr int kMendLevels = 5;
 inline constexpr int kGuardedLevels = 9;
 ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level);
 
+// Moves all free vertices but the locked ones a little, so that the volume grows by about `volume`.
+void spread_volume(Surface& surface, double volume, const std::vector<bool>& locked);
+
 // Changes these faces, whatever their shape, by collapses, flips and moves within the widest bounds. Faces that cross
-// often do not cross afterwards; the caller must test that.
+// often do not cross afterwards; the guard accepts no change that leaves as many pairs.
 ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces);
 
 }  // namespace knead::remesh_detail

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "knead/remesh/crossing_guard.h"
+
 namespace knead::remesh_detail {
 
 namespace {
@@ -24,14 +26,12 @@ double cosine(const Vec3d& a, const Vec3d& b) {
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
     : s_(surface),
       targets_(improvement.targets),
-      locked_(improvement.locked),
       progress_(improvement.progress),
-      bend_creases_(bend_creases) {
-  locked_.resize(s_.vertex_count(), false);
-}
+      guard_(improvement.guard),
+      bend_creases_(bend_creases) {}
 
 bool Improver::is_open(std::uint32_t v) const {
-  return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved) && !locked_[v];
+  return s_.has(v, kRegion) && !s_.has(v, kFixed) && !s_.has(v, kRemoved);
 }
 
 bool Improver::is_feature(std::uint32_t h) const {
@@ -74,8 +74,9 @@ bool Improver::restore_volume(double volume, std::span<const std::uint32_t> vert
   const Vec3d d = sum * (volume / size2);
   if (norm(d) > bounds.distance) return false;
   const auto turns = [&](std::uint32_t v) { return star_quality(s_, v, s_.after[v] + d, bounds.turn) < 0; };
-  if (std::any_of(moving.begin(), moving.end(), turns)) return false;
+  if (std::any_of(moving.begin(), moving.end(), turns) || !may_move(moving, d)) return false;
   for (const std::uint32_t v : moving) s_.after[v] += d;
+  tell_guard(moving);
   return true;
 }
 
@@ -83,7 +84,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t o = s_.opposite[h];
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
-  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return locked_[w] || !s_.has(w, kRegion); })) return false;
+  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return !s_.has(w, kRegion); })) return false;
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   const Vec3d& a = s_.after[v[0]];
   const Vec3d& b = s_.after[v[1]];
@@ -99,8 +100,9 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   const double volume = det(c - a, d - a, b - a);
   const double span = norm(cross(b - a, d - c));
   if (std::abs(volume) > bounds.distance * span || norm2(d - c) > targets_.max_edge * targets_.max_edge) return false;
-  if (v[2] == v[3] || are_neighbours(s_, v[2], v[3])) return false;
+  if (v[2] == v[3] || are_neighbours(s_, v[2], v[3]) || !may_flip(h)) return false;
   flip(s_, h);
+  tell_guard({&v[2], 1});
   if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
     return false;
@@ -128,7 +130,7 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
   const std::uint32_t b = s_.target(h);
   std::vector<Merge> merges;
   // The faces of a fixed vertex outside the patch are unknown here, so nothing is merged into it.
-  if (locked_[a] || locked_[b] || s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
+  if (s_.has(a, kFixed) || s_.has(b, kFixed)) return merges;
   if (is_crowded(s_, a) || is_crowded(s_, b)) return merges;
   const auto add = [&](std::uint32_t e, double t) {
     Merge merge;
@@ -205,15 +207,15 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
     if (best.quality >= least_quality) break;
     if (merge.quality > best.quality && can_collapse(s_, merge.halfedge)) best = merge;
   }
-  if (best.quality < least_quality || best.halfedge == kNone) return false;
+  if (best.quality < least_quality || best.halfedge == kNone || !may_merge(best)) return false;
   std::vector<std::uint32_t> ring;  // of the removed vertex: these vertices compensate the volume
   const std::uint32_t kept = s_.target(best.halfedge);
   s_.for_each_outgoing(s_.origin(best.halfedge), [&](std::uint32_t e) {
     if (s_.target(e) != kept) ring.push_back(s_.target(e));
   });
-  if (std::any_of(ring.begin(), ring.end(), [&](std::uint32_t v) { return locked_[v]; })) return false;
   collapse(s_, best.halfedge, best.place, best.t);
-  if (!restore_volume(best.volume, ring, bounds)) remaining_volume_ += best.volume;
+  tell_guard({&kept, 1});
+  if (!restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
   ++counts_.collapses;
   return true;
 }
@@ -221,9 +223,7 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
 bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
   const Vec3d star = star_vector(s_, v);
   const double size2 = norm2(star);
-  bool is_locked = !(size2 > 0);
-  s_.for_each_outgoing(v, [&](std::uint32_t h) { is_locked = is_locked || locked_[s_.target(h)]; });
-  if (is_locked) return false;
+  if (!(size2 > 0)) return false;
   double best = star_quality(s_, v, s_.after[v], {}) * kGain;
   const Vec3d was = s_.after[v];
   Vec3d place = was;
@@ -231,13 +231,14 @@ bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, cons
     const Vec3d d = wanted - was;
     const Vec3d p = was + d - star * (dot(d, star) / size2);
     const double q = star_quality(s_, v, p, bounds.turn);
-    if (q <= best || plane_distance(s_, v, p) > bounds.distance) continue;
+    if (q <= best || plane_distance(s_, v, p) > bounds.distance || !may_move({&v, 1}, p - was)) continue;
     best = q;
     place = p;
   }
   if (place == was) return false;
   carry_values(v, place);
   s_.after[v] = place;
+  tell_guard({&v, 1});
   return true;
 }
 
@@ -299,16 +300,17 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
                                quality(s_, e / 3, s_.after), mean);
     is = too_far ? -1 : std::min(is, quality(foot, x, y));
   });
-  if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance) return false;
+  if (is <= was * kGain || norm(foot - s_.after[v]) > bounds.distance || !may_merge_apex(h, foot)) return false;
   s_.after[v] = foot;
   flip(s_, h);
+  tell_guard({&v, 1});
   s_.edge_flags[s_.edge[h]] = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t e) {
     if (s_.target(e) != a && s_.target(e) != b) return;
     s_.set_edge(e, kFeature);
     s_.set_edge(e, kCrease);
   });
-  if (!restore_volume(volume, ring, bounds)) remaining_volume_ += volume;
+  if (!restore_volume(volume, ring, bounds)) counts_.volume += volume / 6;
   ++counts_.flips;
   return true;
 }
@@ -352,32 +354,91 @@ void Improver::carry_values(std::uint32_t v, const Vec3d& p) {
 bool Improver::split_chord(std::uint32_t h) {
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
-  const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion) || locked_[a] || locked_[b];
+  const bool is_still = !s_.has(a, kRegion) || !s_.has(b, kRegion);
   if (is_still || s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
   if (s_.vertex_count() >= targets_.max_vertices) return false;
   if (norm2(s_.after[b] - s_.after[a]) < 4 * targets_.max_chord * targets_.max_chord) return false;
-  const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, (s_.after[a] + s_.after[b]) * 0.5);
+  const Vec3d middle = (s_.after[a] + s_.after[b]) * 0.5;
+  if (!may_split(h, middle)) return false;
+  const std::array<std::uint32_t, 2> halves{h, s_.opposite[h]};
+  const auto first = static_cast<std::uint32_t>(s_.face_count());
+  const std::uint32_t m = split(s_, h, (s_.before[a] + s_.before[b]) * 0.5, middle);
   s_.set(m, kMoved);
-  locked_.push_back(false);
+  if (guard_ != nullptr) {
+    for (std::uint32_t f = first; f < s_.face_count(); ++f) guard_->add(f, halves.at(f - first) / 3);
+  }
+  tell_guard({&m, 1});
   ++counts_.splits;
   return true;
 }
 
-void Improver::distribute_remaining_volume() {
-  if (remaining_volume_ == 0) return;
-  std::vector<std::uint32_t> free;
-  double area = 0;
-  for (std::uint32_t v = 0; v < s_.vertex_count(); ++v) {
-    if (freedom(v) != Freedom::free || !s_.has(v, kMoved)) continue;
-    free.push_back(v);
-    area += norm(star_vector(s_, v));
+bool Improver::may_move(std::span<const std::uint32_t> vertices, const Vec3d& d) const {
+  return guard_ == nullptr || guard_->allows_move(vertices, d);
+}
+
+bool Improver::may_flip(std::uint32_t h) const {
+  if (guard_ == nullptr) return true;
+  const std::uint32_t o = s_.opposite[h];
+  const std::uint32_t c = s_.apex(h);
+  const std::uint32_t d = s_.apex(o);
+  const std::array<PlacedFace, 2> proposed{placed(s_, {d, c, s_.origin(h)}), placed(s_, {c, d, s_.target(h)})};
+  return guard_->allows(std::array<std::uint32_t, 2>{h / 3, o / 3}, proposed);
+}
+
+bool Improver::may_merge(const Merge& merge) const {
+  if (guard_ == nullptr) return true;
+  const std::uint32_t h = merge.halfedge;
+  const std::uint32_t kept = s_.target(h);
+  std::vector<std::uint32_t> faces;
+  std::vector<PlacedFace> proposed;
+  for (const std::uint32_t v : {s_.origin(h), kept}) {
+    s_.for_each_outgoing(v, [&](std::uint32_t e) {
+      const bool dies = e / 3 == h / 3 || (s_.opposite[h] != kNone && e / 3 == s_.opposite[h] / 3);
+      if (dies && v == kept) return;  // already counted at the other end
+      faces.push_back(e / 3);
+      if (dies) return;
+      PlacedFace face = placed(s_, {kept, s_.target(e), s_.apex(e)});
+      face.corners[0] = merge.place;
+      proposed.push_back(face);
+    });
   }
-  if (!(area > 0)) return;
-  for (const std::uint32_t v : free) {
-    const Vec3d star = star_vector(s_, v);
-    if (norm2(star) > 0) s_.after[v] += star * (remaining_volume_ / (area * norm(star)));
+  return guard_->allows(faces, proposed);
+}
+
+bool Improver::may_merge_apex(std::uint32_t h, const Vec3d& foot) const {
+  if (guard_ == nullptr) return true;
+  const std::uint32_t v = s_.apex(h);
+  const std::uint32_t o = s_.opposite[h];
+  std::vector<std::uint32_t> faces{o / 3};
+  std::vector<PlacedFace> proposed{placed(s_, {v, s_.origin(h), s_.apex(o)}),
+                                   placed(s_, {v, s_.apex(o), s_.target(h)})};
+  s_.for_each_outgoing(v, [&](std::uint32_t e) {
+    faces.push_back(e / 3);
+    if (e / 3 != h / 3) proposed.push_back(placed(s_, {v, s_.target(e), s_.apex(e)}));
+  });
+  for (PlacedFace& face : proposed) face.corners[0] = foot;
+  return guard_->allows(faces, proposed);
+}
+
+bool Improver::may_split(std::uint32_t h, const Vec3d& middle) const {
+  if (guard_ == nullptr) return true;
+  const auto m = static_cast<std::uint32_t>(s_.vertex_count());
+  std::vector<std::uint32_t> faces;
+  std::vector<PlacedFace> proposed;
+  for (const std::uint32_t side : {h, s_.opposite[h]}) {
+    if (side == kNone) continue;
+    faces.push_back(side / 3);
+    for (const std::uint32_t e : {Surface::next(side), Surface::previous(side)}) {
+      PlacedFace face{{m, s_.origin(e), s_.target(e)}, {middle, s_.after[s_.origin(e)], s_.after[s_.target(e)]}};
+      proposed.push_back(face);
+    }
   }
-  remaining_volume_ = 0;
+  return guard_->allows(faces, proposed);
+}
+
+void Improver::tell_guard(std::span<const std::uint32_t> vertices) {
+  if (guard_ == nullptr) return;
+  for (const std::uint32_t v : vertices) guard_->update_around(v);
 }
 
 }  // namespace knead::remesh_detail

@@ -47,9 +47,6 @@ class Improver {
   // than twice max_chord. Returns true if it split the edge.
   bool split_chord(std::uint32_t h);
 
-  // Compensates volume changes that could not be compensated locally, by moving all free vertices a little.
-  void distribute_remaining_volume();
-
   // Throws Cancelled if the improvement is cancelled.
   void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
 
@@ -77,13 +74,21 @@ class Improver {
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);
 
+  // Each of the next functions asks the guard, if there is one, whether a change may be applied.
+  bool may_move(std::span<const std::uint32_t> vertices, const Vec3d& d) const;
+  bool may_flip(std::uint32_t h) const;
+  bool may_merge(const Merge& merge) const;
+  bool may_merge_apex(std::uint32_t h, const Vec3d& foot) const;
+  bool may_split(std::uint32_t h, const Vec3d& middle) const;
+  // Tells the guard that the faces around the vertices have changed.
+  void tell_guard(std::span<const std::uint32_t> vertices);
+
   Surface& s_;
   RemeshTargets targets_;
-  std::vector<bool> locked_;
   const Progress* progress_ = nullptr;
+  CrossingGuard* guard_ = nullptr;
   bool bend_creases_ = false;
   ImprovementCounts counts_;
-  double remaining_volume_ = 0;  // six times the volume change that is not compensated yet
 };
 
 }  // namespace knead::remesh_detail

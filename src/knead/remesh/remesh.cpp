@@ -6,7 +6,7 @@
 #include "knead/math/error.h"
 #include "knead/remesh/carried_normals.h"
 #include "knead/remesh/compensate.h"
-#include "knead/remesh/crossings.h"
+#include "knead/remesh/crossing_guard.h"
 #include "knead/remesh/patch.h"
 #include "knead/remesh/refine.h"
 #include "knead/remesh/remesh_with.h"
@@ -18,13 +18,12 @@ namespace {
 
 using namespace remesh_detail;
 
-constexpr int kMostRefinements = 8;      // rounds of splitting crossing faces
-constexpr std::size_t kManyPairs = 300;  // if more pairs than these remain, later steps do not try to avoid crossings
-constexpr double kMostSearched = 8e6;    // sum of face counts over all searches for crossings after the first
+constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMostUntanglings = 4;
+constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
-constexpr int kMostAttempts = 5;          // attempts to improve without new crossings
+constexpr int kMostAttempts = 5;          // attempts to move all vertices without new crossings
 constexpr std::size_t kManyThin = 2000;   // triangles with an angle below 3 degrees
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
 
@@ -68,49 +67,103 @@ class Remesher {
     if (counts_steps_) ++options_.progress->done;
   }
 
-  // Runs all steps, then searches for crossings. If there are new ones, starts again from the refined surface: splits
-  // the faces that cross there, then runs the steps one by one; each leaves out the faces that would cross after it.
+  // Runs all steps, then searches for crossings. If there are new ones that do not go away where they are, starts again
+  // from the refined surface: splits the faces that cross there, then runs the steps with a guard.
   void improve_without_crossings() {
     if (is_hopeless()) {
       start();
-      improve_once(0, {});
-      counts_.crossings = search().pairs;
+      improve_once(0, nullptr);
+      counts_.crossings = search_.find(patch_).pairs;
       return;
     }
     const Surface refined = surface();
     const int steps = options_.targets.iterations > 0 ? kSteps : 1;
     start();
     for (int step = 0; step < steps; ++step) {
-      improve_once(step, {});
+      improve_once(step, nullptr);
       end_step();
     }
-    Crossings found = find_and_untangle({});
+    spread_volume(surface(), std::exchange(volume_, 0), {});
+    Crossings found = search_.find(patch_);
     end_step();
     if (found.pairs > 0 && found.pairs > crossings_before(refined)) {
-      const std::size_t improved_pairs = found.pairs;
-      Surface improved = std::exchange(surface(), refined);
-      const RemeshCounts improved_counts = counts_;
-      begin_steps(1 + 2 * kGuardedSteps - (kSteps - 1));
-      found.pairs = refine_crossings();
-      end_step();
-      if (found.pairs > kManyPairs && surface().face_count() == refined.face_count()) {
-        surface() = std::move(improved);  // nothing was split: running all steps again would give the same surface
-        counts_ = improved_counts;
-        counts_.crossings = improved_pairs;
-        return;
-      }
-      start();
-      if (found.pairs > kManyPairs) {
-        for (int step = 0; step < steps; ++step) improve_once(step, {});
-        counts_.crossings = search_.find(patch_).pairs;
-        return;
-      }
-      const int guarded_steps = steps > 1 ? kGuardedSteps : 1;
-      for (int step = 0; step < guarded_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
-      // Faces that were left out may be mended now, because others have changed.
-      for (int step = kSteps - 1; step < guarded_steps; ++step) found.pairs = improve_guarded(step, found.pairs);
+      std::vector<Box> places = places_of(found);
+      found = untangle_faces(found);
+      if (found.pairs > 0) found = improve_guarded(refined, std::move(places));
     }
     counts_.crossings = found.pairs;
+  }
+
+  // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
+  // afterwards, guards these places, too, and starts again.
+  Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
+    surface() = refined;
+    Crossings found = refine_crossings();
+    begin_steps(2 + kMostAttempts);
+    end_step();
+    start();
+    if (!improve_) {
+      found = move_all(std::move(found), [&](const std::vector<bool>& locked) {
+        counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, counts_.missing_volume);
+      });
+    }
+    end_step();
+    const std::size_t unavoidable = found.pairs;
+    const Surface compensated = surface();
+    const RemeshCounts counts = counts_;
+    for (int attempt = 1;; ++attempt) {
+      const std::vector<Box> more = places_of(found);
+      places.insert(places.end(), more.begin(), more.end());
+      improve_at_places(places, attempt == kMostAttempts);
+      found = untangle_faces(search_.find(patch_));
+      end_step();
+      if (found.pairs <= unavoidable || attempt == kMostAttempts) return found;
+      surface() = compensated;
+      counts_ = counts;
+      volume_ = 0;
+    }
+  }
+
+  // Runs all steps after the compensation with a guard.
+  void improve_at_places(std::span<const Box> places, bool everywhere) {
+    CrossingGuard guard(surface(), search_);
+    guard.watch(places);
+    if (everywhere) guard.watch_everything();
+    const int steps = options_.targets.iterations > 0 ? kGuardedSteps : 1;
+    for (int step = 1; step < steps; ++step) improve_once(step, &guard);
+    // Faces whose changes were refused may be mended now, because others have changed.
+    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
+  }
+
+  // Changes faces that cross and gives back the volume that was lost. Returns the crossings that remain.
+  Crossings untangle_faces(Crossings found) {
+    if (found.pairs > kMostPairs) return found;
+    if (found.pairs > 0) {
+      CrossingGuard guard(surface(), search_);
+      guard.watch_everything();
+      std::vector<std::uint32_t> faces = found.faces;
+      for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
+        count(untangle(surface(), {options_.targets, options_.progress, &guard}, faces));
+        faces = guard.crossing_faces(faces);
+      }
+      found = search_.find(patch_);
+    }
+    if (volume_ == 0) return found;
+    return move_all(std::move(found),
+                    [&](const std::vector<bool>& locked) { spread_volume(surface(), volume_, locked); });
+  }
+
+  // Returns the boxes of the faces that cross, a little widened.
+  std::vector<Box> places_of(const Crossings& found) const {
+    std::vector<Box> places;
+    for (const std::uint32_t f : found.faces) {
+      Box box = bounding_box(placed(patch_.surface, patch_.surface.triangle(f)).corners);
+      const double margin = kPlaceMargin * box.diagonal();
+      box.min -= Vec3d{margin, margin, margin};
+      box.max += Vec3d{margin, margin, margin};
+      places.push_back(box);
+    }
+    return places;
   }
 
   // Returns true if most of the many triangles are so thin that improving them would take long and not help.
@@ -129,27 +182,20 @@ class Remesher {
     return found;
   }
 
-  // Repeats one step, each time leaving out the faces that crossed, until no more than `unavoidable` pairs cross.
-  // Undoes the step if that fails. Returns the number of pairs that cross.
-  std::size_t improve_guarded(int step, std::size_t unavoidable) {
-    const std::size_t left = avoid_crossings(step, unavoidable);
-    end_step();
-    return left;
-  }
-
-  std::size_t avoid_crossings(int step, std::size_t unavoidable) {
-    const Surface saved = surface();
-    const RemeshCounts counts = counts_;
+  // Calls move(locked), which moves all vertices a little but the locked ones, and locks more of them until no more
+  // pairs cross than before. Puts all vertices back if that fails. Returns the crossings.
+  template <class Move>
+  Crossings move_all(Crossings before, const Move& move) {
+    const std::vector<Vec3d> saved = surface().after;
     std::vector<bool> locked;
-    for (int attempt = 0; attempt < kMostAttempts && searched_ < kMostSearched; ++attempt) {
-      improve_once(step, locked);
-      const Crossings found = find_and_untangle(locked);
-      if (found.pairs <= unavoidable) return found.pairs;
+    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+      move(locked);
+      Crossings found = search_.find(patch_);
+      if (found.pairs <= before.pairs) return found;
       lock_around(found, attempt, locked);
-      surface() = saved;
-      counts_ = counts;
+      surface().after = saved;
     }
-    return unavoidable;
+    return before;
   }
 
   // Returns the number of pairs that cross on the undeformed surface.
@@ -157,42 +203,23 @@ class Remesher {
     Surface improved = std::move(surface());
     surface() = refined;
     surface().after = refined.before;
-    const std::size_t pairs = search().pairs;
+    const std::size_t pairs = search_.find(patch_).pairs;
     surface() = std::move(improved);
     return pairs;
   }
 
-  Crossings search() {
-    searched_ += static_cast<double>(surface().face_count());
-    return search_.find(patch_);
-  }
-
-  // Finds crossings and changes the faces that cross, for a few rounds. Returns the crossings that remain.
-  Crossings find_and_untangle(const std::vector<bool>& locked) {
-    Crossings found = search();
-    for (int round = 0; round < kMostUntanglings && found.pairs > 0 && found.pairs <= kMostPairs; ++round) {
-      const ImprovementCounts done = untangle(surface(), {options_.targets, locked, options_.progress}, found.faces);
-      counts_.flips += done.flips;
-      counts_.collapses += done.collapses;
-      const std::size_t was = found.pairs;
-      found = search();
-      if (found.pairs >= 2 * was) break;
-    }
-    return found;
-  }
-
-  // Splits faces that cross until none does or splitting does not help. Returns the number of pairs that remain.
-  std::size_t refine_crossings() {
+  // Splits faces that cross until none does or splitting does not help. Returns the crossings that remain.
+  Crossings refine_crossings() {
     Crossings found = search_.find(patch_);
-    std::size_t fewest = found.pairs;
+    Crossings fewest = found;
     Surface best = surface();
     std::vector<Vec3d> deviations = refinement_.deviations();
-    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest; ++round) {
+    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest.pairs; ++round) {
       if (found.pairs > kMostPairs) break;
       counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
       found = search_.find(patch_);
-      if (found.pairs >= fewest) continue;
-      fewest = found.pairs;
+      if (found.pairs >= fewest.pairs) continue;
+      fewest = found;
       best = surface();
       deviations = refinement_.deviations();
     }
@@ -209,23 +236,27 @@ class Remesher {
     counts_.splits = 0;
     counts_.flips = 0;
     counts_.collapses = 0;
+    volume_ = 0;
   }
 
-  void improve_once(int step, const std::vector<bool>& locked) {
-    Surface& s = surface();
-    stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, locked, options_.progress};
-    ImprovementCounts done;
-    if (improve_) {
-      if (step == 1) done = improve_(s, improvement);
-    } else if (step == 0) {
-      counts_.compensated_volume = compensate(s, refinement_.deviations(), locked, counts_.missing_volume);
-    } else {
-      done = step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2);
-    }
+  void count(const ImprovementCounts& done) {
     counts_.splits += done.splits;
     counts_.flips += done.flips;
     counts_.collapses += done.collapses;
+    volume_ += done.volume;
+  }
+
+  void improve_once(int step, CrossingGuard* guard) {
+    Surface& s = surface();
+    stop_if_cancelled(options_.progress);
+    const Improvement improvement{options_.targets, options_.progress, guard};
+    if (improve_) {
+      if (step == 1) count(improve_(s, improvement));
+    } else if (step == 0) {
+      counts_.compensated_volume = compensate(s, refinement_.deviations(), {}, counts_.missing_volume);
+    } else {
+      count(step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2));
+    }
   }
 
   // Returns the exact difference of volumes if the border of the patch rests (the flow keeps volume); else an estimate
@@ -264,7 +295,7 @@ class Remesher {
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
-  double searched_ = 0;
+  double volume_ = 0;  // that the steps have lost
   bool counts_steps_ = false;
 };
 

@@ -1,0 +1,71 @@
+// Refuses changes of a surface that would make triangles cross. Internal to the remesh room.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/math/box.h"
+#include "knead/mesh/box_tree.h"
+#include "knead/mesh/triangle_pair.h"
+#include "knead/remesh/crossings.h"
+
+namespace knead::remesh_detail {
+
+// Watches over places of a surface whose faces change one after the other. Only the triangles near a change are tested,
+// so a change costs as much as its neighbourhood. Whoever changes the surface must tell the guard.
+class CrossingGuard {
+ public:
+  // The surface of the patch and the search must outlive the guard. It watches nothing yet.
+  CrossingGuard(const Surface& surface, const CrossingSearch& search);
+
+  // Watches the vertices of all faces whose boxes overlap one of these, and every vertex that a split makes.
+  void watch(std::span<const Box> places);
+  void watch_everything() { watched_.clear(); }
+
+  // Returns true if the proposed faces may take the place of `faces`: if no vertex of `faces` is watched, if no
+  // proposed face crosses another triangle, or if fewer pairs cross than before. A face without area counts as a pair.
+  bool allows(std::span<const std::uint32_t> faces, std::span<const PlacedFace> proposed);
+  // Likewise for the faces around vertices that move by d.
+  bool allows_move(std::span<const std::uint32_t> vertices, const Vec3d& d);
+
+  // Returns the living faces of the list that cross another triangle.
+  std::vector<std::uint32_t> crossing_faces(std::span<const std::uint32_t> faces);
+
+  // To be called after a face, or those around a vertex, have changed.
+  void update(std::uint32_t face);
+  void update_around(std::uint32_t v);
+  // To be called first for a face that a split has made of another.
+  void add(std::uint32_t face, std::uint32_t from);
+
+ private:
+  // A triangle as it is written, with its vertices numbered as by the search.
+  struct Boxed {
+    PlacedFace triangle;
+    FloatBox box;
+  };
+
+  bool is_watched(std::uint32_t v) const { return v >= watched_.size() || watched_[v]; }
+  void mark(std::span<const std::uint32_t> faces);
+  void find_obstacles();
+  // Returns the number of pairs of the faces with each other and with all that are not marked; stops at `enough`.
+  std::size_t count_pairs(std::span<const PlacedFace> faces, std::size_t enough);
+
+  const Surface& s_;
+  const CrossingSearch& search_;
+  std::size_t outside_count_ = 0;
+  CrossingSearch::Triangles triangles_;  // when the guard was made: those outside, then the faces
+  BoxTree tree_;
+  std::vector<std::uint32_t> places_;       // in the tree, of the triangles
+  std::vector<std::uint32_t> root_;         // of each face: the face whose box in the tree holds it
+  std::vector<std::uint32_t> next_;         // of each face: the next one with the same root, or kNone
+  std::vector<std::uint32_t> triangle_of_;  // of each face that is a root: its number among the triangles
+  std::vector<FloatBox> boxes_;             // of each face
+  std::vector<bool> watched_;               // of each vertex when the guard was made; later ones are watched
+  std::vector<std::uint32_t> marks_;        // of each face: the number of the last mark()
+  std::uint32_t mark_ = 0;
+  std::vector<Boxed> faces_;
+  std::vector<Boxed> obstacles_;
+};
+
+}  // namespace knead::remesh_detail
