@@ -28,9 +28,8 @@ HandlesDistances<T> handles_distances(const Handles<S, Set>& region, const Vec3<
 // Returns r = F / (F + Z) and grad r = (Z grad F - F grad Z) / (F + Z)^2, with F = D_full and Z = D_zero. The kinks of
 // F and Z at their points do no harm: dw/dr falls to 0 there, with the square of r and the cube of 1 - r. In single
 // precision both distances may be 0 where points of the two sets nearly coincide; such a place rests.
-template <class T, class S, class Set>
-RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
-  const HandlesDistances<T> distance = handles_distances(region, d, t);
+template <class T>
+RegionValue<T> region_between(const HandlesDistances<T>& distance) {
   const T& full = distance.full.value;
   const T& zero = distance.zero.value;
   const T sum = full + zero;
@@ -39,6 +38,11 @@ RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T
   const Vec3<T> gradient =
       (distance.full.gradient * (zero * inverse) - distance.zero.gradient * (full * inverse)) * inverse;
   return {select(apart, full / sum, T(1)), gradient};
+}
+
+template <class T, class S, class Set>
+RegionValue<T> evaluate(const Handles<S, Set>& region, const Vec3<T>& d, const T& t) {
+  return region_between(handles_distances(region, d, t));
 }
 
 }  // namespace knead

@@ -88,8 +88,11 @@ struct alignas(64) Bundle {
   Piece pieces[kBundle]{};
   int piece_count = 0;
   int count = 0;
-  LaneSet asked;              // the lanes whose slopes are of interest
-  Origin origins[kBundle]{};  // of lane kernels
+  LaneSet asked;  // the lanes whose slopes are of interest
+  // Of lane kernels.
+  Origin origins[kBundle]{};
+  S width[kBundle]{};       // which some fields find where k_0 is
+  S last_width[kBundle]{};  // and where the last other slope is
 };
 
 // v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is
@@ -195,6 +198,7 @@ struct Method {
   Stage<S> error;
   int stage_count = 0;
   int error_order = 0;
+  bool extrapolates = false;  // whether the estimate is that of a lower order than the step's
   bool first_same_as_last = false;
 };
 

@@ -92,7 +92,9 @@ class GroupMover {
     bundle_.steps[to] = bundle_.steps[from];
     bundle_.at_contact[to] = bundle_.at_contact[from];
     bundle_.slot[to] = bundle_.slot[from];
-    if (segment_.kernel.by_lanes) bundle_.origins[to] = bundle_.origins[from];
+    if (!segment_.kernel.by_lanes) return;
+    bundle_.origins[to] = bundle_.origins[from];
+    bundle_.width[to] = bundle_.width[from];
   }
 
   // All that is left of the bundle, by steps whose error is estimated.
@@ -195,10 +197,12 @@ class GroupMover {
     const P remaining = maximum(end - t, t - end);
     const P by_tolerance(S(1) / segment_.tolerance);
     const Vec3<P> slope = combine<P>(bundle_, method.slope, i);
-    const P error2 = norm2(combine<P>(bundle_, method.error, i) * by_tolerance);
+    const P shortest = P::load(bundle_.shortest + i);
+    P error2 = norm2(combine<P>(bundle_, method.error, i) * by_tolerance);
+    if (method.extrapolates) error2 = step_rule::extrapolated_error2(error2, h, shortest, P(S(kShortestPart<S>)));
     const P noise2 = norm2(slope * (by_tolerance * P(S(kRoundingOfSlope) * std::numeric_limits<S>::epsilon())));
     const auto active = remaining > P(0);
-    const auto accept = ((error2 <= P(1) + noise2) | (h <= P::load(bundle_.shortest + i))) & active;
+    const auto accept = ((error2 <= P(1) + noise2) | (h <= shortest)) & active;
     const auto arrived = accept & (h >= remaining);
     const Vec3<P> moved = load<P>(bundle_.moved, i);
     store(select_each(accept, mul_add(slope, signed_h, moved), moved), bundle_.moved, i);
@@ -212,6 +216,7 @@ class GroupMover {
     if (method.first_same_as_last) {
       const Vec3<P> last = load<P>(bundle_.k[method.stage_count - 1], i);
       store(select_each(accept, last, load<P>(bundle_.k[0], i)), bundle_.k[0], i);
+      select(accept, P::load(bundle_.last_width + i), P::load(bundle_.width + i)).store(bundle_.width + i);
     }
   }
 

@@ -72,11 +72,13 @@ class BundlePoints {
     for (int k = 0; k < bundle_.piece_count; ++k) {
       const Piece& piece = bundle_.pieces[k];
       note_moved(piece.point, most);
-      add_to(group_.points.x + piece.point, bundle_.result[0] + piece.lane, piece.count);
-      add_to(group_.points.y + piece.point, bundle_.result[1] + piece.lane, piece.count);
-      add_to(group_.points.z + piece.point, bundle_.result[2] + piece.lane, piece.count);
       std::uint32_t* const steps = group_.steps + piece.point;
-      for (std::size_t i = 0; in_one_step && i < piece.count; ++i) ++steps[i];
+      with_count(piece.count, [&](std::size_t n) {
+        add_to(group_.points.x + piece.point, bundle_.result[0] + piece.lane, n);
+        add_to(group_.points.y + piece.point, bundle_.result[1] + piece.lane, n);
+        add_to(group_.points.z + piece.point, bundle_.result[2] + piece.lane, n);
+        for (std::size_t i = 0; in_one_step && i < n; ++i) ++steps[i];
+      });
       for (std::size_t i = 0; !in_one_step && i < piece.count; ++i) {
         steps[i] += static_cast<std::uint32_t>(bundle_.result_steps[piece.lane + i]);
       }
@@ -91,11 +93,15 @@ class BundlePoints {
  private:
   void append_run(std::size_t point, std::size_t count) {
     const auto lane = static_cast<std::size_t>(bundle_.count);
-    copy(group_.points.x + point, segment_.center.x, bundle_.base[0] + lane, count);
-    copy(group_.points.y + point, segment_.center.y, bundle_.base[1] + lane, count);
-    copy(group_.points.z + point, segment_.center.z, bundle_.base[2] + lane, count);
-    fill(bundle_.t + lane, segment_.begin, count);
-    fill(bundle_.at_contact + lane, std::uint8_t{0}, count);
+    const Vec3d center = segment_.center;
+    const S begin = segment_.begin;
+    with_count(count, [&](std::size_t n) {
+      copy(group_.points.x + point, center.x, bundle_.base[0] + lane, n);
+      copy(group_.points.y + point, center.y, bundle_.base[1] + lane, n);
+      copy(group_.points.z + point, center.z, bundle_.base[2] + lane, n);
+      fill(bundle_.t + lane, begin, n);
+      fill(bundle_.at_contact + lane, std::uint8_t{0}, n);
+    });
     for (std::size_t k = 0; segment_.kernel.by_lanes && k < count; ++k) {
       const std::size_t i = point + k;
       bundle_.origins[lane + k] = {{group_.points.x[i], group_.points.y[i], group_.points.z[i]}, nullptr};
@@ -105,11 +111,17 @@ class BundlePoints {
     bundle_.count += static_cast<int>(count);
   }
 
-  static void copy(const double* from, double origin, S* to, std::size_t count) {
+  // Calls body with the count, for whole blocks as a constant: loops without a beginning and an end of their own.
+  template <class Body>
+  KNEAD_INLINE static void with_count(std::size_t count, const Body& body) {
+    count == kBlock ? body(kBlock) : body(count);
+  }
+
+  KNEAD_INLINE static void copy(const double* from, double origin, S* __restrict to, std::size_t count) {
     for (std::size_t k = 0; k < count; ++k) to[k] = static_cast<S>(from[k] - origin);
   }
 
-  static void add_to(double* to, const S* by, std::size_t count) {
+  KNEAD_INLINE static void add_to(double* __restrict to, const S* by, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) to[i] += static_cast<double>(by[i]);
   }
 

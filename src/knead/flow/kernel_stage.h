@@ -105,11 +105,20 @@ KNEAD_INLINE Vec3<P> combine(const Bundle<S>& bundle, const Stage<S>& stage, std
   return sum;
 }
 
+// What is known of a stage before its loop over the lanes: its number of slopes where it begins at the start, or
+// kAnySlopes. Only brushes have loops for the attempts to cross a whole segment: 5% to 10% of the time in float.
+inline constexpr int kAnySlopes = -1;
+
 // A stage for the default falloff, or for any. Told apart before the loop, the default costs nothing.
-template <class P, class Field, bool by_default, class S>
-[[gnu::flatten]] void stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  Field field = *static_cast<const Field*>(data);  // a copy: what is stored below does not change it
+template <class P, class Field, bool by_default, int slopes, class S>
+[[gnu::flatten]] void stage_of(const void* data, Bundle<S>& bundle, const Stage<S>& given) {
+  Field field = *static_cast<const Field*>(data);  // copies: what is stored below does not change them
+  Stage<S> stage = given;
   if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
+  if constexpr (slopes != kAnySlopes) {
+    stage.count = slopes;
+    stage.from_start = true;
+  }
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
     P t = P::load(bundle.t + i);
@@ -128,7 +137,13 @@ template <class P, class Field, bool by_default, class S>
 template <class P, class Field, class S>
 void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
   const bool by_default = static_cast<const Field*>(data)->thresholds.falloff == kDefaultFalloff;
-  by_default ? stage_of<P, Field, true>(data, bundle, stage) : stage_of<P, Field, false>(data, bundle, stage);
+  if (!by_default) return stage_of<P, Field, false, kAnySlopes>(data, bundle, stage);
+  if constexpr (std::is_same_v<decltype(Field::motion), Translation<S>>) {
+    if (stage.from_start && stage.count == 0) return stage_of<P, Field, true, 0>(data, bundle, stage);
+    if (stage.from_start && stage.count == 1) return stage_of<P, Field, true, 1>(data, bundle, stage);
+    if (stage.from_start && stage.count == 2) return stage_of<P, Field, true, 2>(data, bundle, stage);
+  }
+  stage_of<P, Field, true, kAnySlopes>(data, bundle, stage);
 }
 
 // The same under a mask.

@@ -9,12 +9,19 @@
 #include "knead/flow/guided_set.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/set_paths.h"
+#include "knead/flow/single_field.h"
 #include "knead/flow/step_rule.h"
 
 namespace knead::detail {
 
 extern template BoundKernel<float> lane_kernel<float>(const Segment&, double, const SegmentMask&);
 extern template BoundKernel<double> lane_kernel<double>(const Segment&, double, const SegmentMask&);
+
+// Whether the stages of a field leave the width where they are to the limits of the next step.
+template <class F>
+inline constexpr bool kLeavesWidth = false;
+template <class S, class M, class R>
+inline constexpr bool kLeavesWidth<WholeField<S, SingleField<S, M, R>>> = kHasWidth<R>;
 
 template <class S, class F>
 void lane_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
@@ -25,7 +32,15 @@ void lane_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
   const LanePlaces<S> places(bundle, stage);
   for (std::size_t lane = 0; lane < static_cast<std::size_t>(bundle.count); ++lane) {
     if (!bundle.asked.has(lane)) continue;
-    set_slope(bundle, stage.out, lane, field.velocity(bundle.origins[lane], places[lane]));
+    if constexpr (kLeavesWidth<F>) {
+      const Vec3d& x0 = bundle.origins[lane].x0;
+      const LanePlace<S> at = places[lane];
+      S& width = (stage.out == 0 ? bundle.width : bundle.last_width)[lane];
+      const auto t = static_cast<double>(at.t);
+      set_slope(bundle, stage.out, lane, field.field.velocity_and_width(x0, at.moved, t, width));
+    } else {
+      set_slope(bundle, stage.out, lane, field.velocity(bundle.origins[lane], places[lane]));
+    }
   }
 }
 
@@ -39,7 +54,7 @@ void limit_lanes(const void* data, const Bundle<S>& bundle, bool from_start, Ste
     const Vec3<S> moved = from_start ? Vec3<S>{} : lane_of(bundle.moved, lane);
     const auto t = static_cast<double>(bundle.t[lane]);
     limits.speed[lane] = field.field.hidden_speed(x0, moved, t);
-    const S width = field.field.width(x0, moved, t);
+    const S width = kLeavesWidth<F> ? bundle.width[lane] : field.field.width(x0, moved, t);
     limits.reach[lane] = std::min(static_cast<S>(field.reach), static_cast<S>(kHandlesReach) * width);
     if (blended) limits.time[lane] = step_rule::longest_blended_step(bundle.t[lane]);
   }

@@ -47,6 +47,7 @@ Method<S> method_of(Integrator integrator) {
   }
   method.stage_count = from.stages;
   method.error_order = from.error_order;
+  method.extrapolates = from.order > from.error_order;
   method.first_same_as_last = from.first_same_as_last;
   return method;
 }

@@ -35,16 +35,25 @@ S turning_speed(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
 
 // The length over which r passes from one threshold to the other, where that depends on the place: between handles, the
 // distance from one set past d to the other. Infinity where the thresholds are themselves lengths.
+template <class S>
+S width_between(const HandlesDistances<S>& distance) {
+  return distance.full.value + distance.zero.value;
+}
+
 template <class S, class Set>
 S local_width(const Handles<S, Set>& region, const Vec3<S>& d, double t) {
-  const HandlesDistances<S> distance = handles_distances(region, d, static_cast<S>(t));
-  return distance.full.value + distance.zero.value;
+  return width_between(handles_distances(region, d, static_cast<S>(t)));
 }
 
 template <class S>
 S local_width(const auto& /*region*/, const Vec3<S>& /*d*/, double /*t*/) {
   return std::numeric_limits<S>::infinity();
 }
+
+template <class R>
+inline constexpr bool kHasWidth = false;
+template <class S, class Set>
+inline constexpr bool kHasWidth<Handles<S, Set>> = true;
 
 // The point that started at x0 and has moved by D is at x0 + D.
 template <class S, class M, class R>
@@ -65,6 +74,22 @@ struct SingleField {
     if (!blended) return knead::velocity(motion, region, thresholds, d - displacement * s, s);
     return knead::velocity(motion, region, thresholds, d, s) * (S(1) - s) +
            knead::velocity(motion, region, thresholds, d - displacement, s) * s;
+  }
+
+  // The same between handles, with the width there: both need the distances from all points.
+  Vec3<S> velocity_and_width(const Vec3d& x0, const Vec3<S>& moved, double t, S& width_there) const {
+    if (blended) {
+      width_there = width(x0, moved, t);
+      return velocity(x0, moved, t);
+    }
+    const auto s = static_cast<S>(t);
+    const Vec3<S> from = Vec3<S>(x0 - center) + moved;
+    const Vec3<S> d = from - displacement * s;
+    const HandlesDistances<S> distance = handles_distances(region, d, s);
+    width_there = width_between(distance);
+    const RegionValue<S> r = region_between(distance);
+    if (mask.is_empty()) return velocity_where(r, motion, thresholds, d);
+    return masked_velocity_where(r, motion, thresholds, d, evaluate_mask(mask, from), offset);
   }
 
   Vec3<S> masked_velocity(const Vec3<S>& d, const S& t) const {

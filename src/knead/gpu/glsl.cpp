@@ -175,8 +175,11 @@ std::string step_rule(const ShaderKind& kind) {
 
 std::string method_defines(const ShaderKind& kind) {
   const Tableau& method = tableau(kind.integrator);
-  return fmt::format("const int kErrorOrder = {};\nconst bool kFirstSameAsLast = {};\nconst R kEpsilon = {};\n",
-                     method.error_order, method.first_same_as_last, literal(kind.in_double ? 0x1p-52 : 0x1p-23));
+  return fmt::format(
+      "const int kErrorOrder = {};\nconst bool kExtrapolates = {};\nconst bool kFirstSameAsLast = {};\nconst R "
+      "kEpsilon = {};\n",
+      method.error_order, method.order > method.error_order, method.first_same_as_last,
+      literal(kind.in_double ? 0x1p-52 : 0x1p-23));
 }
 
 constexpr const char* kInterface = R"(

@@ -193,6 +193,7 @@ dvec3 run(R3 base, R t, R end) {
     R3 error = estimate / tolerance;
     R3 rounding = by * (R(kRoundingOfSlope) * kEpsilon / tolerance);
     R error2 = dot(error, error);
+    if (kExtrapolates) error2 = extrapolated_error2(error2, h, shortest, kShortestPart);
     bool accept = error2 <= R(1) + dot(rounding, rounding) || h <= shortest;
     trial = h * step_factor(error2, kErrorOrder);
     if (accept) ++accepted; else ++rejected;
