@@ -23,6 +23,7 @@ constexpr int kMostUntanglings = 4;
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
+constexpr int kMostGuards = 3;            // attempts to improve with a guard
 constexpr int kMostAttempts = 5;          // attempts to move all vertices without new crossings
 constexpr std::size_t kManyThin = 2000;   // triangles with an angle below 3 degrees
 constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
@@ -70,14 +71,9 @@ class Remesher {
   // Runs all steps, then searches for crossings. If there are new ones that do not go away where they are, starts again
   // from the refined surface: splits the faces that cross there, then runs the steps with a guard.
   void improve_without_crossings() {
-    if (is_hopeless()) {
-      start();
-      improve_once(0, nullptr);
-      counts_.crossings = search_.find(patch_).pairs;
-      return;
-    }
+    const bool hopeless = is_hopeless();
     const Surface refined = surface();
-    const int steps = options_.targets.iterations > 0 ? kSteps : 1;
+    const int steps = hopeless || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
     for (int step = 0; step < steps; ++step) {
       improve_once(step, nullptr);
@@ -86,7 +82,8 @@ class Remesher {
     spread_volume(surface(), std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
     end_step();
-    if (found.pairs > 0 && found.pairs > crossings_before(refined)) {
+    if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
+    if (!hopeless && found.pairs > counts_.crossings_before) {
       std::vector<Box> places = places_of(found);
       found = untangle_faces(found);
       if (found.pairs > 0) found = improve_guarded(refined, std::move(places));
@@ -99,7 +96,7 @@ class Remesher {
   Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
     surface() = refined;
     Crossings found = refine_crossings();
-    begin_steps(2 + kMostAttempts);
+    begin_steps(2 + kMostGuards);
     end_step();
     start();
     if (!improve_) {
@@ -114,10 +111,10 @@ class Remesher {
     for (int attempt = 1;; ++attempt) {
       const std::vector<Box> more = places_of(found);
       places.insert(places.end(), more.begin(), more.end());
-      improve_at_places(places, attempt == kMostAttempts);
+      improve_at_places(places, attempt == kMostGuards);
       found = untangle_faces(search_.find(patch_));
       end_step();
-      if (found.pairs <= unavoidable || attempt == kMostAttempts) return found;
+      if (found.pairs <= unavoidable || attempt == kMostGuards) return found;
       surface() = compensated;
       counts_ = counts;
       volume_ = 0;

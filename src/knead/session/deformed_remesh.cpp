@@ -58,6 +58,20 @@ struct CarryBudget {
   }
 };
 
+constexpr int kMostHalvings = 3;  // of a stroke after which triangles cross
+
+std::pair<Flow, Flow> halves_of(const Flow& flow) {
+  const std::size_t half = flow.segments.size() / 2;
+  const auto middle = flow.segments.begin() + static_cast<std::ptrdiff_t>(half);
+  std::pair<Flow, Flow> halves{{{flow.segments.begin(), middle}}, {{middle, flow.segments.end()}}};
+  if (flow.segments.size() % 2 == 0) return halves;
+  halves.first.segments.push_back(*middle);
+  double& cut = halves.first.segments.back().end;
+  cut = 0.5 * (middle->begin + cut);
+  halves.second.segments.front().begin = cut;
+  return halves;
+}
+
 // Ends a remesh whose points could not be carried.
 struct Stopped {
   AdvectStatus status;
@@ -90,9 +104,23 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.collapses += more.collapses;
   counts.flips += more.flips;
   counts.crossings = more.crossings;
+  counts.crossings_before = more.crossings_before;
   counts.missing_volume += more.missing_volume;
   counts.compensated_volume += more.compensated_volume;
   counts.complete = counts.complete && more.complete;
+}
+
+// Makes a second remesh, of what a first one made, one of the mesh before both.
+void follow(const Remeshed& first, Remeshed& second) {
+  for (std::uint32_t& face : second.face_source) face = first.face_source[face];
+  for (std::size_t v = 0; v < second.vertex_source.size(); ++v) {
+    std::uint32_t& source = second.vertex_source[v];
+    second.moved[v] = second.moved[v] || source == kNewVertex || first.moved[source];
+    if (source != kNewVertex) source = first.vertex_source[source];
+  }
+  RemeshCounts counts = first.counts;
+  add(second.counts, counts);
+  second.counts = counts;
 }
 
 Provenance unchanged(const Mesh& mesh) {
@@ -221,6 +249,12 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
+  return remesh(before, before, flow, settings, kMostHalvings, progress);
+}
+
+RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
+                                    const Flow& flow, const RemeshSettings& settings, int halvings,
+                                    Progress* progress) {
   Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
   if (flow.segments.empty()) {
     provenance_ = std::make_shared<const Provenance>(std::move(provenance));
@@ -237,7 +271,7 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   }
   add_normals(normals(), mesh);
   add_places(kRest, provenance.rest, mesh);
-  add_places(kBefore, before, mesh);
+  add_places(kBefore, before_stroke, mesh);
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   const FlowReach reach(flow);
@@ -262,6 +296,16 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   try {
     options.progress = progress;
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
+    const RemeshCounts& counts = outcome.remeshed->counts;
+    if (halvings > 0 && counts.crossings > counts.crossings_before) {
+      DeformedShape halves = *this;
+      RemeshOutcome of_halves = halves.remesh_in_halves(before, before_stroke, flow, settings, halvings - 1, progress);
+      if (of_halves.status == AdvectStatus::cancelled) return of_halves;
+      if (of_halves.remeshed && of_halves.remeshed->counts.crossings < counts.crossings) {
+        *this = std::move(halves);
+        return of_halves;
+      }
+    }
     adopt(*outcome.remeshed, before);
     return outcome;
   } catch (const Stopped& stopped) {
@@ -269,6 +313,42 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   } catch (const Cancelled&) {
     return {AdvectStatus::cancelled, std::nullopt};
   }
+}
+
+// Moves and remeshes the shape by the first half of the flow, then by the second.
+RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
+                                              const Flow& flow, const RemeshSettings& settings, int halvings,
+                                              Progress* progress) {
+  const auto [first, second] = halves_of(flow);
+  try {
+    if (normals_) {
+      const AdvectStatus status = move_uncounted(inverse(flow), progress);
+      if (status != AdvectStatus::done) return {status, std::nullopt};
+    }
+    earlier_steps_ = steps();
+    blocks_.reset();
+    positions_.assign(before.begin(), before.end());
+    AdvectStatus status = move_uncounted(first, progress);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+    RemeshOutcome half = remesh(before, before_stroke, first, settings, halvings, progress);
+    if (half.status != AdvectStatus::done) return half;
+    const std::vector<Vec3d> middle = positions_;
+    const std::vector<Vec3d> places = provenance_->before_stroke;
+    status = move_uncounted(second, progress);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+    RemeshOutcome whole = remesh(middle, places, second, settings, halvings, progress);
+    if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
+    return whole;
+  } catch (const RemeshLimit&) {
+    return {};
+  }
+}
+
+// As move(), but for the count of the work, to which halves of a stroke add nothing.
+AdvectStatus DeformedShape::move_uncounted(const Flow& flow, Progress* progress) {
+  const KeptCount kept(progress);
+  if (progress != nullptr) progress->total = 0;
+  return move(flow, progress);
 }
 
 void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
