@@ -66,6 +66,46 @@ TEST_P(EveryTool, KeepsVolumeAndComesBack) {
 INSTANTIATE_TEST_SUITE_P(Tools, EveryTool, testing::ValuesIn(tools().begin(), tools().end()),
                          [](const auto& test) { return std::string(test.param->name); });
 
+// One stroke of one segment for each tool that is a flow, for a sphere about `at`.
+std::vector<Stroke> strokes_about(const Vec3d& at) {
+  const std::vector<Vec3d> path{at, at + Vec3d{0.5, 0.25, 0}};
+  HandlesStroke handles;
+  handles.full = {at, at + Vec3d{0.25, 0, 0}};
+  handles.zero = {at + Vec3d{1, 0, 0}, at - Vec3d{1, 0, 0}, at + Vec3d{0, 1, 0}};
+  handles.motion = HandlesTranslation{{0.25, 0.125, 0}};
+  return {ImplicitStroke{path, 0.3, 1.0},
+          PaintStroke{0.25, 0.05, {{at + Vec3d{0, 1, 0}, {0, 1, 0}}}},
+          PointsStroke{path, {}, 0.8, {{0.5, 0.25, 0}}},
+          handles,
+          RotateStroke{at, {0, 0, 1}, 60, 0.25, 1.2},
+          StretchStroke{at, {0, 0, 1}, 1.5, 0.25, 1.2},
+          TwistStroke{at, {0, 0, 1}, 60, -0.5, 0.5},
+          BendStroke{at, {1, 0, 0}, {0, 0, 1}, 40, BendWidth{1.5}}};
+}
+
+// Coordinates of the sphere are multiples of 2^-20, so that shifting it rounds nothing.
+TEST(Tools, GiveTheSameBitsFarFromTheOriginAfterTheShift) {
+  const Vec3d far{5e6, -3e6, 4e6};
+  std::vector<Vec3d> sphere = make_shape(ShapeKind::sphere, 2562).positions;
+  for (Vec3d& p : sphere) {
+    for (std::size_t axis = 0; axis < 3; ++axis) p[axis] = std::round(p[axis] * 0x1p20) * 0x1p-20;
+  }
+  const std::vector<Stroke> near_strokes = strokes_about({0, 0, 0});
+  const std::vector<Stroke> far_strokes = strokes_about(far);
+  AdvectOptions options;
+  options.tolerance = 1e-5;
+  for (std::size_t i = 0; i < near_strokes.size(); ++i) {
+    std::vector<Vec3d> here = sphere;
+    std::vector<Vec3d> there = sphere;
+    for (Vec3d& p : there) p = p + far;
+    ASSERT_EQ(advect(flow_of(near_strokes[i]), here, options).status, AdvectStatus::done);
+    ASSERT_EQ(advect(flow_of(far_strokes[i]), there, options).status, AdvectStatus::done);
+    EXPECT_NE(here, sphere) << stroke_line(near_strokes[i]);
+    for (Vec3d& p : here) p = p + far;
+    EXPECT_EQ(here, there) << stroke_line(near_strokes[i]);
+  }
+}
+
 TEST(Tools, AreAllDescribedInTheDocumentation) {
   const std::string document = file_bytes(std::filesystem::path(KNEAD_SOURCE) / "docs/session.md");
   for (const std::string& problem : test::documentation_problems(document)) ADD_FAILURE() << problem;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string>
 
 #include "knead/math/error.h"
 #include "knead/tool/stroke.h"
@@ -289,6 +290,29 @@ TEST(Advect, StopsWhenCancelled) {
   AdvectOptions options = precisely(1e-6);
   options.progress = &progress;
   EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
+}
+
+std::string refusal(const Flow& flow, std::vector<Vec3d> points) {
+  try {
+    advect(flow, points, test::in_float());
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Advect, RefusesPointsThatAreNotFinite) {
+  const Segment good = test::translating(Ball<double>{}, {0, 0, 0}, {0.5, 0, 0}, {0.1, 0.8});
+  for (const std::size_t segments : {1U, 8U}) {  // few and many: points in their order, and sorted
+    for (const double bad : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        std::vector<Vec3d> points(300);
+        points[217][axis] = bad;
+        const Flow flow{std::vector<Segment>(segments, good)};
+        EXPECT_EQ(refusal(flow, points), "point 217 has a coordinate that is not finite; place or remove it");
+      }
+    }
+  }
 }
 
 TEST(Advect, RefusesWhatMeansNothing) {

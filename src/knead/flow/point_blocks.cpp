@@ -1,5 +1,7 @@
 #include "knead/flow/point_blocks.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 
@@ -34,6 +36,12 @@ void sort_by_code(std::vector<Key>& keys) {
   }
 }
 
+// Returns point i, and throws InvalidInput unless it is finite.
+const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
+  if (is_finite(points[i])) return points[i];
+  throw InvalidInput(fmt::format("point {} has a coordinate that is not finite; place or remove it", i));
+}
+
 }  // namespace
 
 PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
@@ -43,7 +51,8 @@ PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
   counts_.resize(padded_);
   if (order == Order::sorted) sort(points);
   for (std::size_t i = 0; i < size_; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) numbers_[axis * padded_ + i] = points[original(i)][axis];
+    const Vec3d& point = finite(points, original(i));
+    for (std::size_t axis = 0; axis < 3; ++axis) numbers_[axis * padded_ + i] = point[axis];
   }
   blocks_.resize((size_ + kBlock - 1) / kBlock);
   groups_.resize((size_ + kGroup - 1) / kGroup);
@@ -57,7 +66,7 @@ void PointBlocks::sort(std::span<const Vec3d> points) {
   const ToUnit to_unit(box);
   std::vector<Key> keys(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    keys[i] = {morton_code(to_unit(points[i])), static_cast<std::uint32_t>(i)};
+    keys[i] = {morton_code(to_unit(finite(points, i))), static_cast<std::uint32_t>(i)};
   }
   sort_by_code(keys);
   order_.resize(points.size());

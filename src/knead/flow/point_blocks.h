@@ -23,6 +23,7 @@ class PointBlocks {
   //   given:  in the given order, for points whose neighbours follow each other.
   enum class Order { sorted, given };
 
+  // Throws InvalidInput, with the number of the point, for a coordinate that is not finite.
   explicit PointBlocks(std::span<const Vec3d> points, Order order = Order::sorted);
 
   // Returns the number of points.
