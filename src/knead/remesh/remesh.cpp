@@ -20,6 +20,7 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMostUntanglings = 4;
+constexpr std::size_t kFewPairs = 20;    // that improving may end although splitting did not
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
@@ -86,7 +87,11 @@ class Remesher {
     if (!hopeless && found.pairs > counts_.crossings_before) {
       std::vector<Box> places = places_of(found);
       found = untangle_faces(found);
-      if (found.pairs > 0) found = improve_guarded(refined, std::move(places));
+      if (found.pairs <= counts_.crossings_before) {
+        found = give_volume_back(std::move(found));
+      } else {
+        found = improve_guarded(refined, std::move(places));
+      }
     }
     counts_.crossings = found.pairs;
   }
@@ -96,6 +101,7 @@ class Remesher {
   Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
     surface() = refined;
     Crossings found = refine_crossings();
+    if (options_.stop_where_crossed && found.pairs > counts_.crossings_before + kFewPairs) return found;
     begin_steps(2 + kMostGuards);
     end_step();
     start();
@@ -114,7 +120,7 @@ class Remesher {
       improve_at_places(places, attempt == kMostGuards);
       found = untangle_faces(search_.find(patch_));
       end_step();
-      if (found.pairs <= unavoidable || attempt == kMostGuards) return found;
+      if (found.pairs <= unavoidable || attempt == kMostGuards) return give_volume_back(std::move(found));
       surface() = compensated;
       counts_ = counts;
       volume_ = 0;
@@ -132,19 +138,21 @@ class Remesher {
     for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
   }
 
-  // Changes faces that cross and gives back the volume that was lost. Returns the crossings that remain.
+  // Changes faces that cross, for a few rounds. Returns the crossings that remain.
   Crossings untangle_faces(Crossings found) {
-    if (found.pairs > kMostPairs) return found;
-    if (found.pairs > 0) {
-      CrossingGuard guard(surface(), search_);
-      guard.watch_everything();
-      std::vector<std::uint32_t> faces = found.faces;
-      for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
-        count(untangle(surface(), {options_.targets, options_.progress, &guard}, faces));
-        faces = guard.crossing_faces(faces);
-      }
-      found = search_.find(patch_);
+    if (found.pairs == 0 || found.pairs > kMostPairs) return found;
+    CrossingGuard guard(surface(), search_);
+    guard.watch_everything();
+    std::vector<std::uint32_t> faces = found.faces;
+    for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
+      count(untangle(surface(), {options_.targets, options_.progress, &guard}, faces));
+      faces = guard.crossing_faces(faces);
     }
+    return search_.find(patch_);
+  }
+
+  // Gives back the volume that the steps have lost. Returns the crossings.
+  Crossings give_volume_back(Crossings found) {
     if (volume_ == 0) return found;
     return move_all(std::move(found),
                     [&](const std::vector<bool>& locked) { spread_volume(surface(), volume_, locked); });

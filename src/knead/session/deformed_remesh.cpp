@@ -295,6 +295,7 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
   const KeptCount kept(progress);
   try {
     options.progress = progress;
+    options.stop_where_crossed = halvings > 0;
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     const RemeshCounts& counts = outcome.remeshed->counts;
     if (halvings > 0 && counts.crossings > counts.crossings_before) {
