@@ -64,6 +64,7 @@ class CrossingGuard {
   std::vector<bool> watched_;               // of each vertex when the guard was made; later ones are watched
   std::vector<std::uint32_t> marks_;        // of each face: the number of the last mark()
   std::uint32_t mark_ = 0;
+  std::uint64_t tested_ = 0;  // obstacles
   std::vector<Boxed> faces_;
   std::vector<Boxed> obstacles_;
 };

@@ -44,17 +44,17 @@ double cost_of(const Flow& flow) {
   return 1 + static_cast<double>(elements) / (kElements * static_cast<double>(flow.segments.size()));
 }
 
-// What carrying the points of a remesh has cost, and may cost.
+// What carrying the points of a remesh costs, and all of them for a stroke may cost.
 struct CarryBudget {
   double most = 0;           // evaluations, in those of a ball
-  double spent = 0;          // likewise
   double points = 0;         // carried
-  double of_the_stroke = 0;  // evaluations for each vertex
+  double spent = 0;          // evaluations on them
+  double of_the_stroke = 0;  // for each vertex
 
-  // Returns about how many more points may be carried.
-  double points_left() const {
+  // Returns about how many more points may be carried when so much has been spent for the stroke.
+  double points_left(double spent_for_the_stroke) const {
     const double each = points < kFewPoints ? of_the_stroke : spent / points;
-    return each > 0 ? std::max(0.0, most - spent) / each : std::numeric_limits<double>::infinity();
+    return each > 0 ? std::max(0.0, most - spent_for_the_stroke) / each : std::numeric_limits<double>::infinity();
   }
 };
 
@@ -249,11 +249,12 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
-  return remesh(before, before, flow, settings, kMostHalvings, progress);
+  Halving halving{kMostHalvings};
+  return remesh(before, before, flow, settings, halving, progress);
 }
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
-                                    const Flow& flow, const RemeshSettings& settings, int halvings,
+                                    const Flow& flow, const RemeshSettings& settings, Halving& halving,
                                     Progress* progress) {
   Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
   if (flow.segments.empty()) {
@@ -283,11 +284,13 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
                          kMoreThanStroke * of_the_stroke);
   budget.of_the_stroke = of_the_stroke / static_cast<double>(before.size());
   Deformation deformation;
-  deformation.points_left = [&] { return budget.points_left(); };
+  deformation.points_left = [&] { return budget.points_left(halving.spent); };
   deformation.carry = [&](std::span<Vec3d> points) {
     const std::uint64_t was = work_.evaluations;
     carry(flow, progress, points);
-    budget.spent += cost * static_cast<double>(work_.evaluations - was);
+    const double spent = cost * static_cast<double>(work_.evaluations - was);
+    budget.spent += spent;
+    halving.spent += spent;
     budget.points += static_cast<double>(points.size());
   };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
@@ -295,12 +298,14 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
   const KeptCount kept(progress);
   try {
     options.progress = progress;
-    options.stop_where_crossed = halvings > 0;
+    options.stop_where_crossed = halving.left > 0;
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     const RemeshCounts& counts = outcome.remeshed->counts;
-    if (halvings > 0 && counts.crossings > counts.crossings_before) {
+    if (halving.left > 0 && counts.crossings > counts.crossings_before) {
       DeformedShape halves = *this;
-      RemeshOutcome of_halves = halves.remesh_in_halves(before, before_stroke, flow, settings, halvings - 1, progress);
+      --halving.left;
+      RemeshOutcome of_halves = halves.remesh_in_halves(before, before_stroke, flow, settings, halving, progress);
+      ++halving.left;
       if (of_halves.status == AdvectStatus::cancelled) return of_halves;
       if (of_halves.remeshed && of_halves.remeshed->counts.crossings < counts.crossings) {
         *this = std::move(halves);
@@ -318,7 +323,7 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
 
 // Moves and remeshes the shape by the first half of the flow, then by the second.
 RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
-                                              const Flow& flow, const RemeshSettings& settings, int halvings,
+                                              const Flow& flow, const RemeshSettings& settings, Halving& halving,
                                               Progress* progress) {
   const auto [first, second] = halves_of(flow);
   try {
@@ -331,13 +336,13 @@ RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std
     positions_.assign(before.begin(), before.end());
     AdvectStatus status = move_uncounted(first, progress);
     if (status != AdvectStatus::done) return {status, std::nullopt};
-    RemeshOutcome half = remesh(before, before_stroke, first, settings, halvings, progress);
+    RemeshOutcome half = remesh(before, before_stroke, first, settings, halving, progress);
     if (half.status != AdvectStatus::done) return half;
     const std::vector<Vec3d> middle = positions_;
     const std::vector<Vec3d> places = provenance_->before_stroke;
     status = move_uncounted(second, progress);
     if (status != AdvectStatus::done) return {status, std::nullopt};
-    RemeshOutcome whole = remesh(middle, places, second, settings, halvings, progress);
+    RemeshOutcome whole = remesh(middle, places, second, settings, halving, progress);
     if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
     return whole;
   } catch (const RemeshLimit&) {

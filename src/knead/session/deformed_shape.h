@@ -260,10 +260,14 @@ class DeformedShape {
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
+  struct Halving {
+    int left = 0;      // how often the flow may still be halved
+    double spent = 0;  // evaluations on the points of all remeshes of the stroke
+  };
   RemeshOutcome remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                       const RemeshSettings& settings, int halvings, Progress* progress);
+                       const RemeshSettings& settings, Halving& halving, Progress* progress);
   RemeshOutcome remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                                 const RemeshSettings& settings, int halvings, Progress* progress);
+                                 const RemeshSettings& settings, Halving& halving, Progress* progress);
   AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
   const session_detail::RelaxMesh& relax_mesh() const;
