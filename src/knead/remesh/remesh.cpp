@@ -20,7 +20,6 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMostUntanglings = 4;
-constexpr std::size_t kFewPairs = 20;    // that improving may end although splitting did not
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
@@ -101,7 +100,6 @@ class Remesher {
   Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
     surface() = refined;
     Crossings found = refine_crossings();
-    if (options_.stop_where_crossed && found.pairs > counts_.crossings_before + kFewPairs) return found;
     begin_steps(2 + kMostGuards);
     end_step();
     start();

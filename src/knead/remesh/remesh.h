@@ -101,9 +101,6 @@ struct RemeshOptions {
   RemeshTargets targets;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
   bool whole = false;            // improve the whole surface, not only the part that moved
-  // Where many triangles still cross when all faces that cross have been split, stops there, for callers who then
-  // remesh the deformation in parts. The result is not improved.
-  bool stop_where_crossed = false;
   // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
   std::span<const MeshEdge> creases{};
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.

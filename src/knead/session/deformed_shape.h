@@ -233,9 +233,8 @@ class DeformedShape {
   // Returns how often relax() has changed the shape since the start, for telling whether it has.
   std::uint64_t dabs() const { return dabs_; }
 
-  // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. Where triangles cross
-  // that did not before, the flow is halved, and the mesh follows one half after the other; three times at most. On a
-  // status other than done the faces stay.
+  // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. On a status other than
+  // done the faces stay.
   RemeshOutcome remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                        Progress* progress = nullptr);
 
@@ -260,15 +259,6 @@ class DeformedShape {
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
-  struct Halving {
-    int left = 0;      // how often the flow may still be halved
-    double spent = 0;  // evaluations on the points of all remeshes of the stroke
-  };
-  RemeshOutcome remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                       const RemeshSettings& settings, Halving& halving, Progress* progress);
-  RemeshOutcome remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                                 const RemeshSettings& settings, Halving& halving, Progress* progress);
-  AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
   const session_detail::RelaxMesh& relax_mesh() const;
 
