@@ -56,10 +56,10 @@ struct AdvectResult {
 // Moves every point along its path line from the flow's beginning to its end, in place.
 // The bits of a result depend on its point alone: not on the other points, the number of threads or the instruction
 // set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
-// reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and
-// for the first point that is not finite, with its number (no pass of its own, so it costs nothing). Leaves the points
-// part-way, so keep a copy, if the status is `cancelled`, or `step_limit`: a path line needs over a million steps, as
-// far as the first few thousand show, for example because it runs to infinity far out in the slab of a bend.
+// reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and with its number
+// for a point that is not finite. Leaves the points part-way, so keep a copy, if the status is `cancelled`, or
+// `step_limit`: a path line needed over a million steps, for example because it runs to infinity far out in the slab of
+// a bend.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 // Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does

@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <functional>
-#include <memory>
 #include <string>
 
 #include "knead/math/error.h"
@@ -292,40 +290,6 @@ TEST(Advect, StopsWhenCancelled) {
   AdvectOptions options = precisely(1e-6);
   options.progress = &progress;
   EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
-}
-
-// A zone of a bend so thin that each step passes next to nothing of the segment.
-Flow bend_in_a_thin_zone() {
-  return {
-      {test::resting(Rotation<double>{{0, 0, 1}, 1.5, 1}, HalfSpace<double>{{1, 0, 0}}, {0, 0, 0}, {-5e-10, 5e-10})}};
-}
-
-TEST(Advect, EndsAtOnceWhereStepsWouldBeTooMany) {
-  for (const Precision precision : {Precision::float32, Precision::float64}) {
-    std::vector<Vec3d> points{{0, 0.4, 0}};
-    AdvectOptions options = test::in_float();
-    options.precision = precision;
-    const AdvectResult result = advect(bend_in_a_thin_zone(), points, options);
-    EXPECT_EQ(result.status, AdvectStatus::step_limit);
-    EXPECT_LT(result.accepted_steps + result.rejected_steps, 20000U);
-  }
-}
-
-// Cancelled from within: a path line that would take long asks for it at every step.
-TEST(Advect, AsksForCancelWithinAPathLine) {
-  Progress progress;
-  int evaluations = 0;
-  using Evaluate = std::function<MotionValue<double>(const Vec3d&)>;
-  const CustomMotion motion{std::make_shared<const Evaluate>([&](const Vec3d& d) {
-    if (++evaluations == 1000) progress.cancel = true;
-    return evaluate(Rotation<double>{{0, 0, 1}, 1e4, 1}, d);
-  })};
-  std::vector<Vec3d> points{{0.5, 0, 0}};
-  AdvectOptions options = test::in_float();
-  options.progress = &progress;
-  const Flow flow{{test::resting(motion, Ball<double>{}, {0, 0, 0}, {0.1, 0.8})}};
-  EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
-  EXPECT_LT(evaluations, 1020);
 }
 
 std::string refusal(const Flow& flow, std::vector<Vec3d> points) {

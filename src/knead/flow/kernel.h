@@ -13,10 +13,6 @@
 #include "knead/math/mat3.h"
 #include "knead/math/vec3.h"
 
-namespace knead {
-struct Progress;
-}
-
 namespace knead::detail {
 
 // Points are kept and moved in blocks, and blocks in groups.
@@ -224,9 +220,6 @@ struct SegmentTask {
   // The earliest time from t on at which the resting point can be inside the support; over 1: never. `cell`: as Origin.
   double (*next_contact)(const void* contact_data, const Vec3d& x, double t, const void*& cell) = nullptr;
   const void* contact_data = nullptr;
-  // Whether the path lines are to be left where they are.
-  bool (*is_cancelled)(const Progress* progress) = nullptr;
-  const Progress* progress = nullptr;
 };
 
 template <class S>

@@ -108,10 +108,11 @@ class GroupMover {
     for (int round = 0;; ++round) {
       settle();
       if (bundle_.asked.count() == 0) return;
+      if (round == kStepLimit || !counts_.complete) {
+        counts_.complete = false;
+        return;
+      }
       field_.find_limits(false);
-      if (round % kRoundsBeforeOutlook == 0 && round > 0 && !can_arrive()) counts_.complete = false;
-      if (round == kStepLimit || segment_.is_cancelled(segment_.progress)) counts_.complete = false;
-      if (!counts_.complete) return;
       for (std::size_t i = 0; i < lanes(); i += P::kSize) choose_step(i);
       for (int k = 1; k < method.stage_count; ++k) field_.evaluate(method.stages[k]);
       for (std::size_t i = 0; i < lanes(); i += P::kSize) finish_step(i);
@@ -119,17 +120,6 @@ class GroupMover {
       field_.follow();
       if (!method.first_same_as_last) field_.evaluate(Stage<S>{});
     }
-  }
-
-  // Whether steps as long as those possible now would reach the end of every path line before the limit.
-  bool can_arrive() const {
-    std::uint32_t late = 0;
-    for (std::size_t i = 0; i < lanes(); i += P::kSize) {
-      const P time = P(segment_.end) - P::load(bundle_.t + i);
-      const P passed = field_.longest_step(i) * P(S(kStepLimit));
-      late |= bits(passed < maximum(time, -time)) & lanes_in_use<P>(i, bundle_.count);
-    }
-    return late == 0;
   }
 
   // Deals with the lanes that no step is needed for, and takes finished ones out when they are many. Asks for those

@@ -25,10 +25,6 @@ bool is_for_packs(const Region& region) {
   return !std::holds_alternative<Handles<double>>(region) && !std::holds_alternative<CustomRegion>(region);
 }
 
-bool is_cancelled(const Progress* progress) {
-  return progress != nullptr && progress->cancel.load(std::memory_order_relaxed);
-}
-
 double contact_or_never(const void* segment, const Vec3d& x, double t, const void*& /*cell*/) {
   return next_contact(*static_cast<const Segment*>(segment), x, t).value_or(2);
 }
@@ -250,8 +246,6 @@ struct KernelMover {
     task.method = &method;
     task.next_contact = bound.next_contact;
     task.contact_data = bound.contact_data;
-    task.is_cancelled = &is_cancelled;
-    task.progress = options.progress;
     if (!mask_of.acts) return;
     mask = segment.mask;
     task.carries = false;  // the tool may carry a point to the border

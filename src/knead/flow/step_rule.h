@@ -40,8 +40,6 @@ inline constexpr double kRoundingOfSlope = 8;
 
 // A path line with so many steps is given up.
 inline constexpr int kStepLimit = 1'000'000;
-// So is one that after so many steps is where only more than that limit of the longest steps would reach the end.
-inline constexpr int kRoundsBeforeOutlook = 8192;
 
 // In a blended segment one of the two fields has no weight at t = 0, the other at t = 1, so that no stage near there
 // sees it: a step is at most this part of the time to the nearer end, but never has to be below the least one.
