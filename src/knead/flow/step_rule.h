@@ -60,7 +60,7 @@ inline constexpr double kLeastSpeed = std::numeric_limits<float>::min();  // div
 inline constexpr double kSecondOrderReach = 1.0 / 16;
 inline constexpr double kThirdOrderReach = 1;
 // The error of the third order is this part of that estimate at most: in random segments of every kind a tenth changes
-// no worst error, and in knead bench's bend a fifth leaves three quarters of the tolerance (docs/decisions/0010).
+// no worst error; with a fifth knead bench's bend errs by 0.36 of the tolerance (docs/decisions/0010).
 inline constexpr double kThirdOrderShare = 0.2;
 // The error of the third order that is to be expected before anything but the first slope is known: this part of the
 // speed, times the third power of the part of the intermediate region's width that is passed. And how much smaller than

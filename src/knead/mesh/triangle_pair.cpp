@@ -88,8 +88,8 @@ constexpr std::array<std::size_t, 3> kAllEdges{0, 1, 2};
 constexpr std::array<std::size_t, 2> kEdgesAtCorner0{0, 2};
 
 // Returns true if the points surely lie on one side of the plane of t: where surfaces lie above each other, this
-// decides without exact signs. The bound is twice that of the rounding of all products, each at most
-// |e| |f| |p - t[0]| for two edges e and f.
+// decides without exact signs. The error of a height, n.(p - t[0]) for n = e x f of two edges, is below 16 units
+// of rounding of |e| |f| |p - t[0]|; four times that is asked for.
 template <std::size_t Points>
 bool lie_beside(const Corners& t, const std::array<Vec3d, Points>& points) {
   const Vec3d e = t[1] - t[0];

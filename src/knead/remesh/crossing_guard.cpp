@@ -8,7 +8,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::uint64_t kMostTested = 8'000'000;  // obstacles: some seconds
+constexpr std::uint64_t kMostTested = 8'000'000;  // obstacles
 
 std::vector<std::uint32_t> all_of(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);
@@ -142,15 +142,11 @@ bool CrossingGuard::allows_move(std::span<const std::uint32_t> vertices, const V
   return allows(faces, proposed);
 }
 
-std::vector<std::uint32_t> CrossingGuard::crossing_faces(std::span<const std::uint32_t> faces) {
-  std::vector<std::uint32_t> found;
-  for (const std::uint32_t f : faces) {
-    if (!s_.is_alive(f)) continue;
-    const PlacedFace own = placed(s_, s_.triangle(f));
-    mark({&f, 1});
-    if (count_pairs({&own, 1}, 1) > 0) found.push_back(f);
-  }
-  return found;
+bool CrossingGuard::crosses(std::uint32_t face) {
+  if (!s_.is_alive(face)) return false;
+  const PlacedFace own = placed(s_, s_.triangle(face));
+  mark({&face, 1});
+  return count_pairs({&own, 1}, 1) > 0;
 }
 
 void CrossingGuard::update(std::uint32_t face) {

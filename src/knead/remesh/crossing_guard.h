@@ -24,13 +24,14 @@ class CrossingGuard {
   void watch_everything() { watched_.clear(); }
 
   // Returns true if the proposed faces may take the place of `faces`: if no vertex of `faces` is watched, if no
-  // proposed face crosses another triangle, or if fewer pairs cross than before. A face without area counts as a pair.
+  // proposed face crosses another triangle, or if the proposed ones cross fewer than `faces` do. A face without area
+  // counts as a pair. Once 8 million triangles have been tested, changes of watched vertices are refused.
   bool allows(std::span<const std::uint32_t> faces, std::span<const PlacedFace> proposed);
   // Likewise for the faces around vertices that move by d.
   bool allows_move(std::span<const std::uint32_t> vertices, const Vec3d& d);
 
-  // Returns the living faces of the list that cross another triangle.
-  std::vector<std::uint32_t> crossing_faces(std::span<const std::uint32_t> faces);
+  // Returns whether the face is alive and crosses another triangle.
+  bool crosses(std::uint32_t face);
 
   // To be called after a face, or those around a vertex, have changed.
   void update(std::uint32_t face);

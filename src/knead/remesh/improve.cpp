@@ -170,6 +170,7 @@ ImprovementCounts& ImprovementCounts::operator+=(const ImprovementCounts& more) 
 }
 
 void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
+  if (volume == 0) return;
   const Improver improver(s, {});
   std::vector<std::pair<std::uint32_t, Vec3d>> free;  // with the sum of the area vectors around it
   double area = 0;

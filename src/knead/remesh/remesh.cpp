@@ -82,17 +82,18 @@ class Remesher {
     spread_volume(surface(), std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
     end_step();
-    if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
-    if (!hopeless && found.pairs > counts_.crossings_before) {
-      std::vector<Box> places = places_of(found);
-      found = untangle_faces(found);
-      if (found.pairs <= counts_.crossings_before) {
-        found = give_volume_back(std::move(found));
-      } else {
-        found = improve_guarded(refined, std::move(places));
-      }
+    if (!hopeless && found.pairs > 0) {
+      const std::size_t before = crossings_before(refined);
+      if (found.pairs > before) found = end_crossings(std::move(found), before, refined);
     }
     counts_.crossings = found.pairs;
+  }
+
+  // Ends crossings where they are, until no more pairs cross than before the deformation; else starts again.
+  Crossings end_crossings(Crossings found, std::size_t before, const Surface& refined) {
+    std::vector<Box> places = places_of(found);
+    found = untangle_faces(std::move(found));
+    return found.pairs <= before ? give_volume_back(std::move(found)) : improve_guarded(refined, std::move(places));
   }
 
   // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
@@ -144,7 +145,10 @@ class Remesher {
     std::vector<std::uint32_t> faces = found.faces;
     for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
       count(untangle(surface(), {options_.targets, options_.progress, &guard}, faces));
-      faces = guard.crossing_faces(faces);
+      std::erase_if(faces, [&](std::uint32_t f) {
+        stop_if_cancelled(options_.progress);
+        return !guard.crosses(f);
+      });
     }
     return search_.find(patch_);
   }
@@ -190,6 +194,7 @@ class Remesher {
   template <class Move>
   Crossings move_all(Crossings before, const Move& move) {
     const std::vector<Vec3d> saved = surface().after;
+    const RemeshCounts counts = counts_;
     std::vector<bool> locked;
     for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
       move(locked);
@@ -197,6 +202,7 @@ class Remesher {
       if (found.pairs <= before.pairs) return found;
       lock_around(found, attempt, locked);
       surface().after = saved;
+      counts_ = counts;
     }
     return before;
   }

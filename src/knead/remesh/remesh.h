@@ -115,10 +115,9 @@ struct RemeshCounts {
   std::size_t splits = 0;
   std::size_t collapses = 0;
   std::size_t flips = 0;
-  std::size_t crossings = 0;         // pairs of crossing triangles in the result, at least one of them touched
-  std::size_t crossings_before = 0;  // likewise before the deformation; 0 if none cross in the result
-  double missing_volume = 0;         // true volume minus the volume of the refined mesh
-  double compensated_volume = 0;     // the part of it that was restored
+  std::size_t crossings = 0;      // pairs of crossing triangles in the result, at least one of them touched
+  double missing_volume = 0;      // true volume minus the volume of the refined mesh
+  double compensated_volume = 0;  // the part of it that was restored
   // False if a limit on rounds left edges that do not meet the targets, or most triangles were too thin to improve.
   bool complete = true;
 };
