@@ -8,8 +8,6 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr std::uint64_t kMostTested = 8'000'000;  // obstacles
-
 std::vector<std::uint32_t> all_of(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);
   std::iota(numbers.begin(), numbers.end(), 0U);
@@ -97,7 +95,6 @@ std::size_t CrossingGuard::count_pairs(std::span<const PlacedFace> faces, std::s
   }
   if (pairs >= enough) return pairs;
   find_obstacles();
-  tested_ += obstacles_.size();
   for (const Boxed& obstacle : obstacles_) {
     if (are_collinear(obstacle.triangle.corners)) continue;
     for (const Boxed& face : faces_) pairs += cross(face, obstacle) ? 1 : 0;
@@ -112,7 +109,6 @@ bool CrossingGuard::allows(std::span<const std::uint32_t> faces, std::span<const
     return std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return is_watched(v); });
   });
   if (!watched) return true;
-  if (tested_ > kMostTested) return false;
   mark(faces);
   if (count_pairs(proposed, 1) == 0) return true;
   std::vector<PlacedFace> were;

@@ -25,7 +25,7 @@ class CrossingGuard {
 
   // Returns true if the proposed faces may take the place of `faces`: if no vertex of `faces` is watched, if no
   // proposed face crosses another triangle, or if the proposed ones cross fewer than `faces` do. A face without area
-  // counts as a pair. Once 8 million triangles have been tested, changes of watched vertices are refused.
+  // counts as a pair.
   bool allows(std::span<const std::uint32_t> faces, std::span<const PlacedFace> proposed);
   // Likewise for the faces around vertices that move by d.
   bool allows_move(std::span<const std::uint32_t> vertices, const Vec3d& d);
@@ -65,7 +65,6 @@ class CrossingGuard {
   std::vector<bool> watched_;               // of each vertex when the guard was made; later ones are watched
   std::vector<std::uint32_t> marks_;        // of each face: the number of the last mark()
   std::uint32_t mark_ = 0;
-  std::uint64_t tested_ = 0;  // obstacles
   std::vector<Boxed> faces_;
   std::vector<Boxed> obstacles_;
 };
