@@ -116,18 +116,18 @@ TEST(CrossingGuard, ImprovingUnderItMakesNothingCross) {
   task.targets.max_chord = 0.02;
   task.targets.iterations = 4;
   const Surface poor = s;
-  const auto run = [&] {
-    ImprovementCounts counts = improve(s, task);
-    for (int level = 0; level < kGuardedLevels; ++level) counts += mend(s, task, level);
+  const auto run = [&task](Surface& surface) {
+    ImprovementCounts counts = improve(surface, task);
+    for (int level = 0; level < kGuardedLevels; ++level) counts += mend(surface, task, level);
     return counts;
   };
-  run();
+  run(s);
   EXPECT_GT(count_crossings(search, s), 0U);  // without a guard
   s = poor;
   CrossingGuard fresh(s, search);
   fresh.watch_everything();
   task.guard = &fresh;
-  const ImprovementCounts counts = run();
+  const ImprovementCounts counts = run(s);
   EXPECT_GT(counts.flips, 20U);
   EXPECT_GT(counts.collapses, 3U);
   EXPECT_EQ(count_crossings(search, s), 0U);
