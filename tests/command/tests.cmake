@@ -21,3 +21,8 @@ if(TARGET knead::render)
   target_sources(knead_command_test PRIVATE ${here}/render_test.cpp)
   target_include_directories(knead_command_test SYSTEM PRIVATE ${KNEAD_STB_INCLUDE_DIR})
 endif()
+
+find_package(Python3 QUIET COMPONENTS Interpreter)
+if(Python3_FOUND)
+  add_test(NAME wild_files COMMAND ${Python3_EXECUTABLE} ${here}/wild_files.py $<TARGET_FILE:knead>)
+endif()

@@ -146,6 +146,8 @@ std::vector<Wild> wild_stl() {
 std::vector<Wild> wild_off() {
   return {
       {"LowerCase", "off", "off\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", "in lower case", 3, 1},
+      {"MixedCase", "off", "COff\n3 1 0\n0 0 0 1 0 0 1\n1 0 0 1 0 0 1\n0 1 0 1 0 0 1\n3 0 1 2\n", "in lower case", 3,
+       1},
       {"LowerCaseNormals", "off",
        "cnoff 3 1\n0 0 0 0 0 1 0.5 0 0 1\n1 0 0 0 0 1 0 0 1 1\n0 1 0 0 0 1 0 0 0 1\n3 0 1 2\n", "in lower case", 3, 1},
       {"HexadecimalFaces", "off", "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 0xff8000\n3 1 3 2 0x0000FF\n",

@@ -36,13 +36,11 @@ bool parse_letters(std::string_view letters, const TextCursor& text, Fields& fie
   return has_dimension;
 }
 
-// In upper case if it has no letter in that case; else as it is, because n and N differ.
+// In upper case unless it has OFF in that case already; then as it is, because n and N differ.
 std::string keyword_of(std::string_view word) {
   std::string upper(word);
-  for (char& c : upper) {
-    if (c >= 'A' && c <= 'Z') return std::string(word);
-    c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
-  }
+  if (word.find("OFF") != std::string_view::npos) return upper;
+  for (char& c : upper) c = c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   return upper;
 }
 
@@ -91,7 +89,7 @@ ShapeFile parse(std::string bytes, const std::string& name) {
   shape.format = "off";
   shape.bytes = std::move(bytes);
   const Header header = parse_header(shape.bytes, name);
-  if (header.lower_case) shape.notes.emplace_back("the keyword is in lower case and is read as in upper case");
+  if (header.lower_case) shape.notes.emplace_back("the keyword has letters in lower case and is read as in upper case");
   MeshBuilder builder(shape, header.fields);
   const auto read = header.binary ? read_binary : read_text;
   Layout layout = read(builder, header, shape, name);

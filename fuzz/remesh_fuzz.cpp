@@ -1,0 +1,63 @@
+// Remeshes what strokes deform. Bytes choose a small mesh, one or two strokes and settings: the result is a sound mesh
+// whose faces and vertices come from the given one, or the input is refused.
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "byte_choices.h"
+#include "knead/math/error.h"
+#include "knead/session/replay.h"
+#include "support/shape_promises.h"
+
+namespace {
+
+using namespace knead;
+
+RemeshSettings settings(fuzz::Choices& choices) {
+  RemeshSettings result;
+  if (choices.flag()) result.max_edge = choices.positive();
+  if (choices.flag()) result.max_angle_deg = 5 + choices.byte() / 2.0;
+  if (choices.flag()) result.max_chord = 1e-4 * (1 + choices.byte());
+  if (choices.flag()) result.min_edge = choices.positive() / 8;
+  if (choices.flag()) result.iterations = static_cast<int>(choices.below(8));
+  result.max_vertices = 200 + choices.below(5000);
+  return result;
+}
+
+std::string broken_result(const Mesh& before, const DeformedShape& shape) {
+  const Mesh mesh = shape.to_mesh();
+  if (std::string what = broken_mesh(mesh); !what.empty()) return what;
+  const Provenance* from = shape.provenance();
+  if (from == nullptr) return "";
+  if (from->face_source.size() != mesh.face_count()) return "the number of face sources";
+  if (from->vertex_source.size() != mesh.vertex_count()) return "the number of vertex sources";
+  const auto is_face = [&](std::uint32_t f) { return f < before.face_count(); };
+  const auto is_vertex = [&](std::uint32_t v) { return v == kNewVertex || v < before.vertex_count(); };
+  if (!std::all_of(from->face_source.begin(), from->face_source.end(), is_face)) return "a face source";
+  return std::all_of(from->vertex_source.begin(), from->vertex_source.end(), is_vertex) ? "" : "a vertex source";
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  fuzz::Choices choices({data, size});
+  const auto mesh = std::make_shared<const Mesh>(fuzz::mesh(choices));
+  ReplayOptions options;
+  options.motion.threads = 1;
+  options.remesh.settings = settings(choices);
+  options.remesh.single_precision = choices.flag();
+  Session session;
+  try {
+    session.strokes = fuzz::strokes(choices, 2, mesh->vertex_count());
+    const ReplayResult result = replay(mesh, session, options);
+    if (result.status != AdvectStatus::done) return 0;
+    const std::string broken = broken_result(*mesh, result.shape);
+    if (broken.empty()) return 0;
+    std::fprintf(stderr, "broken promise: %s\n", broken.c_str());
+    std::abort();
+  } catch (const InvalidInput&) {
+    return 0;
+  }
+}
