@@ -124,8 +124,11 @@ int exact_orient3d(const Vec3d& a, const Vec3d& b, const Vec3d& c, const Vec3d& 
   return (minor(q.x, q.y, r.x, r.y) * p.z + minor(r.x, r.y, p.x, p.y) * q.z + minor(p.x, p.y, q.x, q.y) * r.z).sign();
 }
 
-// Returns the sign of a determinant whose error is at most `bound`. The bound is 0 only if all products are 0.
-bool decides(double determinant, double bound) { return std::abs(determinant) > bound || bound == 0; }
+// Returns whether a determinant, whose error is at most `bound`, has the right sign. The bound is 0 only if all
+// products are 0. It is not finite if a coordinate is not, or if products are too large for exact numbers.
+bool decides(double determinant, double bound) {
+  return std::abs(determinant) > bound || bound == 0 || !std::isfinite(bound);
+}
 
 int sign(double x) { return static_cast<int>(x > 0) - static_cast<int>(x < 0); }
 

@@ -283,6 +283,7 @@ bool Improver::merge_apex_into_crease(std::uint32_t h, const Bounds& bounds) {
   const std::uint32_t d = s_.apex(o);
   if (!is_open(d) || are_neighbours(s_, v, d)) return false;
   const Vec3d edge = s_.after[b] - s_.after[a];
+  if (!(norm2(edge) > 0)) return false;
   const double t = std::clamp(dot(s_.after[v] - s_.after[a], edge) / norm2(edge), 0.0, 1.0);
   const Vec3d foot = s_.after[a] + edge * t;
   const double was = star_quality(s_, v, s_.after[v], {});
