@@ -52,13 +52,18 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
 }  // namespace
 
 GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
-  const auto same = [](const SessionStroke& a, const SessionStroke& b) { return a.stroke == b.stroke; };
+  const auto same = [](const SessionStroke& a, const SessionStroke& b) {
+    return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength;
+  };
   const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
   GestureChange result;
   result.first_new = static_cast<std::size_t>(a - before.begin());
   if (a == before.end()) return result;
-  const auto has_rest = [](const Stroke& stroke) { return !reads_surface(stroke) || !is_flow(stroke); };
-  if (std::next(a) == before.end() && b != now.end() && has_rest(a->stroke) && has_rest(b->stroke)) {
+  const auto has_rest = [](const SessionStroke& stroke) {
+    const bool is_plain = stroke.name.empty() && !stroke.off && stroke.strength == 1;
+    return is_plain && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
+  };
+  if (std::next(a) == before.end() && b != now.end() && has_rest(*a) && has_rest(*b)) {
     result.rest = rest_of_flow(a->stroke, b->stroke);
     result.rest_as_line = rest_of(a->stroke, b->stroke);
     ++result.first_new;

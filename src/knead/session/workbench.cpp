@@ -359,11 +359,15 @@ LineChange Workbench::live_lines(const GestureChange& change, const std::vector<
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
   if (change.rest_as_line) lines.appended.push_back({*change.rest_as_line});
+  std::size_t first = change.first_new;
   if (change.rest && !change.rest_as_line) {
     lines.taken_back = 1;
-    lines.appended.push_back({strokes[change.first_new - 1].stroke});
+    --first;
   }
-  for (std::size_t i = change.first_new; i < strokes.size(); ++i) lines.appended.push_back({strokes[i].stroke});
+  for (std::size_t i = first; i < strokes.size(); ++i) {
+    lines.appended.push_back(strokes[i]);
+    lines.appended.back().remesh.reset();
+  }
   live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
   return lines;
 }

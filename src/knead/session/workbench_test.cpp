@@ -124,6 +124,23 @@ INSTANTIATE_TEST_SUITE_P(Workbench, LiveTool,
                          testing::Values("implicit", "paint", "points", "rotate", "handles", "mirrored"),
                          [](const auto& test) { return std::string(test.param); });
 
+TEST(Workbench, LinesOfAGestureKeepStrengthNameAndOff) {
+  const Mesh base = ball();
+  Workbench bench(base);
+  Lines lines;
+  lines.follow(bench.set_live({{pull(2)}}).lines);
+  SessionStroke half{pull(3)};
+  half.strength = 0.5;
+  half.name = "half";
+  SessionStroke off{pull(3, -1)};
+  off.off = true;
+  lines.follow(bench.set_live({half, off}).lines);
+  EXPECT_EQ(lines.strokes, (std::vector<SessionStroke>{half, off}));
+  lines.follow(bench.finish().lines);
+  expect_as_replayed(bench, base);
+  EXPECT_EQ(replayed(base, lines.strokes).shape.positions(), bench.state().positions.copy());
+}
+
 TEST(Workbench, ALiveStrokeThatBecomesAnotherBeginsAnew) {
   const Mesh mesh = ball();
   Workbench bench(mesh);
