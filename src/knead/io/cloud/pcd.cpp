@@ -250,6 +250,7 @@ class Walk {
 ShapeFile parse(std::string bytes, const std::string& name) {
   ShapeFile shape;
   shape.format = "pcd";
+  if (uncompress(bytes, name)) shape.notes.emplace_back("the points are compressed and are written uncompressed");
   shape.bytes = std::move(bytes);
   set_layout(shape, Reader(shape, name).run());
   return shape;

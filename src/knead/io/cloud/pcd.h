@@ -28,6 +28,7 @@ struct Field {
 struct Layout {
   std::vector<Field> fields;
   bool ascii = true;
+  std::size_t compressed = 0;  // where the word 'binary_compressed' begins; 0: none
   std::size_t points = 0;
   std::size_t row_size = 0;             // bytes, or words
   std::size_t body_begin = 0;           // the byte after the header
@@ -37,9 +38,13 @@ struct Layout {
 // Reads the header. Throws InvalidInput that names the line.
 Layout parse_header(std::string_view bytes, const std::string& name);
 
+// Turns a file with 'DATA binary_compressed' into one with 'DATA binary'; leaves others as they are and returns false.
+// Throws InvalidInput for a damaged one.
+bool uncompress(std::string& bytes, const std::string& name);
+
 // Points whose coordinates are not finite, which organised scans have, are left out of the mesh. "normal" (fields
 // normal_x, normal_y, normal_z), "color" (3, of rgb; 4, of rgba), other fields of one number under their names. The
-// pose of the viewpoint is not applied. Throws InvalidInput for compressed files.
+// pose of the viewpoint is not applied. A compressed file is kept, and written, uncompressed; a note says so.
 ShapeFile parse(std::string bytes, const std::string& name);
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options);

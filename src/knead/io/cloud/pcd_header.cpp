@@ -21,11 +21,9 @@ class HeaderParser {
     for (std::string_view keyword = text_.next(); keyword != "DATA"; keyword = text_.next()) read_line(keyword);
     const std::string_view encoding = text_.next_on_line();
     layout_.ascii = encoding == "ascii";
-    if (encoding == "binary_compressed") {
-      text_.fail("the points are compressed, which is not read; convert the file to 'DATA binary'");
-    }
-    if (!layout_.ascii && encoding != "binary") {
-      text_.fail("expected 'DATA ascii' or 'DATA binary', found " + in_quotes(encoding));
+    if (encoding == "binary_compressed") layout_.compressed = text_.word_begin();
+    if (!layout_.ascii && layout_.compressed == 0 && encoding != "binary") {
+      text_.fail("expected 'DATA ascii', 'DATA binary' or 'DATA binary_compressed', found " + in_quotes(encoding));
     }
     text_.next_line();
     layout_.body_begin = text_.position();
