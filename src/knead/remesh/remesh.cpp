@@ -20,6 +20,7 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMostUntanglings = 4;
+constexpr std::size_t kFewPairs = 20;    // that improving may end although splitting did not
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;
@@ -82,18 +83,17 @@ class Remesher {
     spread_volume(surface(), std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
     end_step();
-    if (!hopeless && found.pairs > 0) {
-      const std::size_t before = crossings_before(refined);
-      if (found.pairs > before) found = end_crossings(std::move(found), before, refined);
-    }
+    if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
+    if (!hopeless && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
     counts_.crossings = found.pairs;
   }
 
   // Ends crossings where they are, until no more pairs cross than before the deformation; else starts again.
-  Crossings end_crossings(Crossings found, std::size_t before, const Surface& refined) {
+  Crossings end_crossings(Crossings found, const Surface& refined) {
     std::vector<Box> places = places_of(found);
     found = untangle_faces(std::move(found));
-    return found.pairs <= before ? give_volume_back(std::move(found)) : improve_guarded(refined, std::move(places));
+    return found.pairs <= counts_.crossings_before ? give_volume_back(std::move(found))
+                                                   : improve_guarded(refined, std::move(places));
   }
 
   // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
@@ -101,6 +101,10 @@ class Remesher {
   Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
     surface() = refined;
     Crossings found = refine_crossings();
+    if (options_.stop_where_crossed && found.pairs > counts_.crossings_before + kFewPairs) {
+      counts_.stopped = true;
+      return found;
+    }
     begin_steps(2 + kMostGuards);
     end_step();
     start();
@@ -185,6 +189,7 @@ class Remesher {
       if (quality(s, f, s.after) < kThin) ++thin;
     }
     const bool found = thin > kManyThin && 2 * thin > touched;
+    counts_.faces = touched;
     counts_.complete = counts_.complete && !found;
     return found;
   }

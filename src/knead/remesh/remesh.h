@@ -101,6 +101,9 @@ struct RemeshOptions {
   RemeshTargets targets;
   bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
   bool whole = false;            // improve the whole surface, not only the part that moved
+  // Where many triangles still cross when all faces that cross have been split, stops there, for callers who then
+  // remesh the deformation in parts. The result is not improved.
+  bool stop_where_crossed = false;
   // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
   std::span<const MeshEdge> creases{};
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
@@ -115,9 +118,12 @@ struct RemeshCounts {
   std::size_t splits = 0;
   std::size_t collapses = 0;
   std::size_t flips = 0;
-  std::size_t crossings = 0;      // pairs of crossing triangles in the result, at least one of them touched
-  double missing_volume = 0;      // true volume minus the volume of the refined mesh
-  double compensated_volume = 0;  // the part of it that was restored
+  std::size_t crossings = 0;         // pairs of crossing triangles in the result, at least one of them touched
+  std::size_t crossings_before = 0;  // likewise before the deformation; 0 if none cross in the result
+  std::size_t faces = 0;             // that were touched, after refinement: the work grows with it
+  bool stopped = false;              // as RemeshOptions::stop_where_crossed says
+  double missing_volume = 0;         // true volume minus the volume of the refined mesh
+  double compensated_volume = 0;     // the part of it that was restored
   // False if a limit on rounds left edges that do not meet the targets, or most triangles were too thin to improve.
   bool complete = true;
 };

@@ -44,19 +44,39 @@ double cost_of(const Flow& flow) {
   return 1 + static_cast<double>(elements) / (kElements * static_cast<double>(flow.segments.size()));
 }
 
-// What carrying the points of a remesh has cost, and may cost.
+// What carrying the points of a remesh costs, and all of them for a stroke may cost.
 struct CarryBudget {
   double most = 0;           // evaluations, in those of a ball
-  double spent = 0;          // likewise
   double points = 0;         // carried
-  double of_the_stroke = 0;  // evaluations for each vertex
+  double spent = 0;          // evaluations on them
+  double of_the_stroke = 0;  // for each vertex
 
-  // Returns about how many more points may be carried.
-  double points_left() const {
+  // Returns about how many more points may be carried when so much has been spent for the stroke.
+  double points_left(double spent_for_the_stroke) const {
     const double each = points < kFewPoints ? of_the_stroke : spent / points;
-    return each > 0 ? std::max(0.0, most - spent) / each : std::numeric_limits<double>::infinity();
+    return each > 0 ? std::max(0.0, most - spent_for_the_stroke) / each : std::numeric_limits<double>::infinity();
   }
 };
+
+// A flow after which triangles cross is halved again and again, so often at most. All halves together may have so many
+// times the faces of the whole, and none is begun where more than so many pairs cross for each face: that has not paid.
+constexpr int kMostHalvings = 3;
+constexpr std::size_t kMoreThanWhole = 4;
+constexpr double kMostPairsPerFace = 0.5;
+
+bool has_new_crossings(const RemeshCounts& counts) { return counts.crossings > counts.crossings_before; }
+
+std::pair<Flow, Flow> halves_of(const Flow& flow) {
+  const std::size_t half = flow.segments.size() / 2;
+  const auto middle = flow.segments.begin() + static_cast<std::ptrdiff_t>(half);
+  std::pair<Flow, Flow> halves{{{flow.segments.begin(), middle}}, {{middle, flow.segments.end()}}};
+  if (flow.segments.size() % 2 == 0) return halves;
+  halves.first.segments.push_back(*middle);
+  double& cut = halves.first.segments.back().end;
+  cut = 0.5 * (middle->begin + cut);
+  halves.second.segments.front().begin = cut;
+  return halves;
+}
 
 // Ends a remesh whose points could not be carried.
 struct Stopped {
@@ -90,9 +110,23 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.collapses += more.collapses;
   counts.flips += more.flips;
   counts.crossings = more.crossings;
+  counts.crossings_before = more.crossings_before;
   counts.missing_volume += more.missing_volume;
   counts.compensated_volume += more.compensated_volume;
   counts.complete = counts.complete && more.complete;
+}
+
+// Makes a second remesh, of what a first one made, one of the mesh before both.
+void follow(const Remeshed& first, Remeshed& second) {
+  for (std::uint32_t& face : second.face_source) face = first.face_source[face];
+  for (std::size_t v = 0; v < second.vertex_source.size(); ++v) {
+    std::uint32_t& source = second.vertex_source[v];
+    second.moved[v] = second.moved[v] || source == kNewVertex || first.moved[source];
+    if (source != kNewVertex) source = first.vertex_source[source];
+  }
+  RemeshCounts counts = first.counts;
+  add(second.counts, counts);
+  second.counts = counts;
 }
 
 Provenance unchanged(const Mesh& mesh) {
@@ -221,6 +255,13 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
+  Halving halving{kMostHalvings};
+  return remesh(before, before, flow, settings, halving, progress);
+}
+
+RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
+                                    const Flow& flow, const RemeshSettings& settings, Halving& halving,
+                                    Progress* progress) {
   Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
   if (flow.segments.empty()) {
     provenance_ = std::make_shared<const Provenance>(std::move(provenance));
@@ -237,7 +278,7 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   }
   add_normals(normals(), mesh);
   add_places(kRest, provenance.rest, mesh);
-  add_places(kBefore, before, mesh);
+  add_places(kBefore, before_stroke, mesh);
   const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
   const FlowReach reach(flow);
@@ -249,11 +290,13 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
                          kMoreThanStroke * of_the_stroke);
   budget.of_the_stroke = of_the_stroke / static_cast<double>(before.size());
   Deformation deformation;
-  deformation.points_left = [&] { return budget.points_left(); };
+  deformation.points_left = [&] { return budget.points_left(halving.spent); };
   deformation.carry = [&](std::span<Vec3d> points) {
     const std::uint64_t was = work_.evaluations;
     carry(flow, progress, points);
-    budget.spent += cost * static_cast<double>(work_.evaluations - was);
+    const double spent = cost * static_cast<double>(work_.evaluations - was);
+    budget.spent += spent;
+    halving.spent += spent;
     budget.points += static_cast<double>(points.size());
   };
   deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
@@ -261,7 +304,21 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   const KeptCount kept(progress);
   try {
     options.progress = progress;
+    options.stop_where_crossed = true;
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
+    const bool is_whole = halving.most_faces == 0;
+    if (is_whole) halving.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
+    halving.faces += outcome.remeshed->counts.faces;
+    if (has_new_crossings(outcome.remeshed->counts)) {
+      RemeshOutcome halves;
+      if (can_halve(outcome.remeshed->counts, halving)) {
+        halves = remesh_in_halves(before, before_stroke, flow, settings, halving, progress);
+      }
+      if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
+      halving.spent = 0;
+      options.stop_where_crossed = false;
+      if (outcome.remeshed->counts.stopped) outcome.remeshed = knead::remesh(mesh, positions_, deformation, options);
+    }
     adopt(*outcome.remeshed, before);
     return outcome;
   } catch (const Stopped& stopped) {
@@ -269,6 +326,61 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   } catch (const Cancelled&) {
     return {AdvectStatus::cancelled, std::nullopt};
   }
+}
+
+bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving) {
+  return halving.left > 0 && halving.faces < halving.most_faces &&
+         static_cast<double>(counts.crossings) <= kMostPairsPerFace * static_cast<double>(counts.faces);
+}
+
+// Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
+RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
+                                              const Flow& flow, const RemeshSettings& settings, Halving& halving,
+                                              Progress* progress) {
+  const auto [first, second] = halves_of(flow);
+  DeformedShape halves = *this;
+  --halving.left;
+  RemeshOutcome outcome;
+  try {
+    outcome = halves.remesh_halves(before, before_stroke, first, second, settings, halving, progress);
+  } catch (const RemeshLimit&) {
+    outcome = {};
+  }
+  ++halving.left;
+  if (outcome.remeshed) *this = std::move(halves);
+  return outcome;
+}
+
+RemeshOutcome DeformedShape::remesh_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
+                                           const Flow& first, const Flow& second, const RemeshSettings& settings,
+                                           Halving& halving, Progress* progress) {
+  if (normals_) {
+    Flow both = first;
+    both.segments.insert(both.segments.end(), second.segments.begin(), second.segments.end());
+    const AdvectStatus status = move_uncounted(inverse(both), progress);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+  }
+  earlier_steps_ = steps();
+  blocks_.reset();
+  positions_.assign(before.begin(), before.end());
+  AdvectStatus status = move_uncounted(first, progress);
+  if (status != AdvectStatus::done) return {status, std::nullopt};
+  const RemeshOutcome half = remesh(before, before_stroke, first, settings, halving, progress);
+  if (!half.remeshed) return half;
+  const std::vector<Vec3d> middle = positions_;
+  const std::vector<Vec3d> places = provenance_->before_stroke;
+  status = move_uncounted(second, progress);
+  if (status != AdvectStatus::done) return {status, std::nullopt};
+  RemeshOutcome whole = remesh(middle, places, second, settings, halving, progress);
+  if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
+  return whole;
+}
+
+// As move(), but for the count of the work, to which halves of a stroke add nothing.
+AdvectStatus DeformedShape::move_uncounted(const Flow& flow, Progress* progress) {
+  const KeptCount kept(progress);
+  if (progress != nullptr) progress->total = 0;
+  return move(flow, progress);
 }
 
 void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {

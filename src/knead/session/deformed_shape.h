@@ -233,8 +233,9 @@ class DeformedShape {
   // Returns how often relax() has changed the shape since the start, for telling whether it has.
   std::uint64_t dabs() const { return dabs_; }
 
-  // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. On a status other than
-  // done the faces stay.
+  // Makes the mesh follow a flow that has moved the vertices from `before` to where they are. Where triangles cross
+  // that did not before, the flow is halved, and the mesh follows one half after the other; three times at most, and
+  // only where that can pay. On a status other than done the faces stay.
   RemeshOutcome remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                        Progress* progress = nullptr);
 
@@ -259,6 +260,20 @@ class DeformedShape {
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
+  struct Halving {
+    int left = 0;                // how often the flow may still be halved
+    double spent = 0;            // evaluations on the points of all remeshes of the stroke
+    std::size_t faces = 0;       // of the whole and of the halves that have been begun
+    std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
+  };
+  RemeshOutcome remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
+                       const RemeshSettings& settings, Halving& halving, Progress* progress);
+  RemeshOutcome remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
+                                 const RemeshSettings& settings, Halving& halving, Progress* progress);
+  RemeshOutcome remesh_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& first,
+                              const Flow& second, const RemeshSettings& settings, Halving& halving, Progress* progress);
+  static bool can_halve(const RemeshCounts& counts, const Halving& halving);
+  AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
   const session_detail::RelaxMesh& relax_mesh() const;
 

@@ -12,6 +12,7 @@
 #include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/surface_tree.h"
+#include "knead/remesh/remesh.h"
 #include "knead/session/replay.h"
 
 namespace knead {
@@ -353,6 +354,50 @@ TEST(ReplayRemeshed, TellsOfEveryStroke) {
     const ReplayResult result = replay(ball(), session_of(kPulledAndTurned), options);
     EXPECT_EQ(lines, (std::vector<std::size_t>{2, 3}));
     EXPECT_TRUE(last == result.shape.positions());
+  }
+}
+
+// At once, triangles cross after this stroke. Halves of it are remeshed one after the other, and what is said of the
+// result is said of the whole stroke.
+TEST(ReplayRemeshed, AStrokeAfterWhichTrianglesCrossIsRemeshedInHalves) {
+  const Mesh coarse = make_shape(ShapeKind::sphere, 162);
+  const ImplicitStroke stroke{{{-0.244405, 0.397998, -0.884231}, {-0.762841, 1.34388, -0.475298}}, 0.473, 0.634};
+  RemeshSettings settings;
+  settings.max_chord = 0.004;
+  ReplayOptions options = remeshing(settings);
+  std::size_t segments = 0;
+  std::optional<Remeshed> remeshed;
+  options.on_stroke = [&](const AppliedStroke& applied) {
+    segments = applied.flow.segments.size();
+    remeshed = *applied.remeshed;
+    DeformedShape at_once = applied.before;
+    ASSERT_EQ(at_once.move(applied.flow), AdvectStatus::done);
+    Deformation deformation;
+    deformation.carry = [&](std::span<Vec3d> points) {
+      advect(applied.flow, points, advect_options({}, at_once.reference_length()));
+    };
+    RemeshOptions remesh_options;
+    remesh_options.targets = resolve(settings, coarse);
+    EXPECT_GT(remesh(coarse, at_once.positions(), deformation, remesh_options).counts.crossings, 0U);
+  };
+  const ReplayResult result = replay(coarse, session_of({stroke}), options);
+  ASSERT_EQ(result.status, AdvectStatus::done);
+  EXPECT_EQ(segments, 1U);
+  const Provenance& provenance = *result.shape.provenance();
+  EXPECT_EQ(provenance.counts.crossings, 0U);
+  const Measures measures = measure(result.shape.to_mesh());
+  EXPECT_TRUE(measures.closed());
+  EXPECT_EQ(measures.euler, 2);
+  EXPECT_NEAR(measures.volume / measure(coarse).volume, 1, 1e-6);
+  ASSERT_EQ(remeshed->vertex_source.size(), result.shape.positions().size());
+  EXPECT_EQ(provenance.before_stroke, provenance.rest);  // the stroke is the first one
+  EXPECT_GT(remeshed->face_source.size(), coarse.face_count());
+  for (std::size_t f = 0; f < remeshed->face_source.size(); ++f) {  // each face lies near the one that it comes from
+    Vec3d place{};
+    Vec3d source{};
+    for (const std::uint32_t v : result.shape.mesh().face(f)) place += provenance.rest[v] / 3;
+    for (const std::uint32_t v : coarse.face(remeshed->face_source[f])) source += coarse.positions[v] / 3;
+    ASSERT_LT(norm(place - source), 0.4) << f;
   }
 }
 
