@@ -259,6 +259,7 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& f
   return remesh(before, before, flow, settings, halving, progress);
 }
 
+// NOLINTNEXTLINE(readability-function-size)
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
                                     const Flow& flow, const RemeshSettings& settings, Halving& halving,
                                     Progress* progress) {
@@ -351,6 +352,7 @@ RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std
   return outcome;
 }
 
+// NOLINTNEXTLINE(readability-function-size)
 RemeshOutcome DeformedShape::remesh_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
                                            const Flow& first, const Flow& second, const RemeshSettings& settings,
                                            Halving& halving, Progress* progress) {
@@ -365,7 +367,7 @@ RemeshOutcome DeformedShape::remesh_halves(std::span<const Vec3d> before, std::s
   positions_.assign(before.begin(), before.end());
   AdvectStatus status = move_uncounted(first, progress);
   if (status != AdvectStatus::done) return {status, std::nullopt};
-  const RemeshOutcome half = remesh(before, before_stroke, first, settings, halving, progress);
+  RemeshOutcome half = remesh(before, before_stroke, first, settings, halving, progress);
   if (!half.remeshed) return half;
   const std::vector<Vec3d> middle = positions_;
   const std::vector<Vec3d> places = provenance_->before_stroke;
