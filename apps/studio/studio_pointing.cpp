@@ -19,7 +19,7 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
                                 !std::holds_alternative<Handles<double>>(field.region);
         if (!is_bounded) continue;
         const Vec3d reach = Vec3d{1, 1, 1} * field.thresholds.outer;
-        for (const Vec3d& center : {field.center, field.center + segment.displacement}) {
+        for (const Vec3d& center : {field.center, field.center + displacement_of(segment, field)}) {
           box.extend(center - reach);
           box.extend(center + reach);
         }

@@ -1,6 +1,7 @@
 // Random segments of every kind that tools make, of about unit size.
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,28 @@ inline Segment translating(const Region& region, const Vec3d& c, const Vec3d& by
 inline Segment resting(const Motion& motion, const Region& region, const Vec3d& c, Thresholds<double> thresholds) {
   Segment segment;
   segment.fields = {{c, motion, region, thresholds}};
+  return segment;
+}
+
+// Pins that move by up to `by` or, every other one, rest; no two of them nearer than a quarter of the radius on the way.
+inline Segment pinning(Random& random, int count, double radius, double by, double size = 0.6) {
+  Segment segment;
+  segment.time_law = TimeLaw::pinned;
+  const auto is_near = [&](const Vec3d& place, const Vec3d& u) {
+    for (const Field& field : segment.fields) {
+      const Vec3d d = place - field.center;
+      const Vec3d v = u - std::get<Translation<double>>(field.motion).velocity;
+      const double t = norm2(v) > 0 ? std::clamp(-dot(d, v) / norm2(v), 0.0, 1.0) : 0.0;
+      if (norm(d + v * t) < 0.25 * radius) return true;
+    }
+    return false;
+  };
+  while (static_cast<int>(segment.fields.size()) < count) {
+    const Vec3d place = random.in_box(size);
+    const Vec3d u = random.in_box(by) * static_cast<double>(segment.fields.size() % 2 == 0);
+    if (is_near(place, u)) continue;
+    segment.fields.push_back({place, Translation<double>{u}, Ball<double>{}, {0, radius, kPinFalloff}});
+  }
   return segment;
 }
 
@@ -96,6 +119,7 @@ inline std::vector<NamedSegment> random_segments(Random& random, int falloff = k
   for (NamedSegment& named : result) {
     for (Field& field : named.segment.fields) field.thresholds.falloff = falloff;
   }
+  result.push_back({"pins", pinning(random, 5, 0.8, 0.3)});
   return result;
 }
 
@@ -104,6 +128,7 @@ inline constexpr int kOtherFalloffs[] = {3, 5, 6, 7};
 
 // The same deformation, with a second field that is zero wherever the tests have points: no closed form applies to it.
 inline Segment without_closed_form(Segment segment) {
+  if (segment.time_law == TimeLaw::pinned) return segment;  // has none
   Field idle{{1e6, 0, 0}, Translation<double>{}, Ball<double>{}, {0, 1e5}};
   segment.fields.push_back(idle);
   return segment;

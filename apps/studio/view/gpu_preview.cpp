@@ -172,7 +172,7 @@ void GpuPreview::extend_reach(const Flow& flow) {
       const std::optional<double> reach = reach_of(field);
       if (!reach) extend(reach_, shape.center(), shape.diagonal() + 2 * distance_);
       for (const double t : {segment.begin, segment.end}) {
-        if (reach) extend(reach_, field.center + segment.displacement * t, *reach);
+        if (reach) extend(reach_, field.center + displacement_of(segment, field) * t, *reach);
       }
     }
   }

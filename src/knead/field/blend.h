@@ -17,6 +17,10 @@ inline constexpr int kLeastFalloff = 3;
 inline constexpr int kDefaultFalloff = 4;
 inline constexpr int kGreatestFalloff = 7;
 
+// In the place of a falloff: w = (1 + 5 s)(1 - s)^5, with which a moving ball is the divergence-free kernel of a pin
+// (method, section 9; flow/segment.h). Has two continuous derivatives for inner = 0.
+inline constexpr int kPinFalloff = 0;
+
 // What is known of the weight of one falloff.
 struct FalloffFacts {
   double half;       // the s at which w = 1/2
@@ -63,6 +67,10 @@ struct Weight {
 template <class T, class S>
 [[gnu::noinline]] Weight<T> weight_of_falloff(T rest, S inverse, int falloff) {
   const T s = T(1) - rest;
+  if (falloff == kPinFalloff) {
+    const T fourth = integer_power(rest, 4);
+    return {fourth * rest * mul_add(T(5), s, T(1)), fourth * s * T(S(-30) * inverse)};
+  }
   if (falloff == 3) {
     const T complement = rest * mul_add(rest, rest - T(3), T(3));  // 1 - s^3
     const T square = complement * complement;

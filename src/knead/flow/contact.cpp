@@ -126,7 +126,8 @@ std::optional<double> next_contact(const Segment& segment, const Vec3d& x, doubl
       first = earlier(first, contact(x - field.center, {}));
       first = earlier(first, contact(x - field.center - segment.displacement, {}));
     } else {
-      first = earlier(first, contact(x - field.center - segment.displacement * t, segment.displacement * -direction));
+      const Vec3d by = displacement_of(segment, field);
+      first = earlier(first, contact(x - field.center - by * t, by * -direction));
     }
   }
   if (!first || *first >= advance) return std::nullopt;

@@ -84,12 +84,13 @@ Culling::Culling(const Segment& segment) {
   for (const Field& field : segment.fields) {
     Sweep sweep;
     sweep.field = &field;
-    sweep.from = field.center + segment.displacement * begin;
-    sweep.to = field.center + segment.displacement * end;
+    const Vec3d by = displacement_of(segment, field);
+    sweep.from = field.center + by * begin;
+    sweep.to = field.center + by * end;
     sweep.begin = begin;
     sweep.middle = 0.5 * (begin + end);
     sweep.half_time = 0.5 * std::abs(end - begin);
-    sweep.half_length = norm(segment.displacement) * sweep.half_time;
+    sweep.half_length = norm(by) * sweep.half_time;
     if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
       sweep.elements = surround_of(*set);
       sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);

@@ -175,6 +175,34 @@ struct MaskedKernelField : KernelField<S, M, R> {
   Vec3<S> offset;    // of the potential
 };
 
+// A pin for what is known exactly: its place relative to the field's centre at t = 0, and its displacement.
+struct ExactPin {
+  Vec3d place;
+  Vec3d by;
+  double speed = 0;  // |by|
+};
+
+// Pins over a part of a segment's time (pins.h), owned by whoever made the field. Lengths are in units of the radius.
+template <class S>
+struct PinKernelField {
+  const S* numbers = nullptr;  // of each pin its place at t = 0, its displacement, and the powers of its velocity
+  const ExactPin* exact = nullptr;
+  int count = 0;
+  int degree = 0;
+  S per_radius{1};
+  S middle{0.5};  // of the part of the time
+  S per_half{2};  // 1 / half of its length
+  MaskView<S> mask;
+  Vec3d center;
+  double radius = 1;
+  double begin = 0;
+  double end = 1;
+
+  [[gnu::always_inline]] inline const S* pin(int i) const {
+    return numbers + static_cast<std::ptrdiff_t>(i) * (9 + 3 * degree);
+  }
+};
+
 // The points of a set, one coordinate after the other, owned by whoever made the field.
 template <class S>
 struct SetPoints {
@@ -248,6 +276,8 @@ template <class S>
 struct Kernels {
   FieldKernel<S> fields[kMotionKinds][kRegionKinds];
   FieldKernel<S> masked[kMotionKinds][kRegionKinds];  // of a MaskedKernelField
+  FieldKernel<S> pins;                                // of a PinKernelField
+  FieldKernel<S> masked_pins;
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "knead/flow/kernel_driver.h"
+#include "knead/flow/kernel_pins.h"
 
 namespace knead::detail {
 
@@ -62,6 +63,8 @@ Kernels<typename P::Scalar> kernels_of() {
   add_motion<P, PD, Rotation>(kernels, kRotation);
   add_motion<P, PD, Twist>(kernels, kTwist);
   add_motion<P, PD, Strain>(kernels, kStrain);
+  kernels.pins = pin_kernel<P, PD>();
+  kernels.masked_pins = masked_pin_kernel<P, PD>();
   kernels.move = &move_group<P>;
   return kernels;
 }

@@ -6,6 +6,7 @@
 
 #include "knead/field/mask_grid.h"
 #include "knead/flow/culling.h"
+#include "knead/flow/pins.h"
 #include "knead/math/box.h"
 #include "knead/math/mat3.h"
 
@@ -19,6 +20,7 @@ constexpr std::array<double, 3> kMoments{0.5, 0.1, 0.9};
 constexpr int kRounds = 12;
 constexpr double kStep = 0.3;    // of the way to the next weighted least squares
 constexpr double kRidge = 1e-6;  // so that the constant stays where the samples say nothing
+constexpr double kPinTolerance = 1e-3;  // of speeds, by the radius
 constexpr double kFar = 1e300;   // where a support without bounds ends
 
 bool rests(const Segment& segment) {
@@ -195,6 +197,10 @@ SegmentMask mask_on(const Segment& segment) {
   SegmentMask result;
   result.acts = !segment.mask.is_empty() && reaches(segment);
   if (!result.acts) return result;
+  if (segment.time_law == TimeLaw::pinned) {  // whose potentials' sum counts, not those of each
+    result.offsets.resize(segment.fields.size());
+    return result;
+  }
   for (const Field& field : segment.fields) result.offsets.push_back(Offset(segment, field).find());
   return result;
 }
@@ -204,21 +210,24 @@ BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points) 
   BorderSpeed result;
   if (!mask.acts) return result;
   const bool swept = segment.time_law == TimeLaw::swept;
-  for (const Vec3d& x : points) {
-    const MaskValue<double> m = segment.mask.at(x);
-    for (const double t : {0.0, 0.5, 1.0}) {
+  const bool pinned = segment.time_law == TimeLaw::pinned;
+  std::vector<PinPiece> pieces;
+  if (pinned) pieces = solve_pins(segment, kPinTolerance * segment.fields.front().thresholds.outer);
+  for (const double t : {0.0, 0.5, 1.0}) {
+    const std::vector<Field> fields = pinned ? fields_at(segment, pieces, t) : segment.fields;
+    for (const Vec3d& x : points) {
+      const MaskValue<double> m = segment.mask.at(x);
       Vec3d with{0, 0, 0};
       Vec3d without{0, 0, 0};
-      for (std::size_t i = 0; i < segment.fields.size(); ++i) {
-        const Field& field = segment.fields[i];
-        const Vec3d d = x - field.center - segment.displacement * (swept ? t : 0);
-        const RegionValue<double> r = region_value(field, d, t);
+      for (std::size_t i = 0; i < fields.size(); ++i) {
+        const Vec3d d = x - fields[i].center - segment.displacement * (swept ? t : 0);
+        const RegionValue<double> r = region_value(fields[i], d, t);
         std::visit(
             [&](const auto& motion) {
-              with += masked_velocity_where(r, motion, field.thresholds, d, m, mask.offsets[i]);
-              without += velocity_where(r, motion, field.thresholds, d);
+              with += masked_velocity_where(r, motion, fields[i].thresholds, d, m, mask.offsets[i]);
+              without += velocity_where(r, motion, fields[i].thresholds, d);
             },
-            field.motion);
+            fields[i].motion);
       }
       if (m.value > 0 && m.value < 1) result.at_border = std::max(result.at_border, norm(with));
       result.of_tool = std::max(result.of_tool, norm(without));

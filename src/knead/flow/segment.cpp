@@ -76,10 +76,21 @@ void check(const CustomRegion& r) {
   require(r.slope > 0 && r.speed >= 0, "a custom region needs a positive bound of its slope");
 }
 
+void check_pin(const Field& field, const Segment& segment) {
+  const auto* motion = std::get_if<Translation<double>>(&field.motion);
+  require(motion != nullptr && motion->gauge == 1 && std::holds_alternative<Ball<double>>(field.region),
+          "a pin must be the translation of a ball");
+  require(field.thresholds == Thresholds<double>{0, segment.fields.front().thresholds.outer, kPinFalloff},
+          "pins must have inner = 0, the falloff of pins, and the same outer");
+  require(segment.displacement == Vec3d{} && !segment.barrel, "a segment of pins has no displacement and no barrel");
+}
+
 void check(const Field& field, const Segment& segment) {
   require(is_finite(field.center), "a field's centre is not finite");
   require(field.thresholds.inner < field.thresholds.outer, "a field's inner threshold must be below its outer one");
-  require(field.thresholds.falloff >= kLeastFalloff && field.thresholds.falloff <= kGreatestFalloff,
+  const bool is_pin = segment.time_law == TimeLaw::pinned;
+  if (is_pin) check_pin(field, segment);
+  require(is_pin || (field.thresholds.falloff >= kLeastFalloff && field.thresholds.falloff <= kGreatestFalloff),
           "a field's falloff must be a whole number from 3 to 7");
   std::visit([](const auto& motion) { check(motion); }, field.motion);
   std::visit([](const auto& region) { check(region); }, field.region);
@@ -107,6 +118,11 @@ void check(const Segment& segment) {
 }
 
 }  // namespace
+
+Vec3d displacement_of(const Segment& segment, const Field& field) {
+  return segment.time_law == TimeLaw::pinned ? std::get<Translation<double>>(field.motion).velocity
+                                             : segment.displacement;
+}
 
 Flow masked(Flow flow, const Mask& mask) {
   for (Segment& segment : flow.segments) segment.mask = mask;

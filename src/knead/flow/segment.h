@@ -11,8 +11,11 @@ namespace knead {
 
 // How the fields of a segment depend on its time t in [0, 1]:
 //   swept:   they move with the tool's frame, c(t) = c + t displacement (and a half-space may turn);
-//   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two resting fields (paper, Eq. 9).
-enum class TimeLaw { swept, blended };
+//   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two resting fields (paper, Eq. 9);
+//   pinned:  each field is a pin, which moves by a displacement u of its own, the velocity of its motion: it is at
+//            q(t) = c + t u, and v(q(t), t) = u for every pin (method, section 9). v is the sum of the fields with the
+//            velocities a(t) for which that is so, in the place of u.
+enum class TimeLaw { swept, blended, pinned };
 
 // A barrel: only points within `radius` of the line {point + s direction} at the segment's t = 0 are moved.
 struct SegmentBarrel {
@@ -36,6 +39,9 @@ struct Segment {
 
   friend bool operator==(const Segment&, const Segment&) = default;
 };
+
+// Returns how far a field of the segment moves in one unit of time.
+Vec3d displacement_of(const Segment& segment, const Field& field);
 
 // Segments, applied one after the other.
 struct Flow {
@@ -61,6 +67,8 @@ Flow prefix(const Flow& flow, double segments);
 //   - an axis is not of unit length, or a strain not traceless,
 //   - a point set is empty, or its exponent not an even number of at least 2,
 //   - a blended segment is anything but the translation of a ball or capsule,
+//   - a pinned segment is anything but translations of balls with inner = 0, falloff kPinFalloff and the same outer,
+//     or has a displacement or barrel,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 

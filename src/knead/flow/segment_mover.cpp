@@ -9,7 +9,9 @@
 
 #include "knead/flow/contact.h"
 #include "knead/flow/culling.h"
+#include "knead/flow/pins.h"
 #include "knead/flow/step_rule.h"
+#include "knead/math/box.h"
 
 namespace knead::detail {
 
@@ -188,14 +190,25 @@ double expected_error(const Segment& segment) {
   return kExpectedThirdOrderError * greatest * greatest * greatest;
 }
 
+// What positions are relative to: the first field's centre, of pins the middle of all.
+Vec3d center_of(const Segment& segment) {
+  if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
+  Box box;
+  for (const Field& field : segment.fields) box.extend(field.center);
+  return box.center();
+}
+
 template <class S>
 SegmentTask<S> task_of(const Segment& segment, double tolerance) {
   const bool swept = segment.time_law == TimeLaw::swept;
   SegmentTask<S> task;
-  task.center = segment.fields.front().center;
+  task.center = center_of(segment);
   task.displacement = segment.displacement;
   if (swept) task.tool_velocity = Vec3<S>(segment.displacement);
-  if (swept) task.tool_speed = static_cast<S>(norm(segment.displacement));
+  for (const Field& field : segment.fields) {
+    const double speed = segment.time_law == TimeLaw::blended ? 0 : norm(displacement_of(segment, field));
+    task.tool_speed = std::max(task.tool_speed, static_cast<S>(speed));
+  }
   task.reach = static_cast<S>(reach_of_step(segment));
   task.tolerance = static_cast<S>(kErrorShare * tolerance);
   task.expected_error = static_cast<S>(expected_error(segment) / (kErrorShare * tolerance));
@@ -236,11 +249,15 @@ struct KernelMover {
       : KernelMover(segment, mask_on(segment), options, kernels) {}
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               const Kernels<S>& kernels)
-      : bound(has_pack_kernel(segment) ? pack_kernel<S>(segment, mask_of, kernels)
-                                       : lane_kernel<S>(segment, options.tolerance, mask_of)),
+      : KernelMover(segment, mask_of, options, kernels.move,
+                    has_pack_kernel(segment) ? pack_kernel<S>(segment, mask_of, kernels)
+                                             : lane_kernel<S>(segment, options.tolerance, mask_of)) {}
+  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
+              GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
+      : bound(std::move(kernel)),
         method(method_of<S>(options.integrator)),
         task(task_of<S>(segment, options.tolerance)),
-        move(kernels.move) {
+        move(mover) {
     task.kernel = bound.kernel;
     task.field = bound.field.get();
     task.method = &method;
@@ -264,8 +281,102 @@ struct KernelMover {
   }
 };
 
+// The pins of one piece of a segment, and everything that the kernel's field points to.
+template <class S>
+struct OwnedPins {
+  PinKernelField<S> field;
+  std::vector<S> numbers;
+  std::vector<ExactPin> exact;
+
+  OwnedPins(const Segment& segment, const PinPiece& piece, bool masked) {
+    field.center = center_of(segment);
+    field.radius = segment.fields.front().thresholds.outer;
+    const auto add = [&](const Vec3d& v) {
+      for (std::size_t axis = 0; axis < 3; ++axis) numbers.push_back(static_cast<S>(v[axis]));
+    };
+    const auto powers = static_cast<std::size_t>(piece.degree + 1);
+    for (std::size_t i = 0; i < segment.fields.size(); ++i) {
+      const Vec3d place = segment.fields[i].center - field.center;
+      const Vec3d by = displacement_of(segment, segment.fields[i]);
+      add(place / field.radius);
+      add(by / field.radius);
+      for (std::size_t k = 0; k < powers; ++k) add(piece.coefficients[i * powers + k]);
+      exact.push_back({place, by, norm(by)});
+    }
+    field.numbers = numbers.data();
+    field.exact = exact.data();
+    field.count = static_cast<int>(exact.size());
+    field.degree = piece.degree;
+    field.per_radius = static_cast<S>(1 / field.radius);
+    field.middle = static_cast<S>(0.5 * (piece.begin + piece.end));
+    field.per_half = static_cast<S>(2 / (piece.end - piece.begin));
+    field.begin = segment.begin;
+    field.end = segment.end;
+    if (masked) field.mask = view_of<S>(segment.mask, field.center);
+  }
+  OwnedPins(const OwnedPins&) = delete;
+  OwnedPins& operator=(const OwnedPins&) = delete;
+  ~OwnedPins() = default;
+};
+
+// A segment of pins is moved through the pieces of its time, one after the other.
+template <class S>
+class PinMover {
+ public:
+  PinMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels) {
+    std::vector<PinPiece> pieces = solve_pins(segment, options.tolerance);
+    const bool backwards = segment.end < segment.begin;
+    if (backwards) std::reverse(pieces.begin(), pieces.end());
+    const SegmentMask mask = mask_on(segment);
+    for (const PinPiece& piece : pieces) {
+      parts_.push_back(std::make_unique<Segment>(segment));
+      Segment& part = *parts_.back();
+      part.begin = backwards ? piece.end : piece.begin;
+      part.end = backwards ? piece.begin : piece.end;
+      movers_.push_back(std::make_unique<const KernelMover<S>>(part, mask, options, kernels.move,
+                                                               kernel_of(part, piece, mask.acts, kernels)));
+    }
+  }
+
+  GroupCounts operator()(LiveGroup group) const {
+    GroupCounts sum;
+    double* const moved = group.moved;
+    std::array<double, kBlocksPerGroup> of_piece{};
+    group.moved = of_piece.data();
+    for (const auto& mover : movers_) {
+      of_piece.fill(0);
+      const GroupCounts counts = (*mover)(group);
+      sum.accepted += counts.accepted;
+      sum.rejected += counts.rejected;
+      sum.evaluations += counts.evaluations;
+      sum.complete = sum.complete && counts.complete;
+      for (std::size_t block = 0; block < kBlocksPerGroup; ++block) moved[block] += of_piece[block];
+      group.between = 0;  // that was known of the first piece's beginning
+    }
+    return sum;
+  }
+
+ private:
+  static BoundKernel<S> kernel_of(const Segment& part, const PinPiece& piece, bool masked, const Kernels<S>& kernels) {
+    BoundKernel<S> result;
+    result.kernel = masked ? kernels.masked_pins : kernels.pins;
+    const auto owned = std::make_shared<const OwnedPins<S>>(part, piece, masked);
+    result.field = {owned, &owned->field};
+    result.next_contact = &contact_or_never;
+    result.contact_data = &part;
+    return result;
+  }
+
+  std::vector<std::unique_ptr<Segment>> parts_;  // of the segment's time
+  std::vector<std::unique_ptr<const KernelMover<S>>> movers_;
+};
+
 template <class S>
 SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
+  if (segment.time_law == TimeLaw::pinned) {
+    const auto mover = std::make_shared<const PinMover<S>>(segment, options, kernels.in<S>());
+    return [mover](const LiveGroup& group) { return (*mover)(group); };
+  }
   const auto mover = std::make_shared<const KernelMover<S>>(segment, options, kernels.in<S>());
   return [mover](const LiveGroup& group) { return (*mover)(group); };
 }

@@ -7,6 +7,7 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/golden_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/invariants_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/masked_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/set_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/simd_test.cpp

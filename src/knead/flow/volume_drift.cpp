@@ -11,6 +11,7 @@
 #include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
 #include "knead/flow/masked.h"
+#include "knead/flow/pins.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
 #include "knead/math/error.h"
@@ -48,15 +49,17 @@ Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t, const 
       field.motion, field.region);
 }
 
-Slope slope_at(const Segment& segment, const detail::SegmentMask& mask, const Vec3d& x, double t) {
+// Of a sum of fields. A pinned segment's are those of the time t, and rest.
+Slope slope_of(const std::vector<Field>& fields, const Segment& segment, const detail::SegmentMask& mask,
+               const Vec3d& x, double t) {
   Vec3<Dual> sum{};
-  for (std::size_t i = 0; i < segment.fields.size(); ++i) {
-    const Field& field = segment.fields[i];
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const Field& field = fields[i];
     const Vec3<Dual> d = variables(x - field.center);
     MaskThere there;
     if (mask.acts) there = {evaluate_mask(detail::view_of<double>(segment.mask, field.center), d), mask.offsets[i]};
     const MaskThere* const m = mask.acts ? &there : nullptr;
-    if (segment.time_law == TimeLaw::swept) {
+    if (segment.time_law != TimeLaw::blended) {
       sum += velocity_of(field, d - Vec3<Dual>(segment.displacement * t), t, m);
     } else {
       sum += velocity_of(field, d, 0, m) * Dual(1 - t);
@@ -87,7 +90,11 @@ class DriftLine {
         tolerance_(detail::kErrorShare * options.tolerance),
         direction_(segment.end >= segment.begin ? 1 : -1),
         reach_(detail::reach_of_step(segment)),
-        mask_(detail::mask_on(segment)) {}
+        mask_(detail::mask_on(segment)) {
+    if (segment.time_law != TimeLaw::pinned) return;
+    pieces_ = detail::solve_pins(segment, options.tolerance);
+    for (const Field& field : segment.fields) pin_speed_ = std::max(pin_speed_, norm(displacement_of(segment, field)));
+  }
 
   void run(Vec3d& x, Mat3d& jacobian) {
     if (is_outside_barrel(x)) return;
@@ -103,7 +110,7 @@ class DriftLine {
     double t = *contact;
     double trial = std::abs(segment_.end - t);
     for (int steps = 0; (segment_.end - t) * direction_ > 0 && steps < kMostSteps; ++steps) {
-      if (steps > 0 && slope_at(segment_, mask_, x_, t).velocity == Vec3d{}) {
+      if (steps > 0 && slope_at(x_, t).velocity == Vec3d{}) {
         contact = next_contact(segment_, x_, t);
         if (!contact) break;
         t = *contact;
@@ -123,11 +130,16 @@ class DriftLine {
     return norm(cross(segment_.barrel->direction, d)) > segment_.barrel->radius;
   }
 
+  Slope slope_at(const Vec3d& x, double t) const {
+    if (segment_.time_law != TimeLaw::pinned) return slope_of(segment_.fields, segment_, mask_, x, t);
+    return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
+  }
+
   double longest_step(const Vec3d& velocity) const {
     const Vec3d tool = segment_.time_law == TimeLaw::swept ? segment_.displacement : Vec3d{};
-    const double speed = std::max(norm(velocity - tool), norm(tool)) + turning_speed(segment_, x_);
+    const double speed = std::max({norm(velocity - tool), norm(tool), pin_speed_}) + turning_speed(segment_, x_);
     const double longest = std::isfinite(reach_) ? detail::step_rule::longest_step(speed, reach_) : 1.0 / 16;
-    return segment_.time_law == TimeLaw::swept ? longest : std::min(longest, detail::kLeastBlendedStep);
+    return segment_.time_law != TimeLaw::blended ? longest : std::min(longest, detail::kLeastBlendedStep);
   }
 
   void step(double& t, double& trial) {
@@ -159,7 +171,7 @@ class DriftLine {
   }
 
   void evaluate(int stage, double t, const Vec3d& offset, const Mat3d& jacobian) {
-    const Slope slope = slope_at(segment_, mask_, x_ + offset, t);
+    const Slope slope = slope_at(x_ + offset, t);
     slopes_[stage] = slope.velocity;
     rates_[stage] = slope.gradient * jacobian;
   }
@@ -189,6 +201,8 @@ class DriftLine {
   double direction_ = 1;
   double reach_ = 0;
   detail::SegmentMask mask_;
+  std::vector<detail::PinPiece> pieces_;  // of pins
+  double pin_speed_ = 0;                  // the greatest
   Vec3d x_{};
   Mat3d jacobian_;
   std::array<Vec3d, Tableau::kMaxStages> slopes_{};

@@ -343,6 +343,9 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   if (!segment.mask.is_empty()) {
     throw InvalidInput("it has a mask, which the GPU cannot evaluate; move the points with advect");
   }
+  if (segment.time_law == TimeLaw::pinned) {
+    throw InvalidInput("it has pins, which the GPU cannot evaluate; move the points with advect");
+  }
   ShaderKind kind;
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {

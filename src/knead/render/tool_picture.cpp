@@ -151,7 +151,8 @@ void draw_path(const Flow& stroke, const Canvas& canvas) {
       if (segment.fields.size() != count) return;
       path.points.push_back(segment.fields[i].center);
     }
-    path.points.push_back(stroke.segments.back().fields[i].center + stroke.segments.back().displacement);
+    const Segment& last = stroke.segments.back();
+    path.points.push_back(last.fields[i].center + displacement_of(last, last.fields[i]));
     canvas.scene.lines.push_back(std::move(path));
   }
 }
@@ -166,9 +167,10 @@ void move_sets(Handles<double>& region, double t) {
 Segment at_time(const Segment& segment, double t) {
   Segment now = segment;
   for (Field& field : now.fields) {
-    field.center += segment.displacement * t;
+    const Vec3d by = displacement_of(segment, field);
+    field.center += by * t;
     auto* motion = std::get_if<Translation<double>>(&field.motion);
-    if (motion != nullptr && segment.displacement != Vec3d{0, 0, 0}) motion->velocity = motion->velocity * (1 - t);
+    if (motion != nullptr && by != Vec3d{0, 0, 0}) motion->velocity = motion->velocity * (1 - t);
     if (auto* plane = std::get_if<HalfSpace<double>>(&field.region)) plane->normal = normal_at(*plane, t);
     if (auto* sets = std::get_if<Handles<double>>(&field.region)) move_sets(*sets, t);
   }
@@ -176,7 +178,10 @@ Segment at_time(const Segment& segment, double t) {
 }
 
 bool moves(const Flow& stroke) {
-  return stroke.segments.size() > 1 || stroke.segments.back().displacement != Vec3d{0, 0, 0};
+  const Segment& last = stroke.segments.back();
+  return stroke.segments.size() > 1 || std::ranges::any_of(last.fields, [&](const Field& field) {
+           return displacement_of(last, field) != Vec3d{0, 0, 0};
+         });
 }
 
 void draw_whole_way(const Flow& stroke, const Canvas& canvas) {

@@ -24,6 +24,7 @@ std::vector<StrokeKey> keys(ImplicitStroke& s) {
 void validate(const ImplicitStroke& stroke) {
   require_count("path", stroke.path.size(), 2, "points");
   require_distance_thresholds(stroke.inner, stroke.outer);
+  if (stroke.time == TimeLaw::pinned) throw InvalidInput("\"time\" must be \"swept\" or \"blended\"");
   if (stroke.region == ImplicitRegion::ball && (stroke.half_axis != Vec3d{0, 0, 0} || stroke.gauge != 0)) {
     throw InvalidInput("\"half_axis\" and \"gauge\" belong to \"region\": \"capsule\" only");
   }

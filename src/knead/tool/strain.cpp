@@ -84,13 +84,14 @@ double turn_slack(const Region& region, const Vec3d& d) {
 // Whether a field deforms a point at the beginning, or where the tool passes over it.
 bool is_deformed(const Segment& segment, const Field& field, const Vec3d& p) {
   const Vec3d d = p - field.center;
+  const Vec3d by = displacement_of(segment, field);
   const double slack = turn_slack(field.region, d);
   for (const double t : {0.0, 0.5, 1.0}) {
-    const double r = region_value(field, d - segment.displacement * t).value;
+    const double r = region_value(field, d - by * t).value;
     const double most = blend_weight(r - slack, field.thresholds).value;
     const double least = blend_weight(r + slack, field.thresholds).value;
     if (most > 0 && (least < 1 || deforms(field.motion))) return true;
-    if (segment.displacement == Vec3d{0, 0, 0}) break;
+    if (by == Vec3d{0, 0, 0}) break;
   }
   return false;
 }

@@ -1,0 +1,194 @@
+// Pins (method, section 9): path lines side by side in the sum of the pins' kernels. Internal to the flow room: part of
+// the one source of all kernels.
+#pragma once
+
+#include "knead/flow/kernel_stage.h"
+
+namespace knead::detail {
+
+// So many pins are chosen at a time from those that may reach a bundle.
+inline constexpr int kPinsAtOnce = 128;
+
+// Where the path lines of a bundle are in a stage, in units of the radius, and the velocities found so far.
+template <class S>
+struct alignas(64) PinPlaces {
+  Lanes3<S> at;
+  S t[kBundle];
+  Lanes3<S> velocity;
+  Lanes3<S> potential;  // under a mask only
+};
+
+// The pins of a list that reach the box of all path lines. A path line's sum does not depend on its neighbours: a pin
+// that does not reach it adds 0.
+template <class S>
+class PinsNear {
+ public:
+  KNEAD_INLINE PinsNear(const PinKernelField<S>& field, const PinPlaces<S>& places, std::size_t count) : field_(field) {
+    for (int axis = 0; axis < 3; ++axis) find_range(places.at[axis], count, low_[axis], high_[axis]);
+    find_range(places.t, count, first_, last_);
+  }
+
+  // Returns how many of the pins from `begin` on there are; writes their numbers.
+  KNEAD_INLINE int choose(int begin, int end, int* numbers) const {
+    int count = 0;
+    for (int i = begin; i < end; ++i) {
+      numbers[count] = i;
+      count += reaches(field_.pin(i)) ? 1 : 0;
+    }
+    return count;
+  }
+
+ private:
+  KNEAD_INLINE static void find_range(const S* numbers, std::size_t count, S& low, S& high) {
+    low = high = numbers[0];
+    for (std::size_t i = 1; i < count; ++i) {
+      low = numbers[i] < low ? numbers[i] : low;
+      high = numbers[i] > high ? numbers[i] : high;
+    }
+  }
+
+  // Whether the pin's box, with the radius and some rounding, meets the path lines'.
+  KNEAD_INLINE bool reaches(const S* pin) const {
+    const S reach = S(1.0001);
+    for (int axis = 0; axis < 3; ++axis) {
+      const S a = pin[axis] + pin[3 + axis] * first_;
+      const S b = pin[axis] + pin[3 + axis] * last_;
+      if ((a < b ? a : b) - reach > high_[axis] || (a < b ? b : a) + reach < low_[axis]) return false;
+    }
+    return true;
+  }
+
+  const PinKernelField<S>& field_;
+  S low_[3];
+  S high_[3];
+  S first_{0};
+  S last_{0};
+};
+
+// The same vector in every lane.
+template <class P, class S>
+KNEAD_INLINE Vec3<P> each_lane(const S* v) {
+  return {P(v[0]), P(v[1]), P(v[2])};
+}
+
+// Adds the kernel of one pin to v, and to the vector potential A (in units of the radius) under a mask:
+// v = (1 - r)^4 ((1 + 4 r - 20 r^2) a + 15 (a.y) y), A = (1 + 5 r) (1 - r)^5 a x y / 2, y from the pin, r = |y|.
+template <class P, bool masked, class S>
+KNEAD_INLINE void add_pin(const S* pin, int degree, const Vec3<P>& x, const P& t, const P& s, Vec3<P>& velocity,
+                          Vec3<P>& potential) {
+  const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
+  const S* const powers = pin + 6;
+  Vec3<P> a = each_lane<P>(powers + 3 * degree);
+  for (int power = degree - 1; power >= 0; --power) a = mul_add(a, s, each_lane<P>(powers + 3 * power));
+  const P r = sqrt(norm2(y));
+  const P rest = maximum(P(1) - r, P(0));
+  const P square = rest * rest;
+  const P fourth = square * square;
+  velocity = mul_add(a, fourth * mul_add(r, mul_add(r, P(-20), P(4)), P(1)), velocity);
+  velocity = mul_add(y, fourth * (P(15) * dot(a, y)), velocity);
+  if constexpr (masked) potential = mul_add(cross(a, y), fourth * rest * mul_add(r, P(2.5), P(0.5)), potential);
+}
+
+template <class P, bool masked, class S>
+KNEAD_INLINE void find_places(const PinKernelField<S>& field, const Bundle<S>& bundle, const Stage<S>& stage,
+                              PinPlaces<S>& places) {
+  const P per_radius(field.per_radius);
+  const Vec3<P> zero{P(0), P(0), P(0)};
+  for (std::size_t i = 0; i < static_cast<std::size_t>(bundle.count); i += P::kSize) {
+    P t = P::load(bundle.t + i);
+    Vec3<P> at = load<P>(bundle.base, i);
+    if (!stage.from_start) at = at + load<P>(bundle.moved, i);
+    if (stage.count > 0) {
+      const P h = P::load(bundle.h + i);
+      at = mul_add(combine<P>(bundle, stage, i), h, at);
+      t = mul_add(h, P(stage.c), t);
+    }
+    store(at * per_radius, places.at, i);
+    t.store(places.t + i);
+    store(zero, places.velocity, i);
+    if constexpr (masked) store(zero, places.potential, i);
+  }
+}
+
+template <class P, bool masked, class S>
+[[gnu::flatten]] void pin_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const PinKernelField<S> field = *static_cast<const PinKernelField<S>*>(data);
+  const auto lanes = static_cast<std::size_t>(bundle.count);
+  PinPlaces<S> places;
+  find_places<P, masked>(field, bundle, stage, places);
+  const PinsNear<S> near(field, places, lanes);
+  for (int begin = 0; begin < field.count; begin += kPinsAtOnce) {
+    int numbers[kPinsAtOnce];
+    const int rest = field.count - begin;
+    const int count = near.choose(begin, begin + (rest < kPinsAtOnce ? rest : kPinsAtOnce), numbers);
+    for (std::size_t i = 0; count > 0 && i < lanes; i += P::kSize) {
+      const Vec3<P> x = load<P>(places.at, i);
+      const P t = P::load(places.t + i);
+      const P s = (t - P(field.middle)) * P(field.per_half);
+      Vec3<P> velocity = load<P>(places.velocity, i);
+      Vec3<P> potential;
+      if constexpr (masked) potential = load<P>(places.potential, i);
+      for (int k = 0; k < count; ++k) {
+        add_pin<P, masked>(field.pin(numbers[k]), field.degree, x, t, s, velocity, potential);
+      }
+      store(velocity, places.velocity, i);
+      if constexpr (masked) store(potential, places.potential, i);
+    }
+  }
+  for (std::size_t i = 0; i < lanes; i += P::kSize) {
+    Vec3<P> v = load<P>(places.velocity, i);
+    if constexpr (masked) {
+      const Vec3<P> y = load<P>(places.at, i) * P(S(1) / field.per_radius);
+      const MaskValue<P> m = evaluate_mask(field.mask, y);
+      v = mul_add(v, m.value, cross(m.gradient, load<P>(places.potential, i)) * P(S(1) / field.per_radius));
+    }
+    store(v, bundle.k[stage.out], i);
+  }
+}
+
+// Points that a pin reaches at the segment's beginning; undecided are those that one may reach later.
+template <class P, class S>
+[[gnu::flatten]] Classified classify_by_pins(const void* data, const BlockTask& task) {
+  const auto& field = *static_cast<const PinKernelField<S>*>(data);
+  const double duration = field.end >= field.begin ? field.end - field.begin : field.begin - field.end;
+  Classified result;
+  for (std::size_t i = 0; i < kBlock; i += P::kSize) {
+    const std::uint32_t members = static_cast<std::uint32_t>(task.members >> i) & ((std::uint64_t{1} << P::kSize) - 1);
+    const Vec3<P> x = Vec3<P>(P::load(task.points.x + i), P::load(task.points.y + i), P::load(task.points.z + i)) -
+                      Vec3<P>(field.center);
+    std::uint32_t inside = 0;
+    std::uint32_t near = 0;
+    for (int k = 0; k < field.count && (members & ~inside) != 0; ++k) {
+      const ExactPin& pin = field.exact[k];
+      const double far = field.radius + pin.speed * duration * (1 + 1e-9);
+      const P square = norm2(x - Vec3<P>(pin.place + pin.by * field.begin));
+      inside |= bits(square < P(field.radius * field.radius));
+      near |= bits(square < P(far * far));
+    }
+    result.inside |= std::uint64_t{inside & members} << i;
+    result.undecided |= std::uint64_t{near & ~inside & members} << i;
+  }
+  return result;
+}
+
+template <class P, class PD>
+FieldKernel<typename P::Scalar> pin_kernel() {
+  using S = typename P::Scalar;
+  FieldKernel<S> kernel;
+  kernel.stage = &pin_stage<P, false, S>;
+  kernel.classify = &classify_by_pins<PD, S>;
+  return kernel;
+}
+
+template <class P, class PD>
+FieldKernel<typename P::Scalar> masked_pin_kernel() {
+  using S = typename P::Scalar;
+  FieldKernel<S> kernel;
+  kernel.stage = &pin_stage<P, true, S>;
+  kernel.classify = &classify_by_pins<PD, S>;
+  kernel.limit = &limit_by_mask<P, PinKernelField<S>, S>;
+  kernel.limits_place = true;
+  return kernel;
+}
+
+}  // namespace knead::detail

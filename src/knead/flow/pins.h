@@ -1,0 +1,36 @@
+// The velocities with which the fields of a pinned segment are summed (method, section 9). Internal to the flow room.
+//
+// At the time t the pins are at q_i(t) = c_i + t u_i, and the a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, R being
+// the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "knead/flow/segment.h"
+
+namespace knead::detail {
+
+// a_i(t) of all pins over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin).
+struct PinPiece {
+  double begin = 0;
+  double end = 1;
+  int degree = 0;
+  std::vector<Vec3d> coefficients;  // degree + 1 of each pin in turn, the constant first
+
+  Vec3d at(std::size_t pin, double t) const;
+};
+
+// Returns the pieces of a pinned segment from its begin to its end, in ascending time whatever its direction. With them
+// v errs nowhere by more than kPinShare * tolerance at the times at which they were compared with a solution. The
+// segment is valid; no time, no pieces. Throws InvalidInput where pins come so near each other that the equations cannot be solved.
+// Time: for n pins of which each has k others in its reach about n k^2, for each of 5 to 17 times of a piece.
+std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance);
+
+inline constexpr double kPinShare = 0.1;
+
+// Returns the fields whose sum is v at the time t, as resting fields: the pins are where they are then, with the
+// velocities a. Beyond the pieces' ends the nearest one is used.
+std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t);
+
+}  // namespace knead::detail
