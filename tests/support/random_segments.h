@@ -29,7 +29,8 @@ inline Segment resting(const Motion& motion, const Region& region, const Vec3d& 
   return segment;
 }
 
-// Pins that move by up to `by` or, every other one, rest; no two of them nearer than a quarter of the radius on the way.
+// Pins that move by up to `by` or, every other one, rest; no two of them nearer than a quarter of the radius on the
+// way.
 inline Segment pinning(Random& random, int count, double radius, double by, double size = 0.6) {
   Segment segment;
   segment.time_law = TimeLaw::pinned;

@@ -155,7 +155,7 @@ TEST(Advect, PointsThatNoToolTouchesKeepTheirBits) {
           bool outside = true;
           for (const Field& field : named.segment.fields) {
             for (int k = 0; k <= 100; ++k) {
-              const Vec3d d = points[i] - field.center - named.segment.displacement * (k / 100.0);
+              const Vec3d d = points[i] - field.center - displacement_of(named.segment, field) * (k / 100.0);
               outside = outside && region_value(field, d).value > field.thresholds.outer * 1.01;
             }
           }

@@ -18,7 +18,7 @@ bool inside(const Segment& segment, const Vec3d& x, double t, double margin) {
     if (segment.time_law == TimeLaw::blended) {
       if (region_value(field, d).value < outer || region_value(field, d - segment.displacement).value < outer)
         return true;
-    } else if (region_value(field, d - segment.displacement * t, t).value < outer) {
+    } else if (region_value(field, d - displacement_of(segment, field) * t, t).value < outer) {
       return true;
     }
   }

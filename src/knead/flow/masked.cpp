@@ -18,10 +18,10 @@ constexpr std::size_t kMostBorder = 400;  // parts of the border that are looked
 constexpr int kPlaces = 6;                // along each axis of the box in which the support is looked at
 constexpr std::array<double, 3> kMoments{0.5, 0.1, 0.9};
 constexpr int kRounds = 12;
-constexpr double kStep = 0.3;    // of the way to the next weighted least squares
-constexpr double kRidge = 1e-6;  // so that the constant stays where the samples say nothing
+constexpr double kStep = 0.3;           // of the way to the next weighted least squares
+constexpr double kRidge = 1e-6;         // so that the constant stays where the samples say nothing
 constexpr double kPinTolerance = 1e-3;  // of speeds, by the radius
-constexpr double kFar = 1e300;   // where a support without bounds ends
+constexpr double kFar = 1e300;          // where a support without bounds ends
 
 bool rests(const Segment& segment) {
   const auto turns = [](const Field& field) {

@@ -34,7 +34,7 @@ constexpr double kShortestPiece = 1.0 / 4096;
 // Solutions are so much better than the polynomials, as far as rounding permits.
 constexpr double kSolveShare = 0.03;
 constexpr double kLeastError = 1e-14;  // of the greatest speed
-constexpr int kMostRounds = 40;        // of conjugate gradients, before the matrix is factorised anew
+constexpr int kMostRounds = 16;        // of conjugate gradients, before the matrix is factorised anew
 
 double node(int k) { return k <= kNodes / 2 ? kCosines[static_cast<std::size_t>(k)] : -node(kNodes - k); }
 
@@ -75,8 +75,8 @@ class PinEquations {
   void set_time(double t) {
     blocks_.clear();
     for (const Pair& pair : pairs_) {
-      const Vec3d between = (places_[pair.first] - places_[pair.second]) +
-                            (motions_[pair.first] - motions_[pair.second]) * t;
+      const Vec3d between =
+          (places_[pair.first] - places_[pair.second]) + (motions_[pair.first] - motions_[pair.second]) * t;
       const Vec3d y = between / radius_;
       const double r = norm(y);
       const double rest = std::max(1 - r, 0.0);
@@ -141,7 +141,8 @@ class PinEquations {
     const auto n = static_cast<int>(3 * size());
     Eigen::SparseMatrix<double> matrix(n, n);
     matrix.setFromTriplets(entries.begin(), entries.end());
-    factor_.compute(matrix);
+    if (factor_.rows() == 0) factor_.analyzePattern(matrix);  // which is the same at all times
+    factor_.factorize(matrix);
     if (factor_.info() != Eigen::Success) {
       throw InvalidInput("pins come too near each other; move them apart, or give fewer");
     }

@@ -192,9 +192,9 @@ TEST(Pins, GoBackTheWayTheyCame) {
   Random random(807);
   const Flow flow{{pinning(random, 12, 0.7, 0.3)}};
   const std::vector<Vec3d> points = test::random_points(random, 2000, 1.0);
-  EXPECT_LE(test::greatest_distance(moved(inverse(flow), moved(flow, points, precisely(1e-10)), precisely(1e-10)),
-                                    points),
-            1e-8);
+  EXPECT_LE(
+      test::greatest_distance(moved(inverse(flow), moved(flow, points, precisely(1e-10)), precisely(1e-10)), points),
+      1e-8);
 }
 
 TEST(Pins, KeepVolume) {

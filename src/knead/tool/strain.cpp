@@ -15,9 +15,8 @@ namespace knead {
 
 namespace {
 
-// As for carried normals: they leave about 1e-5 of a stretch to the rounding of the path lines.
-constexpr double kTolerance = 1e-9;  // of the length
-constexpr double kStep = 1e-4;       // of the length, between the path lines of one point
+// As for carried normals: they leave about 1e-5 of a stretch to the errors of the path lines.
+constexpr double kTolerance = 1e-5;  // of the step
 constexpr std::size_t kPathLines = 7;
 // Of the mean speed of two opposite neighbours: how much they differ where the map is smooth at most. The flow of a
 // tool bends by less over 1e-4 of the shape.
@@ -139,10 +138,10 @@ Stretches stretches_of(const Mat3d& gradient) {
 
 std::vector<Stretches> stretches_of(const Flow& flow, std::span<const Vec3d> points, const StrainOptions& options) {
   AdvectOptions advecting;
-  advecting.tolerance = absolute_tolerance(kTolerance, options.length);
+  advecting.tolerance = absolute_tolerance(kTolerance * options.step, options.length);
   advecting.precision = Precision::float64;
   advecting.threads = options.threads;
-  const double step = kStep * options.length;
+  const double step = options.step * options.length;
   std::vector<Vec3d> lines;
   lines.reserve(kPathLines * points.size());
   for (const Vec3d& p : points) {

@@ -36,14 +36,15 @@ Stretches stretches_of(const Mat3d& gradient);
 // How stretches of a flow are measured.
 struct StrainOptions {
   double length = 0;          // that distances refer to, such as the diagonal of the shape's box; above 0
+  double step = 1e-4;         // of the length, between the path lines that are compared; above 0
   std::size_t samples = 512;  // at most so many points
   int threads = 0;            // 0: as many as the machine has
 };
 
 // Returns the stretches of the map that moves points from the flow's beginning to its end, at each of the points.
-// Differences of seven path lines at each point, 1e-4 of the length apart, are right to about 1e-5. At a barrel's
-// border, where the map is torn, the side counts that is stretched less. Throws InvalidInput where validate(flow) does,
-// or if the length is not above 0. A point whose path line cannot be followed gets infinity and 0.
+// Differences of seven path lines at each point, 1e-4 of the length apart by default, are right to about 1e-5. At a
+// barrel's border, where the map is torn, the side counts that is stretched less. Throws InvalidInput where
+// validate(flow) does, or if the length is not above 0. A point whose path line cannot be followed gets infinity and 0.
 std::vector<Stretches> stretches_of(const Flow& flow, std::span<const Vec3d> points, const StrainOptions& options);
 
 // The greatest and the least stretch of a sample of points; they need not be at the same point.

@@ -210,6 +210,20 @@ struct BendStroke {
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
+// Pins (method, section 9): every point goes to its place exactly, in a straight line, or is held where both are equal;
+// everything within the radius of a pin follows. Two pins never meet on the way. 1 to 2000 pins.
+struct PinsStroke {
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> to;                        // as many
+  std::optional<double> radius = std::nullopt;  // > 0
+  // Use twice the median distance of a pin from the third nearest one, or twice the longest way of a pin if that is
+  // more. Of fewer pins the farthest one counts.
+  bool radius_auto = false;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
+};
+
 // Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
 // each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
 struct RelaxStroke {
@@ -252,7 +266,7 @@ Mask mask_of(const MaskStroke& stroke, int threads = 0);
 
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke, RelaxStroke, MaskStroke>;
+                            StretchStroke, TwistStroke, BendStroke, PinsStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

@@ -1,0 +1,174 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "knead/math/error.h"
+#include "knead/tool/describe.h"
+#include "knead/tool/strain.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr std::size_t kMostPins = 2000;
+// Two pins nearer than this part of the radius are one place; with different motions they contradict each other.
+constexpr double kOnePlace = 1e-6;
+constexpr double kContradiction = 1e-3;
+// "auto": so many times the median distance to the third nearest pin, and the longest displacement.
+constexpr double kSpacings = 2;
+constexpr double kDisplacements = 2;
+constexpr std::size_t kNeighbor = 3;
+// Of so many pins the flow's stretch is found before it is used.
+constexpr std::size_t kMostLookedAt = 200;
+constexpr double kStrongStretchOfPins = 10;
+
+Vec3d motion_of(const PinsStroke& stroke, std::size_t i) { return stroke.to[i] - stroke.points[i]; }
+
+// Of the third nearest other pin; of the farthest where there are fewer.
+double distance_to_neighbor(const PinsStroke& stroke, std::size_t i) {
+  std::vector<double> square;
+  for (std::size_t j = 0; j < stroke.points.size(); ++j) {
+    if (j != i) square.push_back(norm2(stroke.points[j] - stroke.points[i]));
+  }
+  if (square.empty()) return 0;
+  const auto chosen = square.begin() + static_cast<std::ptrdiff_t>(std::min(kNeighbor, square.size()) - 1);
+  std::nth_element(square.begin(), chosen, square.end());
+  return std::sqrt(*chosen);
+}
+
+double automatic_radius(const PinsStroke& stroke) {
+  std::vector<double> spacings;
+  double longest = 0;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    spacings.push_back(distance_to_neighbor(stroke, i));
+    longest = std::max(longest, norm(motion_of(stroke, i)));
+  }
+  const auto median = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::nth_element(spacings.begin(), median, spacings.end());
+  return std::max(kSpacings * *median, kDisplacements * longest);
+}
+
+double radius_of(const PinsStroke& stroke) { return stroke.radius ? *stroke.radius : automatic_radius(stroke); }
+
+// When two pins are nearest to each other, and how near.
+struct Approach {
+  double t = 0;
+  double distance = 0;
+};
+
+Approach approach_of(const PinsStroke& stroke, std::size_t i, std::size_t j) {
+  const Vec3d d = stroke.points[i] - stroke.points[j];
+  const Vec3d u = motion_of(stroke, i) - motion_of(stroke, j);
+  const double t = norm2(u) > 0 ? std::clamp(-dot(d, u) / norm2(u), 0.0, 1.0) : 0.0;
+  return {t, norm(d + u * t)};
+}
+
+// Calls body with every two pins, the first numbers first.
+template <class Body>
+void for_pairs(const PinsStroke& stroke, const Body& body) {
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    for (std::size_t j = i + 1; j < stroke.points.size(); ++j) body(i, j);
+  }
+}
+
+std::vector<StrokeKey> keys(PinsStroke& s) {
+  return {{"points", Quantity::finite, &s.points},
+          {"to", Quantity::finite, &s.to},
+          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::required,
+           "everything farther from all pins stays"}};
+}
+
+void require_no_contradiction(const PinsStroke& stroke, double radius) {
+  for_pairs(stroke, [&](std::size_t i, std::size_t j) {
+    const Approach nearest = approach_of(stroke, i, j);
+    const bool together = motion_of(stroke, i) == motion_of(stroke, j);
+    if (nearest.distance > (together ? kOnePlace : kContradiction) * radius) return;
+    throw InvalidInput(together ? fmt::format("\"points\": pins {} and {} are at the same place; remove one", i, j)
+                                : fmt::format("\"to\": pins {} and {} meet at the time {:.3g} of the stroke's 0 to 1, "
+                                              "and move apart; move one of them another way, or remove it",
+                                              i, j, nearest.t));
+  });
+}
+
+void validate(const PinsStroke& stroke) {
+  require_count("points", stroke.points.size(), 1, "points");
+  if (stroke.points.size() > kMostPins) {
+    throw InvalidInput(fmt::format("\"points\" must hold at most {} pins, got {}", kMostPins, stroke.points.size()));
+  }
+  if (stroke.to.size() != stroke.points.size()) {
+    throw InvalidInput(fmt::format("\"to\" must hold as many places as \"points\", {}, got {}", stroke.points.size(),
+                                   stroke.to.size()));
+  }
+  if (!stroke.radius && !stroke.radius_auto) throw InvalidInput("\"radius\" must be a number above 0, or \"auto\"");
+  const double radius = radius_of(stroke);
+  if (!(radius > 0)) {
+    throw InvalidInput("\"radius\" cannot be \"auto\" for one pin that is held, got \"auto\"; give a number");
+  }
+  require_finite("radius", radius);
+  require_no_contradiction(stroke, radius);
+}
+
+Flow flow_of(const PinsStroke& stroke) {
+  Segment segment;
+  segment.time_law = TimeLaw::pinned;
+  const double radius = radius_of(stroke);
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    segment.fields.push_back(
+        {stroke.points[i], Translation<double>{motion_of(stroke, i)}, Ball<double>{}, {0, radius, kPinFalloff}});
+  }
+  return {{std::move(segment)}};
+}
+
+// Places about the pins where the flow may stretch a shape most: at them, between each and its nearest one, and ahead,
+// behind and beside those that move.
+std::vector<Vec3d> places_about(const PinsStroke& stroke, double radius) {
+  std::vector<Vec3d> places = stroke.points;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    const Vec3d& place = stroke.points[i];
+    const Vec3d* nearest = nullptr;
+    for (const Vec3d& other : stroke.points) {
+      if (&other == &place) continue;
+      if (nearest == nullptr || norm2(other - place) < norm2(*nearest - place)) nearest = &other;
+    }
+    if (nearest != nullptr) places.push_back((place + *nearest) * 0.5);
+    const Vec3d by = motion_of(stroke, i);
+    if (by == Vec3d{0, 0, 0}) continue;
+    const Vec3d along = unit(by);
+    const Vec3d beside = any_orthogonal(along);
+    for (const double part : {0.15, 0.4, 0.7}) {
+      for (const Vec3d& way : {along, -along, beside, -beside}) places.push_back(place + way * (part * radius));
+    }
+  }
+  return places;
+}
+
+void warn(const PinsStroke& stroke, Warnings& warnings) {
+  if (stroke.points.size() > kMostLookedAt) return;
+  const double radius = radius_of(stroke);
+  const StrainOptions options{.length = radius, .step = 0.01};
+  const GreatestStretch found = greatest_stretch(flow_of(stroke), places_about(stroke, radius), options);
+  const double stretch = std::max(found.greatest, 1 / found.least);
+  if (!(stretch > kStrongStretchOfPins)) return;
+  const auto nearest =
+      std::ranges::min_element(stroke.points, {}, [&](const Vec3d& place) { return norm2(place - found.where); });
+  warnings.push_back(fmt::format(
+      "the flow stretches what is near pin {} about {:.2g} times; make \"radius\" larger, move the pin less, or let "
+      "pins near it come along",
+      nearest - stroke.points.begin(), stretch));
+}
+
+void prolong(PinsStroke& stroke, double strength) {
+  for (std::size_t i = 0; i < stroke.to.size(); ++i) stroke.to[i] = stroke.points[i] + motion_of(stroke, i) * strength;
+}
+
+}  // namespace
+
+const Tool& PinsStroke::tool() {
+  static const Tool kTool = describe<PinsStroke>("pins", {keys, validate, flow_of, warn, nullptr, nullptr, prolong});
+  return kTool;
+}
+
+}  // namespace knead
