@@ -158,6 +158,24 @@ Stroke bend(const Draw& draw) {
   return stroke;
 }
 
+// Some of a few vertices go their own ways, the others are held; none comes near the others' ways.
+Stroke pins(const Draw& draw) {
+  PinsStroke stroke;
+  stroke.radius = draw.uniform(0.1, 0.4) * draw.size;
+  const double room = 0.6 * *stroke.radius;
+  const int count = 1 + static_cast<int>(draw.uniform(0, 8));
+  for (int tries = 0; tries < 40 * count && static_cast<int>(stroke.points.size()) < count; ++tries) {
+    const Vec3d p = draw.mesh.positions[draw.vertex()];
+    const bool is_near = std::any_of(stroke.points.begin(), stroke.points.end(),
+                                     [&](const Vec3d& other) { return norm(other - p) < room; });
+    if (is_near) continue;
+    const double way = draw.uniform(0, 1) < 0.6 ? draw.uniform(0.1, 0.4) * room : 0;
+    stroke.points.push_back(p);
+    stroke.to.push_back(p + draw.direction() * way);
+  }
+  return stroke;
+}
+
 Stroke relax(const Draw& draw) {
   const std::size_t v = draw.vertex();
   RelaxStroke stroke{{draw.near(v), draw.near(v)}, draw.uniform(0.05, 0.3) * draw.size};
@@ -181,7 +199,7 @@ Stroke mask(const Draw& draw) {
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
     {"implicit", implicit}, {"paint", paint}, {"points", points},   {"handles", handles},
     {"stamp", stamp},       {"rotate", turn}, {"stretch", stretch}, {"twist", twist},
-    {"bend", bend},         {"relax", relax}, {"mask", mask}};
+    {"bend", bend},         {"pins", pins},   {"relax", relax},     {"mask", mask}};
 
 }  // namespace
 

@@ -13,7 +13,7 @@
 namespace knead::oracle {
 
 // `size` is the length that tolerances are relative to. Knows implicit, paint with samples, points, handles with
-// points, rotate, stretch, twist and bend.
+// points, rotate, stretch, twist, bend and pins.
 std::vector<Vec3d> deform(const std::vector<std::string>& stroke_lines, std::vector<Vec3d> points, double size);
 
 }  // namespace knead::oracle

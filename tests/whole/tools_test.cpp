@@ -80,7 +80,8 @@ std::vector<Stroke> strokes_about(const Vec3d& at) {
           RotateStroke{at, {0, 0, 1}, 60, 0.25, 1.2},
           StretchStroke{at, {0, 0, 1}, 1.5, 0.25, 1.2},
           TwistStroke{at, {0, 0, 1}, 60, -0.5, 0.5},
-          BendStroke{at, {1, 0, 0}, {0, 0, 1}, 40, BendWidth{1.5}}};
+          BendStroke{at, {1, 0, 0}, {0, 0, 1}, 40, BendWidth{1.5}},
+          PinsStroke{{at, at + Vec3d{1, 0, 0}}, {at + Vec3d{0, 0.25, 0}, at + Vec3d{1, 0, 0}}, 1.25}};
 }
 
 // Coordinates of the sphere are multiples of 2^-20, so that shifting it rounds nothing.

@@ -1,0 +1,110 @@
+// Strokes of pins. Their flow has tests of its own (flow/pins_test.cpp).
+#include <gtest/gtest.h>
+
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/tool/strain.h"
+#include "knead/tool/stroke.h"
+#include "support/random_segments.h"
+
+namespace knead {
+namespace {
+
+using test::moved;
+using test::precisely;
+
+PinsStroke held_corners() {
+  PinsStroke stroke;
+  stroke.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}};
+  stroke.to = stroke.points;
+  stroke.to[0] = {0.1, 0.1, 0.1};
+  stroke.radius_auto = true;
+  return stroke;
+}
+
+double radius_of(const PinsStroke& stroke) { return flow_of(stroke).segments[0].fields[0].thresholds.outer; }
+
+std::string refusal(const PinsStroke& stroke) {
+  try {
+    validate(Stroke(stroke));
+  } catch (const InvalidInput& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(PinsTool, MovesEachPointToItsPlace) {
+  const PinsStroke stroke = held_corners();
+  const auto after = moved(flow_of(stroke), stroke.points, precisely(1e-10));
+  EXPECT_LE(test::greatest_distance(after, stroke.to), 2e-10);
+}
+
+// The third nearest pin of each of five: 1.41, 1.41, 1.41, 1.41 and 1.73.
+TEST(PinsTool, FindsItsRadius) {
+  PinsStroke stroke = held_corners();
+  EXPECT_NEAR(radius_of(stroke), 2 * std::sqrt(2.0), 1e-12);
+  stroke.to[0] = {3, 0, 4};
+  EXPECT_NEAR(radius_of(stroke), 10, 1e-12) << "twice the longest way";
+  stroke.points = {{0, 0, 0}, {1, 0, 0}};
+  stroke.to = {{0, 0.1, 0}, {1, 0, 0}};
+  EXPECT_NEAR(radius_of(stroke), 2, 1e-12) << "twice the distance of the farthest";
+  stroke.radius_auto = false;
+  stroke.radius = 0.7;
+  EXPECT_EQ(radius_of(stroke), 0.7);
+}
+
+TEST(PinsTool, RefusesWhatContradictsItself) {
+  PinsStroke stroke = held_corners();
+  EXPECT_EQ(refusal(stroke), "");
+  stroke.to[2] = {2, 1, 0};
+  stroke.points[4] = {1.5, 1, 0};
+  stroke.to[4] = {1.5, 3, 0};
+  EXPECT_EQ(refusal(stroke), "") << "their ways cross, but not at one time";
+  stroke.points[4] = {2, 1, 0};
+  stroke.to[4] = {0, 1, 0};
+  EXPECT_EQ(
+      refusal(stroke),
+      "\"to\": pins 2 and 4 meet at the time 0.5 of the stroke's 0 to 1, and move apart; move one of them another "
+      "way, or remove it");
+  stroke = held_corners();
+  stroke.points.push_back(stroke.points[3]);
+  stroke.to.push_back(stroke.to[3]);
+  EXPECT_EQ(refusal(stroke), "\"points\": pins 3 and 5 are at the same place; remove one");
+  stroke.to.pop_back();
+  EXPECT_EQ(refusal(stroke), "\"to\" must hold as many places as \"points\", 6, got 5");
+  PinsStroke none;
+  none.radius = 1;
+  EXPECT_NE(refusal(none), "");
+  PinsStroke one{{{0, 0, 0}}, {{0, 0, 0}}, std::nullopt, true};
+  EXPECT_NE(refusal(one), "");
+  one.radius_auto = false;
+  EXPECT_NE(refusal(one), "");
+  one.radius = -1;
+  EXPECT_NE(refusal(one), "");
+  one.radius = 1;
+  one.points.assign(2001, {0, 0, 0});
+  one.to = one.points;
+  EXPECT_EQ(refusal(one), "\"points\" must hold at most 2000 pins, got 2001");
+}
+
+TEST(PinsTool, GoesOnInItsDirections) {
+  const PinsStroke stroke = held_corners();
+  const auto twice = std::get<PinsStroke>(prolonged(stroke, 2));
+  EXPECT_EQ(twice.to[0], (Vec3d{0.2, 0.2, 0.2}));
+  EXPECT_EQ(twice.to[3], stroke.to[3]);
+}
+
+// The warning's figure is that of the flow, and comes above 10 times only.
+TEST(PinsTool, WarnsOfAStrongStretch) {
+  PinsStroke stroke{{{0, 0, 0}, {0.3, 0, 0}}, {{0, 0, 0}, {0.3, 0.05, 0}}, 1.0};
+  EXPECT_TRUE(warnings(stroke).empty());
+  stroke.to[1] = {0.02, 0.01, 0};
+  ASSERT_EQ(warnings(stroke).size(), 1U);
+  std::vector<Vec3d> points;
+  for (int k = 0; k <= 100; ++k) points.push_back({0.003 * k, 0, 0});
+  const GreatestStretch found = greatest_stretch(flow_of(stroke), points, {.length = 1});
+  EXPECT_GT(std::max(found.greatest, 1 / found.least), 10);
+}
+
+}  // namespace
+}  // namespace knead
