@@ -384,6 +384,7 @@ tools() {
   tool stretch --size 900x330 --view 25,15
   tool twist --size 900x220 --view 15,18
   tool bend --size 900x440 --view 40,10
+  tool pins --size 900x420 --view 8,6
 }
 
 # --- all of it --------------------------------------------------------------------------------------------------------

@@ -112,10 +112,9 @@ std::map<std::string, Lines> sessions_for(const Subject& s) {
   result["bend in a cylinder"] = {fmt::format(
       R"({{"tool":"bend","center":{},"axis":[0,0,3],"normal":[0,-1,0],"angle_deg":-45,"width":{},"radius":{},"gauge":0}})",
       text(c + Vec3d{0, 0.1, 0} * d), 0.3 * d, 0.2 * d)};
-  result["pins"] = {fmt::format(R"({{"tool":"pins","points":[{},{},{},{}],"to":[{},{},{},{}],"radius":{}}})",
-                                text(p[0]), text(p[1]), text(p[2]), text(p[3]), text(p[0] + n[0] * (0.15 * d)),
-                                text(p[1] + Vec3d{0.06, -0.04, 0.03} * d), text(p[2]), text(p[3] - n[3] * (0.03 * d)),
-                                0.6 * d)};
+  result["pins"] = {fmt::format(R"({{"tool":"pins","points":[{},{},{}],"to":[{},{},{}],"radius":{}}})", text(p[0]),
+                                text(p[1]), text(p[2]), text(p[0] + n[0] * (0.15 * d)),
+                                text(p[1] + Vec3d{0.06, -0.04, 0.03} * d), text(p[2]), 0.6 * d)};
   Lines all;
   for (const char* name : {"implicit ball", "rotate", "points", "stretch", "implicit capsule"}) {
     all.insert(all.end(), result[name].begin(), result[name].end());

@@ -13,7 +13,10 @@ namespace {
 
 constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
-constexpr double kFaint = 0.45;  // opacity of the tool at the end of its way, of that at the start
+constexpr Color kPinRed{0.80f, 0.16f, 0.12f, 0.9f};
+constexpr Color kHeldBlue{0.25f, 0.42f, 0.72f, 0.9f};
+constexpr double kPinSize = 0.016;  // of the shape's
+constexpr double kFaint = 0.45;     // opacity of the tool at the end of its way, of that at the start
 
 // What tools are drawn on.
 struct Canvas {
@@ -117,8 +120,19 @@ Mesh surface_of(const Field& field, double level, const std::optional<SegmentBar
   return region_surface(field, field.center, level, canvas.around, barrel, how.detail);
 }
 
+// The balls of pins overlap everywhere: small ones show where the pins are.
+void draw_pins(const Segment& segment, double opacity, const Canvas& canvas) {
+  const double radius = kPinSize * canvas.around.diagonal();
+  for (const Field& pin : segment.fields) {
+    const bool is_held = displacement_of(segment, pin) == Vec3d{0, 0, 0};
+    canvas.scene.surfaces.push_back(
+        {surface_of(pin, radius, segment.barrel, canvas), fainter(is_held ? kHeldBlue : kPinRed, opacity)});
+  }
+}
+
 // The regions of all fields as they stand at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
+  if (segment.time_law == TimeLaw::pinned) return draw_pins(segment, opacity, canvas);
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
       canvas.scene.surfaces.push_back({surface_of(field, level, segment.barrel, canvas), fainter(color, opacity)});
@@ -136,7 +150,8 @@ void draw_start(const Segment& segment, const Canvas& canvas) {
       canvas.scene.surfaces.push_back(
           {barrel_surface(*segment.barrel, field, canvas.around, canvas.how.detail), kBarrelGrey});
     }
-    const Sketch sketch{canvas.scene, field, tool_size(field, segment.barrel, canvas.around),
+    const bool is_pin = segment.time_law == TimeLaw::pinned;  // whose arrow ends where it goes
+    const Sketch sketch{canvas.scene, field, is_pin ? 0 : tool_size(field, segment.barrel, canvas.around),
                         0.006 * canvas.around.diagonal()};
     std::visit(sketch, field.motion);
   }
@@ -153,6 +168,7 @@ void draw_path(const Flow& stroke, const Canvas& canvas) {
     }
     const Segment& last = stroke.segments.back();
     path.points.push_back(last.fields[i].center + displacement_of(last, last.fields[i]));
+    if (path.points.front() == path.points.back()) continue;  // held
     canvas.scene.lines.push_back(std::move(path));
   }
 }
@@ -186,7 +202,7 @@ bool moves(const Flow& stroke) {
 
 void draw_whole_way(const Flow& stroke, const Canvas& canvas) {
   draw_start(stroke.segments.front(), canvas);
-  if (!moves(stroke)) return;
+  if (!moves(stroke) || stroke.segments.back().time_law == TimeLaw::pinned) return;  // arrows show where pins go
   draw_regions(at_time(stroke.segments.back(), 1), kFaint, canvas);
   draw_path(stroke, canvas);
 }
