@@ -480,8 +480,8 @@ OracleSegment pins(const Json& j) {
   OracleSegment segment;
   segment.velocity = [=](const Vec3d& x, double t) {
     const std::size_t n = 3 * from.size();
-    std::vector<Vec3d> now;
-    for (std::size_t i = 0; i < from.size(); ++i) now.push_back(from[i] + (to[i] - from[i]) * t);
+    std::vector<Vec3d> now = from;
+    for (std::size_t i = 0; i < from.size(); ++i) now[i] += (to[i] - from[i]) * t;
     std::vector<std::vector<double>> m(n, std::vector<double>(n));
     std::vector<double> right(n);
     for (std::size_t k = 0; k < n; ++k) {

@@ -291,7 +291,7 @@ class PinSolver {
 
 Vec3d PinPiece::at(std::size_t pin, double t) const {
   const double s = (2 * t - begin - end) / (end - begin);
-  const Vec3d* const of_pin = coefficients.data() + pin * static_cast<std::size_t>(degree + 1);
+  const Vec3d* const of_pin = coefficients.data() + pin * (static_cast<std::size_t>(degree) + 1);
   Vec3d value = of_pin[degree];
   for (int power = degree - 1; power >= 0; --power) value = of_pin[power] + value * s;
   return value;

@@ -1,7 +1,7 @@
 // The velocities with which the fields of a pinned segment are summed (method, section 9). Internal to the flow room.
 //
-// At the time t the pins are at q_i(t) = c_i + t u_i, and the a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, R being
-// the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
+// At the time t the pins are at q_i(t) = c_i + t u_i, and the a_j(t) solve sum_j Psi((q_i - q_j) / R) a_j = u_i, R
+// being the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
 #pragma once
 
 #include <cstddef>
@@ -23,8 +23,9 @@ struct PinPiece {
 
 // Returns the pieces of a pinned segment from its begin to its end, in ascending time whatever its direction. With them
 // v errs nowhere by more than kPinShare * tolerance at the times at which they were compared with a solution. The
-// segment is valid; no time, no pieces. Throws InvalidInput where pins come so near each other that the equations cannot be solved.
-// Time: for n pins of which each has k others in its reach about n k^2, for each of 5 to 17 times of a piece.
+// segment is valid; no time, no pieces. Throws InvalidInput where pins come so near each other that the equations
+// cannot be solved. Time: for n pins of which each has k others in its reach about n k^2, for each of 5 to 17 times of
+// a piece.
 std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance);
 
 inline constexpr double kPinShare = 0.1;

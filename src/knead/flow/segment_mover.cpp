@@ -294,7 +294,7 @@ struct OwnedPins {
     const auto add = [&](const Vec3d& v) {
       for (std::size_t axis = 0; axis < 3; ++axis) numbers.push_back(static_cast<S>(v[axis]));
     };
-    const auto powers = static_cast<std::size_t>(piece.degree + 1);
+    const auto powers = static_cast<std::size_t>(piece.degree) + 1;
     for (std::size_t i = 0; i < segment.fields.size(); ++i) {
       const Vec3d place = segment.fields[i].center - field.center;
       const Vec3d by = displacement_of(segment, segment.fields[i]);
