@@ -452,8 +452,9 @@ Vec3d pin_velocity(const Vec3d& d, double radius, const Vec3d& a) {
   const Vec3d x = d / radius;
   const double r = norm(x);
   if (r >= 1) return {0, 0, 0};
-  const double f = -56.0 / 3 * (1 + 5 * r) * std::pow(1 - r, 5);
-  const double f_slope = -56.0 / 3 * (5 * std::pow(1 - r, 5) - 5 * (1 + 5 * r) * std::pow(1 - r, 4));
+  const double fourth = (1 - r) * (1 - r) * (1 - r) * (1 - r);
+  const double f = -56.0 / 3 * (1 + 5 * r) * fourth * (1 - r);
+  const double f_slope = -56.0 / 3 * (5 * fourth * (1 - r) - 5 * (1 + 5 * r) * fourth);
   const Vec3d hessian_a = a * f + (r > 0 ? x * (dot(x, a) * f_slope / r) : Vec3d{0, 0, 0});
   const double laplacian = 3 * f + r * f_slope;
   return (hessian_a - a * laplacian) * (3.0 / 112);
@@ -478,6 +479,7 @@ OracleSegment pins(const Json& j) {
   const auto to = vecs(j["to"]);
   const double radius = j["radius"];
   OracleSegment segment;
+  segment.longest_step = 0.05;
   segment.velocity = [=](const Vec3d& x, double t) {
     const std::size_t n = 3 * from.size();
     std::vector<Vec3d> now = from;
