@@ -41,6 +41,7 @@ double diagonal_of(const std::vector<Vec3d>& points) { return bounding_box(point
 
 std::vector<NamedSegment> segments_of_every_kind(Random& random) {
   std::vector<NamedSegment> result = test::random_segments(random);
+  std::erase_if(result, [](const NamedSegment& named) { return named.segment.time_law == TimeLaw::pinned; });
   Segment bend = test::resting(Rotation<double>{{0, 0, 1}, 1.2, 1}, HalfSpace<double>{{1, 0, 0}, {0, 0, 1}, 0.6},
                                {0, 0, 0}, {-0.3, 0.3});
   bend.barrel = SegmentBarrel{{0, 0, 0}, {1, 0, 0}, 0.4};
@@ -375,6 +376,8 @@ TEST_F(GpuTest, RefusesWhatItCannotDo) {
   } catch (const InvalidInput& error) {
     EXPECT_NE(std::string(error.what()).find("segment 2 of the flow: a field is a function"), std::string::npos);
   }
+  Random random(815);
+  EXPECT_THROW(gpu().advect(Flow{{test::pinning(random, 3, 0.8, 0.3)}}, points, options), InvalidInput);
 }
 
 Flow bend_without_end() {
