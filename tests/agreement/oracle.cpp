@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "support/pins_now.h"
+
 namespace knead::oracle {
 
 namespace {
@@ -446,58 +448,15 @@ OracleSegment bend(const Json& j) {
   return segment;
 }
 
-// curl curl(phi a), 1 at the pin, with Wendland's phi = (1 - r)^6 (35 r^2 + 18 r + 3) / 3 and its derivatives
-// phi' = r f, phi'' = f + r f'.
-Vec3d pin_velocity(const Vec3d& d, double radius, const Vec3d& a) {
-  const Vec3d x = d / radius;
-  const double r = norm(x);
-  if (r >= 1) return {0, 0, 0};
-  const double fourth = (1 - r) * (1 - r) * (1 - r) * (1 - r);
-  const double f = -56.0 / 3 * (1 + 5 * r) * fourth * (1 - r);
-  const double f_slope = -56.0 / 3 * (5 * fourth * (1 - r) - 5 * (1 + 5 * r) * fourth);
-  const Vec3d hessian_a = a * f + (r > 0 ? x * (dot(x, a) * f_slope / r) : Vec3d{0, 0, 0});
-  const double laplacian = 3 * f + r * f_slope;
-  return (hessian_a - a * laplacian) * (3.0 / 112);
-}
-
-// Solves m a = right by Gauss and Jordan's elimination.
-std::vector<double> solved(std::vector<std::vector<double>> m, std::vector<double> right) {
-  for (std::size_t k = 0; k < right.size(); ++k) {
-    for (std::size_t i = 0; i < right.size(); ++i) {
-      if (i == k) continue;
-      const double factor = m[i][k] / m[k][k];
-      for (std::size_t j = k; j < right.size(); ++j) m[i][j] -= factor * m[k][j];
-      right[i] -= factor * right[k];
-    }
-  }
-  for (std::size_t k = 0; k < right.size(); ++k) right[k] /= m[k][k];
-  return right;
-}
-
 OracleSegment pins(const Json& j) {
   const auto from = vecs(j["points"]);
-  const auto to = vecs(j["to"]);
-  const double radius = j["radius"];
+  std::vector<Vec3d> by = vecs(j["to"]);
+  for (std::size_t i = 0; i < by.size(); ++i) by[i] = by[i] - from[i];
   OracleSegment segment;
   segment.longest_step = 0.05;
-  segment.velocity = [=](const Vec3d& x, double t) {
-    const std::size_t n = 3 * from.size();
-    std::vector<Vec3d> now = from;
-    for (std::size_t i = 0; i < from.size(); ++i) now[i] += (to[i] - from[i]) * t;
-    std::vector<std::vector<double>> m(n, std::vector<double>(n));
-    std::vector<double> right(n);
-    for (std::size_t k = 0; k < n; ++k) {
-      Vec3d e{0, 0, 0};
-      e[k % 3] = 1;
-      for (std::size_t i = 0; i < n; ++i) m[i][k] = pin_velocity(now[i / 3] - now[k / 3], radius, e)[i % 3];
-      right[k] = (to[k / 3] - from[k / 3])[k % 3];
-    }
-    const std::vector<double> a = solved(m, right);
-    Vec3d sum{0, 0, 0};
-    for (std::size_t i = 0; i < now.size(); ++i) {
-      sum += pin_velocity(x - now[i], radius, {a[3 * i], a[3 * i + 1], a[3 * i + 2]});
-    }
-    return sum;
+  segment.velocity = [=, radius = j["radius"].get<double>()](const Vec3d& x, double t) {
+    const PinsNow pins(from, by, radius, t);
+    return pins.velocity(x);
   };
   return segment;
 }

@@ -95,16 +95,9 @@ KNEAD_INLINE void find_places(const PinKernelField<S>& field, const Bundle<S>& b
   const P per_radius(field.per_radius);
   const Vec3<P> zero{P(0), P(0), P(0)};
   for (std::size_t i = 0; i < static_cast<std::size_t>(bundle.count); i += P::kSize) {
-    P t = P::load(bundle.t + i);
-    Vec3<P> at = load<P>(bundle.base, i);
-    if (!stage.from_start) at = at + load<P>(bundle.moved, i);
-    if (stage.count > 0) {
-      const P h = P::load(bundle.h + i);
-      at = mul_add(combine<P>(bundle, stage, i), h, at);
-      t = mul_add(h, P(stage.c), t);
-    }
-    store(at * per_radius, places.at, i);
-    t.store(places.t + i);
+    const StagePlace<P> place = place_in<P>(bundle, stage, i);
+    store(place.at * per_radius, places.at, i);
+    place.t.store(places.t + i);
     store(zero, places.velocity, i);
     if constexpr (masked) store(zero, places.potential, i);
   }
@@ -171,23 +164,14 @@ template <class P, class S>
   return result;
 }
 
-template <class P, class PD>
+template <class P, class PD, bool masked>
 FieldKernel<typename P::Scalar> pin_kernel() {
   using S = typename P::Scalar;
   FieldKernel<S> kernel;
-  kernel.stage = &pin_stage<P, false, S>;
+  kernel.stage = &pin_stage<P, masked, S>;
   kernel.classify = &classify_by_pins<PD, S>;
-  return kernel;
-}
-
-template <class P, class PD>
-FieldKernel<typename P::Scalar> masked_pin_kernel() {
-  using S = typename P::Scalar;
-  FieldKernel<S> kernel;
-  kernel.stage = &pin_stage<P, true, S>;
-  kernel.classify = &classify_by_pins<PD, S>;
-  kernel.limit = &limit_by_mask<P, PinKernelField<S>, S>;
-  kernel.limits_place = true;
+  if (masked) kernel.limit = &limit_by_mask<P, PinKernelField<S>, S>;
+  kernel.limits_place = masked;
   return kernel;
 }
 

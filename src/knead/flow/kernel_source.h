@@ -63,8 +63,8 @@ Kernels<typename P::Scalar> kernels_of() {
   add_motion<P, PD, Rotation>(kernels, kRotation);
   add_motion<P, PD, Twist>(kernels, kTwist);
   add_motion<P, PD, Strain>(kernels, kStrain);
-  kernels.pins = pin_kernel<P, PD>();
-  kernels.masked_pins = masked_pin_kernel<P, PD>();
+  kernels.pins = pin_kernel<P, PD, false>();
+  kernels.masked_pins = pin_kernel<P, PD, true>();
   kernels.move = &move_group<P>;
   return kernels;
 }

@@ -105,6 +105,24 @@ KNEAD_INLINE Vec3<P> combine(const Bundle<S>& bundle, const Stage<S>& stage, std
   return sum;
 }
 
+// Where the lanes of a pack are in a stage, and when.
+template <class P>
+struct StagePlace {
+  Vec3<P> at;  // from the field's centre at t = 0
+  P t;
+};
+
+template <class P, class S>
+KNEAD_INLINE StagePlace<P> place_in(const Bundle<S>& bundle, const Stage<S>& stage, std::size_t i) {
+  StagePlace<P> place{load<P>(bundle.base, i), P::load(bundle.t + i)};
+  if (!stage.from_start) place.at = place.at + load<P>(bundle.moved, i);
+  if (stage.count == 0) return place;
+  const P h = P::load(bundle.h + i);
+  place.at = mul_add(combine<P>(bundle, stage, i), h, place.at);
+  place.t = mul_add(h, P(stage.c), place.t);
+  return place;
+}
+
 // What is known of a stage before its loop over the lanes: its number of slopes where it begins at the start, or
 // kAnySlopes. Only brushes have loops for the attempts to cross a whole segment: 5% to 10% of the time in float.
 inline constexpr int kAnySlopes = -1;
@@ -121,15 +139,8 @@ template <class P, class Field, bool by_default, int slopes, class S>
   }
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
-    P t = P::load(bundle.t + i);
-    Vec3<P> d = load<P>(bundle.base, i);
-    if (!stage.from_start) d = d + load<P>(bundle.moved, i);
-    if (stage.count > 0) {
-      const P h = P::load(bundle.h + i);
-      d = mul_add(combine<P>(bundle, stage, i), h, d);
-      t = mul_add(h, P(stage.c), t);
-    }
-    d = neg_mul_add(Vec3<P>(field.displacement), t, d);
+    const auto [at, t] = place_in<P>(bundle, stage, i);
+    const Vec3<P> d = neg_mul_add(Vec3<P>(field.displacement), t, at);
     store(velocity(field.motion, field.region, field.thresholds, d, t), bundle.k[stage.out], i);
   }
 }
@@ -153,14 +164,7 @@ template <class P, class Field, bool by_default, class S>
   if constexpr (by_default) field.thresholds.falloff = kDefaultFalloff;
   const auto count = static_cast<std::size_t>(bundle.count);
   for (std::size_t i = 0; i < count; i += P::kSize) {
-    P t = P::load(bundle.t + i);
-    Vec3<P> y = load<P>(bundle.base, i);
-    if (!stage.from_start) y = y + load<P>(bundle.moved, i);
-    if (stage.count > 0) {
-      const P h = P::load(bundle.h + i);
-      y = mul_add(combine<P>(bundle, stage, i), h, y);
-      t = mul_add(h, P(stage.c), t);
-    }
+    const auto [y, t] = place_in<P>(bundle, stage, i);
     const Vec3<P> d = neg_mul_add(Vec3<P>(field.displacement), t, y);
     const RegionValue<P> r = evaluate(field.region, d, t);
     const MaskValue<P> m = evaluate_mask(field.mask, y);

@@ -198,10 +198,15 @@ class PinEquations {
 // The pieces of one segment.
 class PinSolver {
  public:
-  PinSolver(const Segment& segment, double tolerance) : equations_(segment, tolerance) {}
+  PinSolver(const Segment& segment, double tolerance, const Progress* progress)
+      : equations_(segment, tolerance), progress_(progress) {}
 
   std::vector<PinPiece> run(double begin, double end) {
-    add(begin, end);
+    try {
+      add(begin, end);
+    } catch (const Cancelled&) {
+      return {};
+    }
     return std::move(pieces_);
   }
 
@@ -248,6 +253,7 @@ class PinSolver {
   const Velocities& solution_at(int k, const Velocities* guess) {
     std::optional<Velocities>& solution = solutions_[static_cast<std::size_t>(k)];
     if (solution) return *solution;
+    stop_if_cancelled(progress_);
     equations_.set_time(time_of(k));
     Velocities a = guess != nullptr ? *guess : Velocities(equations_.size());
     equations_.solve(a);
@@ -281,6 +287,7 @@ class PinSolver {
   }
 
   PinEquations equations_;
+  const Progress* progress_;
   double begin_ = 0;
   double end_ = 1;
   std::array<std::optional<Velocities>, kNodes + 1> solutions_;  // of the piece in work
@@ -297,10 +304,10 @@ Vec3d PinPiece::at(std::size_t pin, double t) const {
   return value;
 }
 
-std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance) {
+std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress) {
   const auto [begin, end] = std::minmax(segment.begin, segment.end);
   if (begin == end) return {};
-  return PinSolver(segment, tolerance).run(begin, end);
+  return PinSolver(segment, tolerance, progress).run(begin, end);
 }
 
 std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t) {

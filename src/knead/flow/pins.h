@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "knead/flow/segment.h"
+#include "knead/math/progress.h"
 
 namespace knead::detail {
 
@@ -23,10 +24,10 @@ struct PinPiece {
 
 // Returns the pieces of a pinned segment from its begin to its end, in ascending time whatever its direction. With them
 // v errs nowhere by more than kPinShare * tolerance at the times at which they were compared with a solution. The
-// segment is valid; no time, no pieces. Throws InvalidInput where pins come so near each other that the equations
-// cannot be solved. Time: for n pins of which each has k others in its reach about n k^2, for each of 5 to 17 times of
-// a piece.
-std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance);
+// segment is valid; no time, no pieces; none either where progress->cancel is set. Throws InvalidInput where pins come
+// so near each other that the equations cannot be solved. Time: for n pins of which each has k others in its reach
+// about n k^2, for each of 5 to 17 times of a piece.
+std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress = nullptr);
 
 inline constexpr double kPinShare = 0.1;
 

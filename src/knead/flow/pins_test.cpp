@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "knead/field/dual.h"
-#include "knead/flow/simd.h"
 #include "knead/flow/volume_drift.h"
 #include "knead/math/error.h"
+#include "support/pins_now.h"
 #include "support/random_segments.h"
 
 namespace knead {
@@ -19,70 +19,25 @@ using test::Random;
 
 Vec3d motion_of(const Field& pin) { return std::get<Translation<double>>(pin.motion).velocity; }
 
-// Psi a, written as in the method: nothing of the library's own kernel.
-template <class T>
-Vec3<T> kernel(const Vec3<T>& x, const Vec3d& a, double radius) {
-  using std::sqrt;
-  const Vec3<T> y = x * T(1 / radius);
-  const T r = sqrt(norm2(y));
-  if (!(r < T(1))) return {};
-  const T q = T(1) - r;
-  const T fourth = q * q * q * q;
-  const Vec3<T> along = y * (T(15) * (y.x * T(a.x) + y.y * T(a.y) + y.z * T(a.z)));
-  return (Vec3<T>(a) * (T(1) + T(4) * r - T(20) * r * r) + along) * fourth;
-}
-
-// The equations of the pins at the time t, solved by Gauss's elimination.
-std::vector<Vec3d> solved(const Segment& segment, double t) {
-  const std::size_t n = 3 * segment.fields.size();
-  std::vector<std::vector<double>> m(n, std::vector<double>(n + 1));
-  for (std::size_t i = 0; i < n; ++i) {
-    const Field& row = segment.fields[i / 3];
-    for (std::size_t j = 0; j < n; ++j) {
-      const Field& column = segment.fields[j / 3];
-      Vec3d e{};
-      e[j % 3] = 1;
-      const Vec3d between = row.center - column.center + (motion_of(row) - motion_of(column)) * t;
-      m[i][j] = kernel(between, e, row.thresholds.outer)[i % 3];
-    }
-    m[i][n] = motion_of(row)[i % 3];
-  }
-  for (std::size_t k = 0; k < n; ++k) {
-    for (std::size_t i = k + 1; i < n; ++i) {
-      const double factor = m[i][k] / m[k][k];
-      for (std::size_t j = k; j <= n; ++j) m[i][j] -= factor * m[k][j];
-    }
-  }
-  std::vector<Vec3d> a(n / 3);
-  for (std::size_t k = n; k-- > 0;) {
-    double value = m[k][n];
-    for (std::size_t j = k + 1; j < n; ++j) value -= m[k][j] * a[j / 3][j % 3];
-    a[k / 3][k % 3] = value / m[k][k];
-  }
-  return a;
-}
-
 // Path lines by the method of Runge and Kutta with steps of equal length.
 std::vector<Vec3d> integrated(const Segment& segment, std::vector<Vec3d> points, int steps) {
+  std::vector<Vec3d> from;
+  std::vector<Vec3d> by;
+  for (const Field& pin : segment.fields) {
+    from.push_back(pin.center);
+    by.push_back(motion_of(pin));
+  }
+  const double radius = segment.fields.front().thresholds.outer;
   const double h = 1.0 / steps;
-  const auto slope = [&](const std::vector<Vec3d>& a, const Vec3d& x, double t) {
-    Vec3d v{};
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const Field& pin = segment.fields[i];
-      v += kernel(x - pin.center - motion_of(pin) * t, a[i], pin.thresholds.outer);
-    }
-    return v;
-  };
   for (int step = 0; step < steps; ++step) {
-    const double t = step * h;
-    const std::vector<Vec3d> begin = solved(segment, t);
-    const std::vector<Vec3d> middle = solved(segment, t + h / 2);
-    const std::vector<Vec3d> end = solved(segment, t + h);
+    const oracle::PinsNow begin(from, by, radius, step * h);
+    const oracle::PinsNow middle(from, by, radius, (step + 0.5) * h);
+    const oracle::PinsNow end(from, by, radius, (step + 1) * h);
     for (Vec3d& x : points) {
-      const Vec3d k1 = slope(begin, x, t);
-      const Vec3d k2 = slope(middle, x + k1 * (h / 2), t + h / 2);
-      const Vec3d k3 = slope(middle, x + k2 * (h / 2), t + h / 2);
-      const Vec3d k4 = slope(end, x + k3 * h, t + h);
+      const Vec3d k1 = begin.velocity(x);
+      const Vec3d k2 = middle.velocity(x + k1 * (h / 2));
+      const Vec3d k3 = middle.velocity(x + k2 * (h / 2));
+      const Vec3d k4 = end.velocity(x + k3 * h);
       x += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6);
     }
   }
@@ -102,7 +57,7 @@ TEST(Pins, HaveTheKernelOfTheMethod) {
     const Vec3d a = random.in_box(1);
     const Vec3d d = random.in_box(1.2 * radius);
     const Field pin{{0, 0, 0}, Translation<double>{a}, Ball<double>{}, {0, radius, kPinFalloff}};
-    EXPECT_NEAR(norm(velocity(pin, d) - kernel(d, a, radius)), 0, 1e-13);
+    EXPECT_NEAR(norm(velocity(pin, d) - oracle::pin_kernel(d, radius, a)), 0, 1e-13);
     const Vec3<Dual> v = velocity(Translation<double>{a}, Ball<double>{}, pin.thresholds, variables(d), Dual(0.0));
     EXPECT_NEAR(v.x.g.x + v.y.g.y + v.z.g.z, 0, 1e-11 / radius) << "the divergence";
   }
@@ -240,6 +195,21 @@ TEST(Pins, ThatAreNoPinsAreRefused) {
   refused([](Segment& s) { s.displacement = {1, 0, 0}; });
   refused([&](Segment& s) { s.fields.push_back({{3, 0, 0}, pin.motion, pin.region, {0, 2, kPinFalloff}}); });
   refused([](Segment& s) { s.time_law = TimeLaw::swept; });
+}
+
+TEST(Pins, AreNoLongerSolvedAfterACancel) {
+  Random random(810);
+  const Segment segment = pinning(random, 20, 0.8, 0.3);
+  Progress progress;
+  EXPECT_FALSE(detail::solve_pins(segment, 1e-6, &progress).empty());
+  progress.cancel = true;
+  EXPECT_TRUE(detail::solve_pins(segment, 1e-6, &progress).empty());
+  AdvectOptions options = in_float();
+  options.progress = &progress;
+  std::vector<Vec3d> points = test::random_points(random, 100);
+  const std::vector<Vec3d> before = points;
+  EXPECT_EQ(advect(Flow{{segment}}, points, options).status, AdvectStatus::cancelled);
+  EXPECT_EQ(points, before);
 }
 
 TEST(Pins, ThatMeetAreRefused) {

@@ -324,7 +324,7 @@ template <class S>
 class PinMover {
  public:
   PinMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels) {
-    std::vector<PinPiece> pieces = solve_pins(segment, options.tolerance);
+    std::vector<PinPiece> pieces = solve_pins(segment, options.tolerance, options.progress);
     const bool backwards = segment.end < segment.begin;
     if (backwards) std::reverse(pieces.begin(), pieces.end());
     const SegmentMask mask = mask_on(segment);

@@ -19,11 +19,14 @@ constexpr const char* kRest = "knead place at the start";
 constexpr const char* kBefore = "knead place before the stroke";
 
 // The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
-// default), or to so many times what the stroke itself took. kElements points of a set cost as much as a field.
+// default), or to so many times what the stroke itself takes. That is found on some of the vertices: how often the
+// stroke has been begun and taken back until now, in a drag, must not decide. kElements points of a set, or pins, cost
+// as much as a field.
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
-constexpr double kFewPoints = 100;  // say little about the cost of others
+constexpr double kFewPoints = 100;        // say little about the cost of others
+constexpr std::size_t kCostSamples = 64;  // vertices
 
 // Returns the cost of an evaluation beside that of a ball's.
 double cost_of(const Flow& flow) {
@@ -33,6 +36,7 @@ double cost_of(const Flow& flow) {
     for (const auto& curve : set.curves) elements += curve.size();
   };
   for (const Segment& segment : flow.segments) {
+    if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
     for (const Field& field : segment.fields) {
       if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);
       if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
@@ -242,6 +246,17 @@ void DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d>
   if (result.status != AdvectStatus::done) throw Stopped{std::exchange(work_.status, AdvectStatus::done)};
 }
 
+// Of the part's flow for a vertex, on average.
+double DeformedShape::evaluations_each(const Part& part, Progress* progress) {
+  const std::size_t stride = part.before.size() / kCostSamples + 1;
+  std::vector<Vec3d> sample;
+  for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
+  if (sample.empty()) return 0;
+  const std::uint64_t was = work_.evaluations;
+  carry(part.flow, progress, sample);
+  return static_cast<double>(work_.evaluations - was) / static_cast<double>(sample.size());
+}
+
 RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
                                             const std::vector<std::uint32_t>& labels) const {
   RemeshOptions options;
@@ -256,20 +271,18 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
   Halving halving{kMostHalvings};
-  return remesh(before, before, flow, settings, halving, progress);
+  return remesh({before, before, flow}, settings, halving, progress);
 }
 
-// NOLINTNEXTLINE(readability-function-size)
-RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
-                                    const Flow& flow, const RemeshSettings& settings, Halving& halving,
+RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& settings, Halving& halving,
                                     Progress* progress) {
   Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
-  if (flow.segments.empty()) {
+  if (part.flow.segments.empty()) {
     provenance_ = std::make_shared<const Provenance>(std::move(provenance));
     return {};
   }
   Mesh mesh = *mesh_;
-  mesh.positions.assign(before.begin(), before.end());
+  mesh.positions.assign(part.before.begin(), part.before.end());
   if (!provenance.creases) {
     try {
       provenance.creases = remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, progress);
@@ -279,22 +292,24 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
   }
   add_normals(normals(), mesh);
   add_places(kRest, provenance.rest, mesh);
-  add_places(kBefore, before_stroke, mesh);
-  const std::vector<std::uint32_t> labels = labels_of(provenance, policy_->face_labels);
+  add_places(kBefore, part.before_stroke, mesh);
   provenance_ = std::make_shared<const Provenance>(std::move(provenance));
-  const FlowReach reach(flow);
-  const double cost = cost_of(flow);
-  const double of_the_stroke = cost * static_cast<double>(std::exchange(moving_, 0));
+  return remesh(mesh, part, settings, halving, progress);
+}
+
+// The mesh is the one before the part, with all attributes that the remesh interpolates.
+RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
+                                    Halving& halving, Progress* progress) {
+  const FlowReach reach(part.flow);
+  const double cost = cost_of(part.flow);
+  const std::vector<std::uint32_t> labels = labels_of(*provenance_, policy_->face_labels);
   RemeshOptions options = remesh_options(settings, labels);
   CarryBudget budget;
-  budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
-                         kMoreThanStroke * of_the_stroke);
-  budget.of_the_stroke = of_the_stroke / static_cast<double>(before.size());
   Deformation deformation;
   deformation.points_left = [&] { return budget.points_left(halving.spent); };
   deformation.carry = [&](std::span<Vec3d> points) {
     const std::uint64_t was = work_.evaluations;
-    carry(flow, progress, points);
+    carry(part.flow, progress, points);
     const double spent = cost * static_cast<double>(work_.evaluations - was);
     budget.spent += spent;
     halving.spent += spent;
@@ -306,6 +321,9 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
   try {
     options.progress = progress;
     options.stop_where_crossed = true;
+    budget.of_the_stroke = cost * evaluations_each(part, progress);
+    budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
+                           kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
     RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
     const bool is_whole = halving.most_faces == 0;
     if (is_whole) halving.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
@@ -313,14 +331,14 @@ RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, std::span<con
     if (has_new_crossings(outcome.remeshed->counts)) {
       RemeshOutcome halves;
       if (can_halve(outcome.remeshed->counts, halving)) {
-        halves = remesh_in_halves(before, before_stroke, flow, settings, halving, progress);
+        halves = remesh_in_halves(part, settings, halving, progress);
       }
       if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
       halving.spent = 0;
       options.stop_where_crossed = false;
       if (outcome.remeshed->counts.stopped) outcome.remeshed = knead::remesh(mesh, positions_, deformation, options);
     }
-    adopt(*outcome.remeshed, before);
+    adopt(*outcome.remeshed, part.before);
     return outcome;
   } catch (const Stopped& stopped) {
     return {stopped.status, std::nullopt};
@@ -335,15 +353,13 @@ bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving
 }
 
 // Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
-RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
-                                              const Flow& flow, const RemeshSettings& settings, Halving& halving,
+RemeshOutcome DeformedShape::remesh_in_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
                                               Progress* progress) {
-  const auto [first, second] = halves_of(flow);
   DeformedShape halves = *this;
   --halving.left;
   RemeshOutcome outcome;
   try {
-    outcome = halves.remesh_halves(before, before_stroke, first, second, settings, halving, progress);
+    outcome = halves.remesh_halves(part, settings, halving, progress);
   } catch (const RemeshLimit&) {
     outcome = {};
   }
@@ -352,28 +368,25 @@ RemeshOutcome DeformedShape::remesh_in_halves(std::span<const Vec3d> before, std
   return outcome;
 }
 
-// NOLINTNEXTLINE(readability-function-size)
-RemeshOutcome DeformedShape::remesh_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke,
-                                           const Flow& first, const Flow& second, const RemeshSettings& settings,
-                                           Halving& halving, Progress* progress) {
+RemeshOutcome DeformedShape::remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
+                                           Progress* progress) {
+  const auto [first, second] = halves_of(part.flow);
   if (normals_) {
-    Flow both = first;
-    both.segments.insert(both.segments.end(), second.segments.begin(), second.segments.end());
-    const AdvectStatus status = move_uncounted(inverse(both), progress);
+    const AdvectStatus status = move_uncounted(inverse(part.flow), progress);
     if (status != AdvectStatus::done) return {status, std::nullopt};
   }
   earlier_steps_ = steps();
   blocks_.reset();
-  positions_.assign(before.begin(), before.end());
+  positions_.assign(part.before.begin(), part.before.end());
   AdvectStatus status = move_uncounted(first, progress);
   if (status != AdvectStatus::done) return {status, std::nullopt};
-  RemeshOutcome half = remesh(before, before_stroke, first, settings, halving, progress);
+  RemeshOutcome half = remesh({part.before, part.before_stroke, first}, settings, halving, progress);
   if (!half.remeshed) return half;
   const std::vector<Vec3d> middle = positions_;
   const std::vector<Vec3d> places = provenance_->before_stroke;
   status = move_uncounted(second, progress);
   if (status != AdvectStatus::done) return {status, std::nullopt};
-  RemeshOutcome whole = remesh(middle, places, second, settings, halving, progress);
+  RemeshOutcome whole = remesh({middle, places, second}, settings, halving, progress);
   if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
   return whole;
 }

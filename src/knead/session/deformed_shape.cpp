@@ -160,7 +160,6 @@ AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
     normals_->blocks->update(normals_->now);
   }
   work_ += result;
-  moving_ += result.evaluations;
   return std::exchange(work_.status, AdvectStatus::done);
 }
 

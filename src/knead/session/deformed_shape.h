@@ -260,18 +260,25 @@ class DeformedShape {
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
   void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
+  // A part of a stroke that the mesh follows.
+  struct Part {
+    std::span<const Vec3d> before;         // where the vertices were before the part
+    std::span<const Vec3d> before_stroke;  // and before the stroke
+    const Flow& flow;
+  };
   struct Halving {
     int left = 0;                // how often the flow may still be halved
     double spent = 0;            // evaluations on the points of all remeshes of the stroke
     std::size_t faces = 0;       // of the whole and of the halves that have been begun
     std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
   };
-  RemeshOutcome remesh(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                       const RemeshSettings& settings, Halving& halving, Progress* progress);
-  RemeshOutcome remesh_in_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& flow,
-                                 const RemeshSettings& settings, Halving& halving, Progress* progress);
-  RemeshOutcome remesh_halves(std::span<const Vec3d> before, std::span<const Vec3d> before_stroke, const Flow& first,
-                              const Flow& second, const RemeshSettings& settings, Halving& halving, Progress* progress);
+  double evaluations_each(const Part& part, Progress* progress);
+  RemeshOutcome remesh(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
+  RemeshOutcome remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings, Halving& halving,
+                       Progress* progress);
+  RemeshOutcome remesh_in_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
+                                 Progress* progress);
+  RemeshOutcome remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
   static bool can_halve(const RemeshCounts& counts, const Halving& halving);
   AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
@@ -289,7 +296,6 @@ class DeformedShape {
   std::vector<Vec3d> positions_;
   std::optional<PointBlocks> blocks_;         // the same positions laid out for moving, from the first move on
   bool is_sorted_ = false;                    // the blocks
-  std::uint64_t moving_ = 0;                  // evaluations that moved the vertices since the latest remesh
   std::size_t segments_ = 0;                  // that have moved the vertices since the start or a restore
   std::vector<std::uint32_t> earlier_steps_;  // before the blocks were made; empty: none
   std::optional<session_detail::CarriedNormals> normals_;

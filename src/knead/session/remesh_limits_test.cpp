@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <memory>
 #include <random>
 #include <regex>
 #include <thread>
@@ -104,6 +105,34 @@ TEST(RemeshLimits, TheFiguresOfARefusalDo) {
   RemeshSettings more = settings;
   more.max_vertices = static_cast<std::size_t>(number_after(refusal, "\"max_vertices\": "));
   EXPECT_EQ(refusal_of(ball(), kPull, more), "");
+}
+
+// A drag begins a stroke many times and takes it back: that decides nothing. The path of a thousand pieces makes it the
+// work, and not the vertices, that is too much.
+TEST(RemeshLimits, AreTheSameAfterStrokesThatWereTakenBack) {
+  ImplicitStroke stroke{{}, 0.2, 0.6};
+  for (int i = 0; i <= 1000; ++i) stroke.path.push_back(Vec3d{0, 0, 1} + Vec3d{0.2, 0, 0.3} * (0.001 * i));
+  const Flow flow = flow_of(Stroke(stroke));
+  const auto refusal_after = [&](int drags) -> std::string {
+    DeformedShape shape(std::make_shared<const Mesh>(ball()));
+    for (int i = 0; i < drags; ++i) {
+      EXPECT_EQ(shape.move(flow), AdvectStatus::done);
+      EXPECT_EQ(shape.move(inverse(flow)), AdvectStatus::done);
+    }
+    const std::vector<Vec3d> before = shape.positions();
+    EXPECT_EQ(shape.move(flow), AdvectStatus::done);
+    RemeshSettings settings;
+    settings.max_edge = 0.03;
+    settings.max_vertices = 10'000;
+    try {
+      shape.remesh(before, flow, settings);
+      return {};
+    } catch (const RemeshLimit& limit) {
+      return limit.what();
+    }
+  };
+  EXPECT_NE(refusal_after(0).find("more work than"), std::string::npos) << refusal_after(0);
+  EXPECT_EQ(refusal_after(60).substr(0, 80), refusal_after(0).substr(0, 80));
 }
 
 TEST(RemeshLimits, TheMeshNeverHasMoreVertices) {

@@ -14,6 +14,8 @@ namespace {
 using namespace tool_detail;
 
 constexpr std::size_t kMostPins = 2000;
+// Within the radius of each other at some time: about 15 s and 300 MB for solving the equations.
+constexpr std::size_t kMostPairs = 200'000;
 // Two pins nearer than this part of the radius are one place; with different motions they contradict each other.
 constexpr double kOnePlace = 1e-6;
 constexpr double kContradiction = 1e-3;
@@ -81,9 +83,11 @@ std::vector<StrokeKey> keys(PinsStroke& s) {
            "everything farther from all pins stays"}};
 }
 
-void require_no_contradiction(const PinsStroke& stroke, double radius) {
+void require_solvable(const PinsStroke& stroke, double radius) {
+  std::size_t pairs = 0;
   for_pairs(stroke, [&](std::size_t i, std::size_t j) {
     const Approach nearest = approach_of(stroke, i, j);
+    pairs += nearest.distance < radius ? 1 : 0;
     const bool together = motion_of(stroke, i) == motion_of(stroke, j);
     if (nearest.distance > (together ? kOnePlace : kContradiction) * radius) return;
     throw InvalidInput(together ? fmt::format("\"points\": pins {} and {} are at the same place; remove one", i, j)
@@ -91,6 +95,12 @@ void require_no_contradiction(const PinsStroke& stroke, double radius) {
                                               "and move apart; move one of them another way, or remove it",
                                               i, j, nearest.t));
   });
+  if (pairs > kMostPairs) {
+    throw InvalidInput(fmt::format(
+        "\"radius\": {} pairs of pins are nearer than {:.4g} to each other, and {} at most can be solved; make "
+        "it smaller, or give fewer pins",
+        pairs, radius, kMostPairs));
+  }
 }
 
 void validate(const PinsStroke& stroke) {
@@ -108,7 +118,7 @@ void validate(const PinsStroke& stroke) {
     throw InvalidInput("\"radius\" cannot be \"auto\" for one pin that is held, got \"auto\"; give a number");
   }
   require_finite("radius", radius);
-  require_no_contradiction(stroke, radius);
+  require_solvable(stroke, radius);
 }
 
 Flow flow_of(const PinsStroke& stroke) {

@@ -87,6 +87,19 @@ TEST(PinsTool, RefusesWhatContradictsItself) {
   EXPECT_EQ(refusal(one), "\"points\" must hold at most 2000 pins, got 2001");
 }
 
+TEST(PinsTool, RefusesMorePairsThanCanBeSolved) {
+  PinsStroke stroke;
+  for (int i = 0; i < 640; ++i) stroke.points.push_back({i / 640.0, 0, 0});
+  stroke.to = stroke.points;
+  stroke.radius = 2;
+  EXPECT_EQ(
+      refusal(stroke),
+      "\"radius\": 204480 pairs of pins are nearer than 2 to each other, and 200000 at most can be solved; make it "
+      "smaller, or give fewer pins");
+  stroke.radius = 0.02;
+  EXPECT_EQ(refusal(stroke), "");
+}
+
 TEST(PinsTool, GoesOnInItsDirections) {
   const PinsStroke stroke = held_corners();
   const auto twice = std::get<PinsStroke>(prolonged(stroke, 2));
