@@ -195,6 +195,15 @@ inline Stroke paint_stroke(Choices& choices) {
   return stroke;
 }
 
+inline Stroke pins_stroke(Choices& choices) {
+  PinsStroke stroke;
+  stroke.points = choices.vectors(1, 6);
+  for (const Vec3d& p : stroke.points) stroke.to.push_back(choices.flag() ? p : p + choices.vector());
+  stroke.radius_auto = choices.flag();
+  if (!stroke.radius_auto) stroke.radius = choices.positive();
+  return stroke;
+}
+
 inline Stroke relax_stroke(Choices& choices) {
   RelaxStroke stroke;
   stroke.points = choices.vectors(1, 3);
@@ -234,6 +243,9 @@ inline Stroke stroke(Choices& choices, std::size_t vertices) {
       break;
     case 6:
       result = mask_stroke(choices);
+      break;
+    case 7:
+      result = pins_stroke(choices);
       break;
     default:
       result = implicit_stroke(choices);
