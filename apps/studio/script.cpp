@@ -134,9 +134,15 @@ class Script {
     return static_cast<MouseButton>(choice(member_or(line, "button", "left"), {"left", "middle", "right"}));
   }
 
-  void press(const Json& place, const Json& line, bool down) {
+  void press(const Json& place, const Json& line, bool down, bool is_double = false) {
     const Pixel p = place_of(place);
-    send(ButtonChanged{button_of(line), down, p.x, p.y, modifiers_of(line)});
+    send(ButtonChanged{button_of(line), down, p.x, p.y, modifiers_of(line), is_double});
+  }
+
+  void click(const Json& place, const Json& line, bool is_double = false) {
+    move_to(place_of(place), modifiers_of(line));
+    press(place, line, true, is_double);
+    press(place, line, false);
   }
 
   bool pointer(const Json& line) {
@@ -149,9 +155,10 @@ class Script {
     } else if (line.has("release")) {
       press(line.at("release"), line, false);
     } else if (line.has("click")) {
-      move_to(place_of(line.at("click")), modifiers_of(line));
-      press(line.at("click"), line, true);
-      press(line.at("click"), line, false);
+      click(line.at("click"), line);
+    } else if (line.has("double_click")) {
+      click(line.at("double_click"), line);
+      click(line.at("double_click"), line, true);
     } else if (line.has("wheel")) {
       send(WheelTurned{line.at("wheel").number(), modifiers_of(line)});
     } else if (line.has("key")) {
@@ -203,6 +210,8 @@ class Script {
     ToolSettings& to = studio_.settings();
     if (key == "radius") {
       to.radius = value.number();
+    } else if (key == "auto_radius") {
+      to.auto_radius = value.flag();
     } else if (key == "inner_ratio") {
       to.inner_ratio = value.number();
     } else if (key == "depth") {

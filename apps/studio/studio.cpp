@@ -116,6 +116,7 @@ void Studio::refresh() {
   if (placed_.handles.size() != shown_.state.positions.size()) placed_.handles.clear();
   remember_view();
   refresh_mask();
+  refresh_pins();
   const bool has_barrel = placed_.placement && placed_.placement->barrel;
   if (has_barrel && !gesture_ && !worker_->is_busy() && shown_.state.mesh != barrel_mesh_) find_barrel(false);
 }
@@ -183,11 +184,12 @@ void Studio::handle(const Event& event) {
   refresh();
   if (const auto* moved = std::get_if<PointerMoved>(&event)) {
     pointer_.pressure = moved->pressure;
+    placed_.lit_pin.reset();
     place_pointer(moved->x, moved->y, moved->modifiers);
   }
   set_pivot(event);
   const bool in_hand = gesture_ || adjusting_ || layer_drag_ || masking_;
-  if (!in_hand && navigate(navigation_, event)) return;
+  if (!in_hand && (change_pin(event) || navigate(navigation_, event))) return;
   struct Handler {
     Studio& studio;
 
@@ -348,6 +350,7 @@ void Studio::turn_wheel(const WheelTurned& wheel) {
   if (wheel.modifiers.shift) {
     settings_.inner_ratio = std::clamp(settings_.inner_ratio + kRatioStep * wheel.steps, 0.01, 0.95);
   } else if (wheel.modifiers.ctrl) {
+    fix_radius();
     settings_.radius *= std::pow(kWheelFactor, wheel.steps);
   }
 }
@@ -450,9 +453,10 @@ void Studio::use_stamp(const std::filesystem::path& file) {
 }
 
 void Studio::clear_placed() {
-  const std::optional<StampShape> stamp = placed_.stamp;
-  placed_ = {};
-  placed_.stamp = stamp;
+  Placed kept;
+  kept.stamp = std::move(placed_.stamp);
+  kept.pins = std::move(placed_.pins);
+  placed_ = std::move(kept);
   picking_ = PlanePick::none;
 }
 

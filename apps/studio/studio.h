@@ -147,7 +147,21 @@ class Studio {
 
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
+  // Removes what is placed, but for pins and the stamp.
   void clear_placed();
+
+  // Pins, by their number in placed().pins. move_pin makes a stroke, as a drag does.
+  void hold_pin(std::size_t pin, bool holds);
+  void move_pin(std::size_t pin, const Vec3d& to);
+  void remove_pin(std::size_t pin);
+  void clear_pins();
+  void light_pin(std::optional<std::size_t> pin) { placed_.lit_pin = pin; }
+  // Returns the pin that is dragged, or that the panel or the pointer points to.
+  std::optional<std::size_t> pointed_pin() const;
+
+  // Returns the radius of the tool: of pins that which they give themselves, unless it is set. fix_radius sets it.
+  double radius() const;
+  void fix_radius();
 
   // What panels show and change.
   ToolSettings& settings() { return settings_; }
@@ -207,6 +221,7 @@ class Studio {
     Action what = Action::radius;
     double start_x = 0;
     double start_value = 0;
+    bool was_auto = false;  // the radius, of pins
   };
 
   // The mask being painted, or drawn round.
@@ -232,7 +247,7 @@ class Studio {
   void press_key(const KeyChanged& key);
   void choose(const StudioTool& tool);
   void adjust();
-  void begin_adjusting(Action what, double value);
+  void begin_adjusting(Action what);
   void stop_adjusting(bool is_kept);
   void begin();
   void send_live();
@@ -248,6 +263,9 @@ class Studio {
   void paint_mask();
   void end_masking(bool is_kept);
   void apply_mask();
+  void apply(std::vector<SessionStroke> strokes);
+  void refresh_pins();
+  bool change_pin(const Event& event);
   bool perform_mask(Action action);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();

@@ -103,15 +103,15 @@ bool Studio::perform_tool(Action action) {
   }
   switch (action) {
     case Action::radius:
-      begin_adjusting(action, settings_.radius);
-      return true;
     case Action::inner_ratio:
-      begin_adjusting(action, settings_.inner_ratio);
+      begin_adjusting(action);
       return true;
     case Action::larger:
+      fix_radius();
       settings_.radius *= kKeyFactor;
       return true;
     case Action::smaller:
+      fix_radius();
       settings_.radius /= kKeyFactor;
       return true;
     case Action::rounder:

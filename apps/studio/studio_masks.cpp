@@ -82,10 +82,12 @@ bool Studio::perform_mask(Action action) {
   return true;
 }
 
-// A gesture of one stroke.
 void Studio::apply_mask() {
-  const std::vector<SessionStroke> strokes{
-      {mask_stroke(mask_values_, shown_.state, settings_.mask_width * settings_.radius)}};
+  apply({{mask_stroke(mask_values_, shown_.state, settings_.mask_width * settings_.radius)}});
+}
+
+// As a gesture.
+void Studio::apply(std::vector<SessionStroke> strokes) {
   if (!pending_) {
     pending_ = PendingStrokes{shown_.state, {}};
     ended_strokes_.clear();
@@ -94,7 +96,7 @@ void Studio::apply_mask() {
   pending_->strokes.insert(pending_->strokes.end(), strokes.begin(), strokes.end());
   ended_strokes_ = pending_->strokes;
   ++ended_;
-  post([this, strokes](Progress& progress) {
+  post([this, strokes = std::move(strokes)](Progress& progress) {
     document_.set_live(strokes, progress);
     document_.finish(progress);
   });

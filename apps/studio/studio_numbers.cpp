@@ -86,10 +86,13 @@ void Studio::follow_typed() {
   send_live();
 }
 
-void Studio::begin_adjusting(Action what, double value) {
+void Studio::begin_adjusting(Action what) {
   if (gesture_) return;
   clear_typed();
-  adjusting_ = Adjusting{what, pointer_.x, value};
+  const bool was_auto = settings_.auto_radius;
+  if (what == Action::radius) fix_radius();
+  const double value = what == Action::radius ? settings_.radius : settings_.inner_ratio;
+  adjusting_ = Adjusting{what, pointer_.x, value, was_auto};
 }
 
 void Studio::adjust() {
@@ -107,8 +110,10 @@ void Studio::adjust() {
 }
 
 void Studio::stop_adjusting(bool is_kept) {
-  if (!is_kept)
+  if (!is_kept) {
     (adjusting_->what == Action::radius ? settings_.radius : settings_.inner_ratio) = adjusting_->start_value;
+    settings_.auto_radius = adjusting_->was_auto;
+  }
   adjusting_.reset();
   clear_typed();
 }

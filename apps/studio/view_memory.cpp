@@ -46,7 +46,7 @@ std::string settings_line(const ToolSettings& to) {
                   word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2], to.remesh);
   text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
                       to.symmetry.turns, text_of(to.symmetry.axis));
-  text += fmt::format(R"(, "falloff": {})", to.falloff);
+  text += fmt::format(R"(, "falloff": {}, "auto_radius": {})", to.falloff, to.auto_radius);
   if (to.symmetry.plane) {
     text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),
                         text_of(to.symmetry.plane->normal));

@@ -74,6 +74,15 @@ void add_set(std::size_t tool, PointsStroke& stroke, std::vector<OwnedPath>& pat
   paths.push_back(std::move(whole));
 }
 
+// The displacement of each pin that moves.
+void add_pins(std::size_t tool, PinsStroke& stroke, std::vector<OwnedPath>& paths) {
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    Vec3d& from = stroke.points[i];
+    Vec3d& to = stroke.to[i];
+    if (!(from == to)) paths.push_back({{from, to}, {{&from}, {&to}}, tool});
+  }
+}
+
 // What goes on beyond the paths of an entry follows from them, so it has no handles. Returns the strength.
 double without_beyond(std::vector<SessionStroke>& strokes) {
   const double strength = strength_of(strokes);
@@ -87,6 +96,10 @@ std::vector<OwnedPath> owned_paths(std::vector<SessionStroke>& strokes) {
     const std::size_t tool = each.stroke.index();
     if (auto* points = std::get_if<PointsStroke>(&each.stroke)) {
       add_set(tool, *points, paths);
+      continue;
+    }
+    if (auto* pins = std::get_if<PinsStroke>(&each.stroke)) {
+      add_pins(tool, *pins, paths);
       continue;
     }
     const Places places = places_of(each.stroke);

@@ -81,16 +81,6 @@ MaskValues filtered(const MaskValues& values, MaskEdit edit, const Mesh& mesh) {
   return result;
 }
 
-bool is_within(std::span<const Pixel> line, const Pixel& p) {
-  bool inside = false;
-  for (std::size_t i = 0, j = line.size() - 1; i < line.size(); j = i++) {
-    const Pixel& a = line[i];
-    const Pixel& b = line[j];
-    if ((a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x) inside = !inside;
-  }
-  return inside;
-}
-
 }  // namespace
 
 MaskValues mask_values(std::span<const std::shared_ptr<const HistoryEntry>> history, const ShapeState& state) {

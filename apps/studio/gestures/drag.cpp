@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kShortestPiece = 0.01;         // of the radius
 constexpr double kShortestDisplacement = 0.03;  // of the radius, of a set of points
-constexpr double kNear = 12;                    // pixels from a placed point or curve
 // Sines of the angle between a line and the view: the line faces the viewer below the first, and is seen from the side
 // above the second.
 constexpr double kFacesViewer = 0.25;

@@ -57,6 +57,13 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
   return Gesture{gesture};
 }
 
+std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+  if (pointer.modifiers.ctrl && !pin_at(pointer, around, placed.pins)) {
+    return Gesture{LassoGesture{kZeroHandle, {{pointer.x, pointer.y}}}};
+  }
+  return made(begin_pins(pointer, around, placed));
+}
+
 std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   if (pointer.modifiers.shift) {
     if (around.state.mesh->face_count() == 0) return in_trouble("A point cloud has no surface to relax.");
@@ -73,6 +80,8 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
       return made(begin_draw(pointer, around));
     case ToolUse::handles:
       return begin_any_handles(pointer, around, placed);
+    case ToolUse::pins:
+      return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
     case ToolUse::turn:
       return begin_placed(pointer, around, placed);
@@ -106,6 +115,7 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
     void operator()(HandlePaintGesture& g) const { move_handle_paint(pointer, around, g, placed); }
     void operator()(LassoGesture& g) const { extend_line(pointer, g.line); }
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
+    void operator()(PinsGesture& g) const { move_pins(pointer, around, g); }
     void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
     void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
   };
@@ -117,7 +127,11 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   if (!gesture.trouble.empty()) return;
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(*paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
-  if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) end_lasso(around, *lasso, placed);
+  if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
+    const bool sets_pins = around.settings.tool->use == ToolUse::pins;
+    sets_pins ? end_pin_lasso(around, lasso->line, placed) : end_lasso(around, *lasso, placed);
+  }
+  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, placed);
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
   if (auto* stamp = std::get_if<StampGesture>(&gesture.kind)) {
@@ -161,6 +175,7 @@ struct Pieces {
     return {g.stroke};
   }
   std::vector<Stroke> operator()(const RelaxGesture& g) const { return {g.stroke}; }
+  std::vector<Stroke> operator()(const PinsGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const TurnGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const DrawGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
@@ -202,6 +217,10 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
   if (!gesture.trouble.empty()) return {};
   const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
   if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
+  if (const auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
+    if (pins->to == pins->drag.start) return {};
+    return {pins_stroke(pins->pins, pins->dragged, pins->to, settings)};
+  }
   const std::vector<SymmetryImage> images = images_of(settings);
   std::vector<Stroke> pieces = std::visit(Pieces{!images.empty()}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
@@ -239,6 +258,7 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
     Result operator()(const HandlesGesture& g) const {
       return length(g.drag, g.drag.start + std::get<HandlesTranslation>(g.stroke.motion).by);
     }
+    Result operator()(const PinsGesture& g) const { return length(g.drag, g.to); }
     Result operator()(const TurnGesture& g) const {
       if (!g.placement) return std::nullopt;
       if (!settings.tool->turning.is_percent) return Amount{AmountKind::angle, g.amount};
@@ -263,6 +283,7 @@ const Drag* drag_of(const Gesture& gesture) {
   if (const auto* g = std::get_if<PointsGesture>(&gesture.kind)) return &g->drag;
   if (const auto* g = std::get_if<StampGesture>(&gesture.kind)) return &g->drag;
   if (const auto* g = std::get_if<HandlesGesture>(&gesture.kind)) return &g->drag;
+  if (const auto* g = std::get_if<PinsGesture>(&gesture.kind)) return &g->drag;
   return nullptr;
 }
 

@@ -125,7 +125,7 @@ struct HandlePaintGesture {
   std::uint8_t handle = 0;
 };
 
-// Handles marked within a line that is drawn round them.
+// Handles marked, or pins set, within a line that is drawn round them.
 struct LassoGesture {
   std::uint8_t handle = 0;
   std::vector<Pixel> line;
@@ -139,6 +139,15 @@ struct HandlesGesture {
   double speed = 0;                // relative_speed there
 };
 
+// One pin moved, the others held or carried along.
+struct PinsGesture {
+  Drag drag;
+  std::vector<Pin> pins;  // as they were
+  std::size_t dragged = 0;
+  Vec3d to;               // of the dragged pin
+  bool has_gone = false;  // farther than a click may
+};
+
 // A part of the gizmo dragged: changes the placement, not the shape.
 struct GizmoGesture {
   GizmoPart part = GizmoPart::center;
@@ -149,7 +158,7 @@ struct GizmoGesture {
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, GizmoGesture, RelaxGesture>
+               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -193,6 +202,18 @@ std::optional<double> widened_zone(const ToolSettings& settings, const Placement
 
 // Returns why the handles are not moved; empty: they are.
 std::string refusal_of(const HandlesGesture& gesture, const ToolSettings& settings);
+
+// Returns the pin that the pointer is on; none that is hidden behind the shape.
+std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins);
+
+// Puts the pins where their vertices are now. A pin on a mesh that is new to it takes the nearest vertex.
+void follow(std::vector<Pin>& pins, const ShapeState& state);
+
+// Returns the stroke that takes one pin to a place while those that hold stay, with all images; and the radius that it
+// has, or nothing if it is impossible.
+PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
+                       const ToolSettings& settings);
+std::optional<double> radius_of(const PinsStroke& stroke);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);

@@ -18,6 +18,9 @@ void end_paint(PaintGesture& gesture);
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around);
 void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture);
 
+inline constexpr double kClick = 4;  // pixels that a click may move
+inline constexpr double kNear = 12;  // pixels from what is placed, to take hold of it
+
 // Whether the pointer is on a placed point or curve.
 bool is_near(const Placed& placed, const Pointer& pointer, const Surroundings& around);
 PointsGesture begin_points(const Pointer& pointer, const Surroundings& around, const Placed& placed);
@@ -49,6 +52,14 @@ void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& 
 // Nothing where either set is empty.
 std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture);
+
+// Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
+std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture);
+// Pins stay where the gesture has taken them.
+void end_pins(const PinsGesture& gesture, Placed& placed);
+// Sets pins on vertices within the line, evenly and not where there are some already.
+void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed);
 
 // At most so many of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);

@@ -169,18 +169,6 @@ void extend_line(const Pointer& pointer, std::vector<Pixel>& line) {
   if (std::hypot(here.x - last.x, here.y - last.y) >= kLassoPiece) line.push_back(here);
 }
 
-// By the number of edges that a ray to the right crosses.
-bool is_within(const std::vector<Pixel>& line, const Pixel& p) {
-  bool is_inside = false;
-  for (std::size_t i = 0, before = line.size() - 1; i < line.size(); before = i++) {
-    const Pixel& a = line[before];
-    const Pixel& b = line[i];
-    if ((a.y > p.y) == (b.y > p.y)) continue;
-    if (p.x < a.x + (b.x - a.x) * (p.y - a.y) / (b.y - a.y)) is_inside = !is_inside;
-  }
-  return is_inside;
-}
-
 void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
   if (gesture.line.size() < 3) return;
   const Snapshot& positions = around.state.positions;

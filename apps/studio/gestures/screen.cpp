@@ -41,6 +41,18 @@ double pixel_size(const Screen& screen, const Vec3d& p) {
   return target_pixel(screen) * std::max(depth / target_distance(screen), 1e-6);
 }
 
+// By the number of edges that a ray to the right crosses.
+bool is_within(std::span<const Pixel> line, const Pixel& p) {
+  bool is_inside = false;
+  for (std::size_t i = 0, before = line.size() - 1; i < line.size(); before = i++) {
+    const Pixel& a = line[i];
+    const Pixel& b = line[before];
+    if ((a.y > p.y) == (b.y > p.y)) continue;
+    if (p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x) is_inside = !is_inside;
+  }
+  return is_inside;
+}
+
 std::optional<Vec3d> on_plane(const Ray& ray, const Vec3d& point, const Vec3d& normal) {
   const double slope = dot(ray.direction, normal);
   if (std::abs(slope) < kParallel * norm(normal)) return std::nullopt;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "knead/math/vec3.h"
 #include "knead/render/camera.h"
@@ -29,6 +30,9 @@ Ray ray_through(const Screen& screen, double x, double y);
 
 // Where a point is seen; nothing for one behind the eye.
 std::optional<Pixel> pixel_of(const Screen& screen, const Vec3d& p);
+
+// Returns whether a closed line goes round a pixel, an odd number of times.
+bool is_within(std::span<const Pixel> line, const Pixel& p);
 
 // The length that one pixel covers at the depth of a point.
 double pixel_size(const Screen& screen, const Vec3d& p);

@@ -161,6 +161,15 @@ const std::vector<StudioTool> kTools{
               {disc, {-0.45F, -0.3F, 0.26F}},
               {circle, {0.45F, 0.45F, 0.4F}},
               {line, {0.17F, 0.73F, 0.73F, 0.17F}}}},
+    {.name = "Pins",
+     .key = "P",
+     .use = ToolUse::pins,
+     .hint = "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.",
+     .second_hint = "Drag a pin: the others hold. Alt+click removes it, a double click makes it free or hold again.",
+     .icon = {{line, {-0.7F, 0.85F, 0.05F, 0.1F}},
+              {circle, {0.35F, -0.25F, 0.5F}},
+              {disc, {0.35F, -0.25F, 0.22F}},
+              {disc, {-0.7F, 0.85F, 0.12F}}}},
     {.name = "Mask",
      .key = "M",
      .use = ToolUse::mask,
@@ -269,6 +278,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
                          (tool.use == ToolUse::handles && settings.handle == HandleMode::move) ||
+                         (tool.use == ToolUse::pins && !placed.pins.empty()) ||
                          (tool.use == ToolUse::mask && settings.mask_mode != MaskMode::paint);
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;

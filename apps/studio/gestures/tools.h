@@ -89,6 +89,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
+  pins,     // a click sets a pin on the surface; a drag moves one, and the others hold
   mask,     // drags paint, or go round, what stays as it is
 };
 
@@ -154,7 +155,7 @@ std::string word_of(const StudioTool& tool);
 const StudioTool* studio_tool(std::string_view word);
 
 // Returns whether the tool moves the shape, and its falloff counts.
-inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask; }
+inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pins; }
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
@@ -178,6 +179,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
   double radius = 1;              // the outer threshold, > 0
+  bool auto_radius = true;        // of pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
   int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field/blend.h)
   DragMode drag = DragMode::view;
@@ -202,6 +204,18 @@ struct ToolSettings {
   RemeshSettings remesh_settings;
 };
 
+// A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.
+struct Pin {
+  // Which vertex it is. Remeshing gives the shape another mesh, and undo the one before.
+  struct Seat {
+    std::weak_ptr<const Mesh> mesh;
+    std::uint32_t vertex = 0;
+  };
+  Vec3d place;
+  bool holds = true;  // while another pin is dragged; else it is free, and goes with the surface
+  std::vector<Seat> seats{};
+};
+
 // What has been placed for the next drag.
 struct Placed {
   std::vector<Vec3d> points;
@@ -209,7 +223,9 @@ struct Placed {
   std::optional<Placement> placement;
   std::vector<std::uint8_t> handles;  // for each vertex: kFullHandle, kZeroHandle or 0; empty: none
   std::optional<StampShape> stamp;
-  std::vector<Vec3d> plane_points;  // picked so far, of a mirror's plane through three
+  std::vector<Pin> pins;
+  std::optional<std::size_t> lit_pin;  // that the panel points to
+  std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
 };
 inline constexpr std::uint8_t kFullHandle = 1;
 inline constexpr std::uint8_t kZeroHandle = 2;

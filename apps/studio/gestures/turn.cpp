@@ -9,7 +9,6 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kClick = 4;  // pixels that a click may move
 constexpr double kDegreesPerPixel = 0.5;
 constexpr double kFacing = 0.4;           // sine of the angle between the axis and the view, below which it faces it
 constexpr double kStretchPerPixel = 0.4;  // percent of the logarithm

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "knead/mesh/shapes.h"
 #include "panels/panels.h"
@@ -14,7 +15,8 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;  // points at the left of the panel that can be dragged
+constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
+constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
 
 bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
@@ -81,6 +83,52 @@ void draw_handles(Studio& studio) {
   if (ImGui::Button("Clear")) studio.clear_placed();
 }
 
+// A pin in the list. Returns false if it was removed.
+bool draw_pin(Studio& studio, std::size_t number) {
+  const Pin pin = studio.placed().pins[number];
+  bool holds = pin.holds;
+  if (ImGui::Checkbox(fmt::format("{}", number).c_str(), &holds)) studio.hold_pin(number, holds);
+  help_on_hover("Checked: the pin holds while others are dragged. Else it is free, and goes with the surface.");
+  Vec3d place = pin.place;
+  bool is_moved = false;
+  const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetFontSize() * 5.2F) / 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    ImGui::SameLine(ImGui::GetFontSize() * 3.4F + static_cast<float>(axis) * (width + ImGui::GetFontSize() * 0.2F));
+    ImGui::SetNextItemWidth(width);
+    const double most = std::numeric_limits<double>::max();
+    is_moved = type_number(std::array{"##x", "##y", "##z"}[axis], place[axis], {-most, most}, nullptr) || is_moved;
+  }
+  if (is_moved) studio.move_pin(number, place);
+  ImGui::SameLine();
+  const bool is_removed = ImGui::SmallButton("x");
+  help_on_hover("Removes the pin (Alt+click on it).");
+  if (is_removed) studio.remove_pin(number);
+  return !is_removed;
+}
+
+void draw_pins(Studio& studio) {
+  if (ImGui::Button("Clear")) studio.clear_pins();
+  const std::size_t count = studio.placed().pins.size();
+  ImGui::SameLine();
+  ImGui::TextDisabled("%zu pins", count);
+  studio.light_pin(std::nullopt);
+  const float row = ImGui::GetFrameHeightWithSpacing();
+  if (count == 0) return;
+  ImGui::BeginChild("##pins", {0, row * static_cast<float>(std::min<std::size_t>(count, kPinsShown)) + 2});
+  for (std::size_t i = 0; i < studio.placed().pins.size(); ++i) {
+    ImGui::PushID(static_cast<int>(i));
+    const float top = ImGui::GetCursorScreenPos().y;
+    const bool stays = draw_pin(studio, i);
+    const float y = ImGui::GetIO().MousePos.y;
+    if (stays && ImGui::IsWindowHovered(ImGuiHoveredFlags_AllowWhenBlockedByActiveItem) && y >= top && y < top + row) {
+      studio.light_pin(i);
+    }
+    ImGui::PopID();
+    if (!stays) break;
+  }
+  ImGui::EndChild();
+}
+
 void draw_mask(Studio& studio) {
   MaskMode& mode = studio.settings().mask_mode;
   for (const MaskMode each : {MaskMode::paint, MaskMode::lasso, MaskMode::box}) {
@@ -111,6 +159,7 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
+  if (tool.use == ToolUse::pins) draw_pins(studio);
   if (tool.use == ToolUse::mask) draw_mask(studio);
 }
 
@@ -199,12 +248,29 @@ float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& 
   return height;
 }
 
+void draw_radius(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  const double diagonal = studio.shown().diagonal;
+  if (settings.tool->use == ToolUse::pins) {
+    bool is_auto = settings.auto_radius;
+    if (ImGui::Checkbox("Automatic radius", &is_auto)) {
+      studio.fix_radius();
+      settings.auto_radius = is_auto;
+    }
+    help_on_hover(
+        "Twice the median distance of a pin from the third nearest one, or twice the displacement if longer.");
+    ImGui::SameLine();
+    if (is_auto) return ImGui::TextDisabled("%.4g", studio.radius());
+    ImGui::NewLine();
+  }
+  slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
+}
+
 }  // namespace
 
 void draw_tool_settings(Studio& studio) {
   ToolSettings& settings = studio.settings();
-  const double diagonal = studio.shown().diagonal;
-  slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
+  draw_radius(studio);
   if (settings.tool->has_inner) {
     slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
   }

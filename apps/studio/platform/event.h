@@ -32,6 +32,7 @@ struct ButtonChanged {
   double x = 0;
   double y = 0;
   Modifiers modifiers{};
+  bool is_double = false;  // the second press of a double click
 };
 
 struct WheelTurned {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 #include <variant>
@@ -25,6 +26,9 @@ struct WindowState {
   double x = 0;  // of the pointer, in pixels of the picture
   double y = 0;
   Pen pen;
+  double pressed_at = -1;  // when the left button was pressed last, in seconds; -1: the next press is not a second one
+  double pressed_x = 0;
+  double pressed_y = 0;
   std::array<int, 4> place_before_full_screen{};
 };
 
@@ -102,13 +106,28 @@ void on_pointer(GLFWwindow* window, double x, double y) {
   }
 }
 
+constexpr double kDoubleClick = 0.4;      // seconds
+constexpr double kDoubleClickPixels = 6;  // between its places
+
+// Notes a press of the left button. Returns whether it is the second one of a double click.
+bool note_press(WindowState& state) {
+  const double now = glfwGetTime();
+  const bool is_double = state.pressed_at >= 0 && now - state.pressed_at < kDoubleClick &&
+                         std::hypot(state.x - state.pressed_x, state.y - state.pressed_y) < kDoubleClickPixels;
+  state.pressed_at = is_double ? -1 : now;
+  state.pressed_x = state.x;
+  state.pressed_y = state.y;
+  return is_double;
+}
+
 void on_button(GLFWwindow* window, int button, int action, int mods) {
   ImGui_ImplGlfw_MouseButtonCallback(window, button, action, mods);
   if (button > GLFW_MOUSE_BUTTON_MIDDLE) return;
   WindowState& state = state_of(window);
   constexpr std::array<MouseButton, 3> buttons{MouseButton::left, MouseButton::right, MouseButton::middle};
+  const bool is_double = button == GLFW_MOUSE_BUTTON_LEFT && action == GLFW_PRESS && note_press(state);
   state.events.emplace_back(ButtonChanged{buttons[static_cast<std::size_t>(button)], action == GLFW_PRESS, state.x,
-                                          state.y, modifiers_of(mods)});
+                                          state.y, modifiers_of(mods), is_double});
 }
 
 void on_wheel(GLFWwindow* window, double x, double y) {

@@ -23,7 +23,8 @@ struct Radii {
   double inner = 0;
 };
 
-std::optional<Radii> radii_of(const ToolSettings& settings) {
+std::optional<Radii> radii_of(const Studio& studio) {
+  const ToolSettings& settings = studio.settings();
   switch (settings.tool->use) {
     case ToolUse::mask:
       if (settings.mask_mode != MaskMode::paint) return std::nullopt;
@@ -34,6 +35,8 @@ std::optional<Radii> radii_of(const ToolSettings& settings) {
     case ToolUse::points:
     case ToolUse::curve:
       return Radii{settings.radius, falloff_facts(settings.falloff).half * settings.radius};  // where the weight is 1/2
+    case ToolUse::pins:
+      return Radii{studio.radius(), 0};
     case ToolUse::handles:
       if (settings.handle == HandleMode::move) return std::nullopt;
       return Radii{0.5 * settings.radius, 0};
@@ -79,7 +82,7 @@ std::vector<Vec3d> moved(std::vector<Vec3d> points, const RigidMotion& motion) {
 void SurfaceCursor::add_lines(const Studio& studio, std::vector<render::Line>& lines) {
   const ToolSettings& settings = studio.settings();
   const DocumentState& shown = studio.shown();
-  const std::optional<Radii> radii = radii_of(settings);
+  const std::optional<Radii> radii = radii_of(studio);
   if (!radii || shown.opened == 0 || shown.looked_at) return;
   Vec3d place;
   const auto* const pull = studio.gesture() ? std::get_if<ImplicitGesture>(&studio.gesture()->kind) : nullptr;

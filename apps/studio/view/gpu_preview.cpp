@@ -32,11 +32,12 @@ void extend(Box& box, const Vec3d& center, double radius) {
   box.extend(center + Vec3d{radius, radius, radius});
 }
 
-// The GPU evaluates no mask.
+// The GPU evaluates no mask and no pins.
 bool can_preview(const PendingStrokes& pending) {
   return pending.start.mask.is_empty() &&
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
-           return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke);
+           return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke) ||
+                  std::holds_alternative<PinsStroke>(stroke.stroke);
          });
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
 #include "knead/math/parallel.h"
 
 namespace knead::studio {
@@ -9,6 +11,7 @@ namespace knead::studio {
 namespace {
 
 constexpr std::size_t kVerticesAtOnce = 4096;
+constexpr double kShadeError = 1e-3;  // of a displacement
 
 bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
   const Vec3d d = p - barrel.point;
@@ -36,6 +39,28 @@ std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& pos
       }
     }
   });
+  return result;
+}
+
+std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positions, int threads) {
+  double longest = 0;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    longest = std::max(longest, norm(stroke.to[i] - stroke.points[i]));
+  }
+  const std::vector<Vec3d> before = positions.copy();
+  std::vector<Vec3d> after = before;
+  AdvectOptions options;
+  options.tolerance = kShadeError * longest;
+  options.threads = threads;
+  try {
+    advect(flow_of(stroke), after, options);
+  } catch (const InvalidInput&) {
+    return {};
+  }
+  std::vector<float> result(before.size());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    result[i] = static_cast<float>(std::min(norm(after[i] - before[i]) / longest, 1.0));
+  }
   return result;
 }
 

@@ -13,4 +13,7 @@ namespace knead::studio {
 // begin; of several the greatest. Evaluated by the fields themselves, in double.
 std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& positions, int threads = 0);
 
+// Returns how far pins take each place, relative to the longest displacement of a pin; empty for an impossible stroke.
+std::vector<float> influence_of(const PinsStroke& stroke, const Snapshot& positions, int threads = 0);
+
 }  // namespace knead::studio

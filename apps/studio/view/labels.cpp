@@ -62,6 +62,13 @@ std::string with_sign(const std::string& number, AmountKind kind, LengthUnit uni
   return number + (is_apart ? " " : "") + sign_of(kind, unit);
 }
 
+// Nothing for pins whose stroke is impossible.
+std::optional<double> radius_of_gesture(const Studio& studio) {
+  const auto* const pins = std::get_if<PinsGesture>(&studio.gesture()->kind);
+  if (pins == nullptr) return studio.settings().radius;
+  return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.settings()));
+}
+
 }  // namespace
 
 std::optional<InArrow> in_arrow(const Studio& studio) {
@@ -98,7 +105,8 @@ std::vector<std::string> numbers_at_pointer(const Studio& studio) {
   }
   if (!studio.gesture() || (!amount && !is_painting)) return lines;
   const ToolSettings& settings = studio.settings();
-  lines.push_back("Radius " + text_of({AmountKind::length, settings.radius}, unit));
+  const std::optional<double> radius = radius_of_gesture(studio);
+  if (radius) lines.push_back("Radius " + text_of({AmountKind::length, *radius}, unit));
   if (is_painting) {
     lines.push_back("Depth " + text_of({AmountKind::length, settings.depth * settings.radius}, unit));
   }

@@ -16,7 +16,11 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
+constexpr double kNominalAngle = 40;   // degrees of turn, or percent of stretch, that a placed tool is drawn with
+constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
+constexpr double kPinPixels = 5;
+constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
+constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
 constexpr render::Color kLayerPath{0.16f, 0.45f, 0.80f, 1};
 constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};
@@ -77,6 +81,15 @@ std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& ar
   return stroke;
 }
 
+// The pin at the pointer, else the last one, about to be moved a little up in the picture.
+std::optional<Stroke> hovering_pins(const Studio& studio, const Surroundings& around) {
+  const std::vector<Pin>& pins = studio.placed().pins;
+  if (pins.empty()) return std::nullopt;
+  const std::size_t pin = studio.pointed_pin().value_or(pins.size() - 1);
+  const Vec3d by = render::camera_frame(around.screen.camera).up * (kNominalPart * studio.radius());
+  return pins_stroke(pins, pin, pins[pin].place + by, studio.settings());
+}
+
 }  // namespace
 
 std::vector<Stroke> hovering(const Studio& studio) {
@@ -96,6 +109,9 @@ std::vector<Stroke> hovering(const Studio& studio) {
     case ToolUse::curve:
       stroke = placed_points(studio, around);
       break;
+    case ToolUse::pins:
+      stroke = hovering_pins(studio, around);
+      return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
     case ToolUse::turn:
       if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
       break;
@@ -190,6 +206,32 @@ void add_placed_points(const Placed& placed, double radius, std::vector<render::
   for (const auto& curve : placed.curves) add(curve);
 }
 
+// Blue pins hold, white ones are free, the dragged one is orange; images are smaller.
+void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
+  if (studio.settings().tool->use != ToolUse::pins || studio.shown().looked_at) return;
+  const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
+  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.placed().pins;
+  const std::optional<std::size_t> lit = studio.pointed_pin();
+  const Screen screen = studio.screen();
+  const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
+    const double radius = pixels * pixel_size(screen, place);
+    lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
+  };
+  const std::vector<SymmetryImage> images = images_of(studio.settings());
+  if (drag != nullptr) {
+    const Vec3d& from = drag->drag.start;
+    pins[drag->dragged].place = drag->to;
+    const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
+    if (!(from == drag->to)) lines.push_back({.points = {from, drag->to}, .radius = radius, .color = kPlaced});
+  }
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    const bool is_dragged = drag != nullptr && i == drag->dragged;
+    const render::Color color = is_dragged ? kPlaced : i == lit ? kLitHandle : pins[i].holds ? kHeldPin : kFreePin;
+    add(pins[i].place, kPinPixels, color);
+    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
+  }
+}
+
 // The paths of the selected entry, with its handles; the one under the pointer lighter.
 void add_layer_handles(const Studio& studio, double radius, std::vector<render::Line>& lines) {
   if (!studio.layers().entry || studio.shown().looked_at) return;
@@ -264,7 +306,7 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.settings().tool->use;
-  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint;
+  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pins;
   return !has_cursor || studio.view().region || studio.shown().looked_at.has_value();
 }
 
@@ -383,6 +425,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   add_in_arrow(studio, scene.arrows);
   const Placed& placed = studio.placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
+  add_pins(studio, scene.lines);
   const ToolUse use = studio.settings().tool->use;
   if (placed.placement && (use == ToolUse::turn || use == ToolUse::stamp)) {
     const Pointer& at = studio.pointer();
@@ -438,14 +481,17 @@ std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
   }
   std::vector<Stroke> strokes = hovering(studio);
   if (has_influence_ && strokes == influencing_ && influenced_version_ == studio.shown().version) return std::nullopt;
-  std::vector<Flow> flows;
-  for (const Stroke& stroke : strokes) {
-    if (!reads_surface(stroke)) flows.push_back(flow_of(stroke));
-  }
   influencing_ = std::move(strokes);
   influenced_version_ = studio.shown().version;
   has_influence_ = true;
-  return influence_of(flows, studio.shown().state.positions);
+  const Snapshot& positions = studio.shown().state.positions;
+  const bool are_pins = !influencing_.empty() && std::holds_alternative<PinsStroke>(influencing_.front());
+  if (are_pins) return influence_of(std::get<PinsStroke>(influencing_.front()), positions);
+  std::vector<Flow> flows;
+  for (const Stroke& stroke : influencing_) {
+    if (!reads_surface(stroke)) flows.push_back(flow_of(stroke));
+  }
+  return influence_of(flows, positions);
 }
 
 std::string Overlay::placement_problem(const Studio& studio) {

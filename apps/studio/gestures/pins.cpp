@@ -1,0 +1,194 @@
+// Pins: set on vertices, followed as the shape changes, and dragged one at a time.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "gestures/gesture_kinds.h"
+#include "knead/math/error.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kHidden = 6;             // pixels that the surface may lie before a pin that is seen
+constexpr double kOneImage = 0.05;        // of the radius: images that are nearer to a pin are no pins of their own
+constexpr double kLonePinReach = 2;       // displacements of a single pin, at least, with an automatic radius
+constexpr double kLassoSpacing = 25;      // pixels between the pins that a lasso sets, at least
+constexpr std::size_t kMostOfLasso = 32;  // pins that a lasso sets
+
+double distance2_to(const std::vector<Vec3d>& places, const Vec3d& p) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Vec3d& place : places) least = std::min(least, norm2(place - p));
+  return least;
+}
+
+std::uint32_t nearest_vertex(const Snapshot& positions, const Vec3d& p) {
+  std::uint32_t nearest = 0;
+  for (std::uint32_t v = 1; v < positions.size(); ++v) {
+    if (norm2(positions[v] - p) < norm2(positions[nearest] - p)) nearest = v;
+  }
+  return nearest;
+}
+
+Pin pin_on_vertex(std::uint32_t vertex, const ShapeState& state) {
+  return {state.positions[vertex], true, {{state.mesh, vertex}}};
+}
+
+// On the corner of the triangle that is nearest to the hit.
+Pin pin_on(const SurfaceHit& hit, const Surroundings& around) {
+  const Triangle& corners = around.picker->triangles()[hit.triangle];
+  const auto nearest = std::ranges::min_element(
+      corners, {}, [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); });
+  return pin_on_vertex(*nearest, around.state);
+}
+
+bool is_hidden(const Vec3d& place, const Pixel& pixel, const Surroundings& around) {
+  if (around.picker == nullptr) return false;
+  const Ray ray = ray_through(around.screen, pixel.x, pixel.y);
+  const auto hit = around.picker->pick(ray, around.state);
+  return hit && dot(place - hit->point, ray.direction) > kHidden * pixel_size(around.screen, place);
+}
+
+// The nearest place that the images which keep the point keep as well: in the mirror's plane, or on the axis.
+Vec3d kept_by_images(const Vec3d& point, const Vec3d& to, const ToolSettings& settings) {
+  Vec3d displacement = to - point;
+  double count = 1;
+  for (const SymmetryImage& image : images_of(settings)) {
+    if (norm(image.motion(point) - point) > kOneImage * settings.radius) continue;
+    displacement += image.motion(to) - image.motion(point);
+    ++count;
+  }
+  return point + displacement / count;
+}
+
+}  // namespace
+
+std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins) {
+  std::optional<std::size_t> nearest;
+  double least = kNear;
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    const auto pixel = pixel_of(around.screen, pins[i].place);
+    const double distance = pixel ? std::hypot(pixel->x - pointer.x, pixel->y - pointer.y) : least;
+    if (distance >= least || is_hidden(pins[i].place, *pixel, around)) continue;
+    least = distance;
+    nearest = i;
+  }
+  return nearest;
+}
+
+void follow(std::vector<Pin>& pins, const ShapeState& state) {
+  for (Pin& pin : pins) {
+    auto seat = std::ranges::find_if(pin.seats, [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+    if (seat == pin.seats.end()) {
+      std::erase_if(pin.seats, [](const Pin::Seat& one) { return one.mesh.expired(); });
+      seat = pin.seats.insert(pin.seats.end(), {state.mesh, nearest_vertex(state.positions, pin.place)});
+    }
+    pin.place = state.positions[seat->vertex];
+  }
+}
+
+PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
+                       const ToolSettings& settings) {
+  const double near2 = std::pow(kOneImage * settings.radius, 2);
+  const std::vector<SymmetryImage> images = images_of(settings);
+  const Vec3d& from = pins[dragged].place;
+  std::vector<Vec3d> taken;  // by images of the dragged pin
+  for (const SymmetryImage& image : images) {
+    const Vec3d place = image.motion(from);
+    if (norm2(place - from) > near2) taken.push_back(place);
+  }
+  PinsStroke stroke;
+  const auto add = [&](const Vec3d& point, const Vec3d& its_to) {
+    stroke.points.push_back(point);
+    stroke.to.push_back(its_to);
+  };
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    if (i == dragged) moving = stroke.points.size();
+    if (i == dragged) add(from, to);
+    if (i != dragged && pins[i].holds && distance2_to(taken, pins[i].place) > near2) add(pins[i].place, pins[i].place);
+  }
+  const PinsStroke own = stroke;
+  for (const bool moves : {true, false}) {
+    for (const SymmetryImage& image : images) {
+      for (std::size_t i = 0; i < own.points.size(); ++i) {
+        const Vec3d place = image.motion(own.points[i]);
+        if ((i == moving) != moves || distance2_to(stroke.points, place) <= near2) continue;
+        add(place, moves ? image.motion(to) : place);
+      }
+    }
+  }
+  stroke.radius_auto = settings.auto_radius && stroke.points.size() > 1;
+  const double least = settings.auto_radius ? kLonePinReach * norm(to - from) : 0;
+  if (!stroke.radius_auto) stroke.radius = std::max(settings.radius, least);
+  return stroke;
+}
+
+std::optional<double> radius_of(const PinsStroke& stroke) {
+  try {
+    return flow_of(stroke).segments.front().fields.front().thresholds.outer;
+  } catch (const InvalidInput&) {
+    return std::nullopt;
+  }
+}
+
+std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+  PinsGesture gesture;
+  gesture.pins = placed.pins;
+  std::optional<std::size_t> pin = pin_at(pointer, around, gesture.pins);
+  const auto hit = hit_at(pointer, around);
+  if (!pin && !hit) return std::nullopt;
+  if (!pin) {
+    const Pin next = pin_on(*hit, around);
+    const auto same = std::ranges::find(gesture.pins, next.place, &Pin::place);
+    pin = static_cast<std::size_t>(same - gesture.pins.begin());
+    if (same == gesture.pins.end()) gesture.pins.push_back(next);
+  }
+  gesture.dragged = *pin;
+  gesture.to = gesture.pins[*pin].place;
+  gesture.drag =
+      begin_drag(pointer, gesture.to, hit ? hit->normal : -render::camera_frame(around.screen.camera).forward, around);
+  return gesture;
+}
+
+void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture) {
+  const Pixel& from = gesture.drag.from;
+  const bool is_click = std::hypot(pointer.x - from.x, pointer.y - from.y) < kClick;
+  gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
+  if (!gesture.has_gone) return;
+  gesture.to = kept_by_images(gesture.drag.start, gesture.drag.at(pointer, around), around.settings);
+}
+
+void end_pins(const PinsGesture& gesture, Placed& placed) {
+  placed.pins = gesture.pins;
+  placed.pins[gesture.dragged].place = gesture.to;
+}
+
+void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed) {
+  if (line.size() < 3) return;
+  const Snapshot& positions = around.state.positions;
+  std::vector<std::uint32_t> within;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    const auto pixel = pixel_of(around.screen, positions[v]);
+    if (pixel && is_within(line, *pixel)) within.push_back(v);
+  }
+  std::vector<double> distances(within.size(), std::numeric_limits<double>::infinity());
+  const std::vector<SymmetryImage> images = images_of(around.settings);
+  const auto keep_from = [&](const Vec3d& pin) {
+    std::vector<Vec3d> places{pin};
+    for (const SymmetryImage& image : images) places.push_back(image.motion(pin));
+    for (std::size_t i = 0; i < within.size(); ++i) {
+      distances[i] = std::min(distances[i], distance2_to(places, positions[within[i]]));
+    }
+  };
+  for (const Pin& pin : placed.pins) keep_from(pin.place);
+  const double spacing = kLassoSpacing * pixel_size(around.screen, around.screen.camera.target);
+  for (std::size_t count = 0; count < kMostOfLasso && !within.empty(); ++count) {
+    const auto farthest = std::ranges::max_element(distances);
+    if (*farthest < spacing * spacing) return;
+    placed.pins.push_back(pin_on_vertex(within[static_cast<std::size_t>(farthest - distances.begin())], around.state));
+    keep_from(placed.pins.back().place);
+  }
+}
+
+}  // namespace knead::studio

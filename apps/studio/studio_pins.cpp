@@ -1,0 +1,67 @@
+// Pins: clicked, changed by their list, and carried along with the shape.
+#include <algorithm>
+
+#include "studio.h"
+
+namespace knead::studio {
+
+double Studio::radius() const {
+  const std::vector<Pin>& pins = placed_.pins;
+  const bool is_auto = settings_.tool->use == ToolUse::pins && settings_.auto_radius && !pins.empty();
+  if (!is_auto) return settings_.radius;
+  return radius_of(pins_stroke(pins, 0, pins.front().place, settings_)).value_or(settings_.radius);
+}
+
+void Studio::fix_radius() {
+  if (settings_.tool->use != ToolUse::pins) return;
+  settings_.radius = radius();
+  settings_.auto_radius = false;
+}
+
+// After a drag the pins are where it took them, before the shape is.
+void Studio::refresh_pins() {
+  const bool drags_one = gesture_ && std::holds_alternative<PinsGesture>(gesture_->kind);
+  if (placed_.pins.empty() || drags_one || shown_.looked_at || shown_.ended != ended_) return;
+  follow(placed_.pins, shown_.state);
+}
+
+bool Studio::change_pin(const Event& event) {
+  const auto* const button = std::get_if<ButtonChanged>(&event);
+  const bool is_meant = button != nullptr && button->down && button->button == MouseButton::left &&
+                        (button->modifiers.alt || button->is_double);
+  if (!is_meant || settings_.tool->use != ToolUse::pins || shown_.opened == 0 || shown_.looked_at) return false;
+  place_pointer(button->x, button->y, button->modifiers);
+  const std::optional<std::size_t> pin = pin_at(pointer_, surroundings(), placed_.pins);
+  if (!pin) return false;
+  button->modifiers.alt ? remove_pin(*pin) : hold_pin(*pin, !placed_.pins[*pin].holds);
+  return true;
+}
+
+void Studio::hold_pin(std::size_t pin, bool holds) { placed_.pins[pin].holds = holds; }
+
+void Studio::remove_pin(std::size_t pin) {
+  placed_.pins.erase(placed_.pins.begin() + static_cast<std::ptrdiff_t>(pin));
+  placed_.lit_pin.reset();
+}
+
+void Studio::move_pin(std::size_t pin, const Vec3d& to) {
+  if (gesture_ || masking_ || shown_.looked_at) return;
+  SessionStroke stroke{pins_stroke(placed_.pins, pin, to, settings_)};
+  if (settings_.remesh) stroke.remesh = settings_.remesh_settings;
+  placed_.pins[pin].place = to;
+  apply({std::move(stroke)});
+}
+
+void Studio::clear_pins() {
+  placed_.pins.clear();
+  placed_.lit_pin.reset();
+}
+
+std::optional<std::size_t> Studio::pointed_pin() const {
+  if (settings_.tool->use != ToolUse::pins || shown_.opened == 0 || shown_.looked_at) return std::nullopt;
+  if (const auto* const pins = gesture_ ? std::get_if<PinsGesture>(&gesture_->kind) : nullptr) return pins->dragged;
+  if (placed_.lit_pin || !pointer_is_over_view_) return placed_.lit_pin;
+  return pin_at(pointer_, surroundings(), placed_.pins);
+}
+
+}  // namespace knead::studio
