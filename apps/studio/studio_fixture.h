@@ -177,6 +177,17 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
 {"set": {"mirror": [true, true, false]}}
 {"drag": [[0.2, 0.2, 0.95], [0.5, 0.5, 1]]}
 {"drag": [[0.2, 0.2, 0.95], [0.4, 0.1, 0.9]], "modifiers": ["ctrl", "shift"]})",
+                                       1},
+                                      {"pins", R"({"tool": "pins"}
+{"click": [-0.4, 0, 0.9]}
+{"click": [0, -0.5, 0.86]}
+{"drag": [[0.3, 0.2, 0.93], [0.5, 0.4, 0.93]]}
+{"drag": [[-0.4, 0, 0.9], [-0.6, 0, 0.9]]})",
+                                       2},
+                                      {"mirrored_pins", R"({"tool": "pins"}
+{"set": {"mirror": [true, false, false], "auto_radius": false, "radius": 0.8, "remesh": true}}
+{"click": [0, -0.5, 0.86]}
+{"drag": [[0.3, 0.2, 0.93], [0.5, 0.4, 0.93]]})",
                                        1}};
 
 }  // namespace knead::studio

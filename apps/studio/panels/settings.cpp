@@ -17,6 +17,9 @@ namespace {
 
 constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
 constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
+// In font sizes: before the places in that list, and before and after them.
+constexpr float kBeforeNumbers = 3.2F;
+constexpr float kAroundNumbers = 5.2F;
 
 bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
@@ -91,12 +94,14 @@ bool draw_pin(Studio& studio, std::size_t number) {
   help_on_hover("Checked: the pin holds while others are dragged. Else it is free, and goes with the surface.");
   Vec3d place = pin.place;
   bool is_moved = false;
-  const float width = (ImGui::GetContentRegionAvail().x - ImGui::GetFontSize() * 5.2F) / 3;
+  const float font = ImGui::GetFontSize();
+  const float width = (ImGui::GetContentRegionAvail().x - kAroundNumbers * font) / 3;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    ImGui::SameLine(ImGui::GetFontSize() * 3.4F + static_cast<float>(axis) * (width + ImGui::GetFontSize() * 0.2F));
+    ImGui::SameLine(kBeforeNumbers * font + static_cast<float>(axis) * (width + 0.2F * font));
     ImGui::SetNextItemWidth(width);
     const double most = std::numeric_limits<double>::max();
-    is_moved = type_number(std::array{"##x", "##y", "##z"}[axis], place[axis], {-most, most}, nullptr) || is_moved;
+    const char* const label = std::array{"##x", "##y", "##z"}[axis];
+    is_moved = type_number(label, place[axis], {-most, most}, nullptr, "%.4g") || is_moved;
   }
   if (is_moved) studio.move_pin(number, place);
   ImGui::SameLine();

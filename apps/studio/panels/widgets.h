@@ -37,9 +37,10 @@ inline void slide(const char* label, double& value, Limits limits, const char* h
 }
 
 // A number to be typed, kept within the limits.
-inline bool type_number(const char* label, double& value, Limits limits, const char* help) {
+inline bool type_number(const char* label, double& value, Limits limits, const char* help,
+                        const char* format = "%.6g") {
   double changed = value;
-  const bool done = ImGui::InputDouble(label, &changed, 0, 0, "%.6g", ImGuiInputTextFlags_EnterReturnsTrue) ||
+  const bool done = ImGui::InputDouble(label, &changed, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue) ||
                     ImGui::IsItemDeactivatedAfterEdit();
   help_on_hover(help);
   if (!done || !(changed >= limits.least && changed <= limits.most) || changed == value) return false;

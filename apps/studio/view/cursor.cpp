@@ -36,7 +36,8 @@ std::optional<Radii> radii_of(const Studio& studio) {
     case ToolUse::curve:
       return Radii{settings.radius, falloff_facts(settings.falloff).half * settings.radius};  // where the weight is 1/2
     case ToolUse::pins:
-      return Radii{studio.radius(), 0};
+      if (settings.auto_radius) return std::nullopt;
+      return Radii{settings.radius, 0};
     case ToolUse::handles:
       if (settings.handle == HandleMode::move) return std::nullopt;
       return Radii{0.5 * settings.radius, 0};
