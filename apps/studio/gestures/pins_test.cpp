@@ -189,8 +189,8 @@ TEST_F(PinsTest, PinsAreMirroredAndStaySymmetric) {
   Studio studio(options());
   run(studio, ball(10242) + R"({"tool": "pins"}
 {"set": {"mirror": [true, false, false]}}
-{"click": [0, -0.5, 0.866]}
-{"click": [-0.5, 0.02, 0.866]}
+{"click": [0, -0.526, 0.851]}
+{"click": [-0.5, 0, 0.866]}
 {"drag": [[0.5, 0, 0.866], [0.7, 0.3, 0.866]]})");
   const PinsStroke stroke = last_stroke(studio);
   // The pin in the plane is one, and the image of the dragged pin replaces what is held there.
@@ -209,8 +209,8 @@ TEST_F(PinsTest, PinsAreMirroredAndStaySymmetric) {
   EXPECT_LE(worst, slack(studio));
 
   // A pin in the plane stays in it.
-  run(studio, R"({"drag": [[0, -0.5, 0.866], [0.3, -0.7, 0.866]]})");
-  EXPECT_NEAR(last_stroke(studio).to[0].x, 0, 1e-9);
+  run(studio, R"({"drag": [[0, -0.526, 0.851], [0.3, -0.7, 0.851]]})");
+  EXPECT_NEAR(last_stroke(studio).to[0].x, 0, slack(studio));
   EXPECT_LT(last_stroke(studio).to[0].y, -0.6);
   EXPECT_EQ(errors(studio), "");
 }
@@ -224,8 +224,8 @@ TEST_F(PinsTest, ALassoSetsPinsEvenlyAndFewTwice) {
   ASSERT_LE(all.size(), 32u);
   double nearest = 10;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    EXPECT_GT(all[i].place.y, 0.04) << "200 pixels are 1, the middle is at 300";
-    EXPECT_LT(all[i].place.y, 0.51);
+    const auto pixel = pixel_of(studio.screen(), all[i].place);
+    EXPECT_TRUE(pixel->y > 200 && pixel->y < 290) << pixel->y;
     for (std::size_t j = 0; j < i; ++j) nearest = std::min(nearest, norm(all[i].place - all[j].place));
   }
   const double area = 2 * std::numbers::pi * (0.5 - 0.05);  // of the zone
@@ -341,7 +341,7 @@ TEST_F(PinsTest, AnOldDragHasAHandleAtItsEnd) {
   run(studio, fmt::format(R"({{"drag": [[{}, {}], [{}, {}]]}})", end->x, end->y, end->x, end->y - 20));
   const PinsStroke after = last_stroke(studio);
   EXPECT_EQ(after.points, before.points);
-  EXPECT_NEAR(after.to[1].y - before.to[1].y, 0.1, 0.01);
+  EXPECT_NEAR(after.to[1].y - before.to[1].y, 0.1, 0.02);
   EXPECT_EQ(after.to[0], before.to[0]);
   EXPECT_EQ(studio.shown().history.size(), 1u);
 }

@@ -142,16 +142,15 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   prepared.part = std::min(source.strength, 1.0);
   if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(source.stroke, source.strength));
   const Stroke& stroke = prepared.stroke();
+  validate(stroke);
   prepared.outcome.warnings = warnings(stroke);
   prepared.relax = std::get_if<RelaxStroke>(&stroke);
   if (prepared.relax != nullptr) {
-    validate(stroke);
     prepared.expected_segments = prepared.relax->points.size();
     return prepared;
   }
   prepared.reads_surface = reads_surface(stroke);
   if (prepared.reads_surface) {
-    validate(stroke);
     prepared.tool = tool_mesh_of(stroke, folder);
     prepared.expected_segments = expected_segments(stroke, prepared.tool.get());
     return prepared;
