@@ -59,6 +59,9 @@ use points 4 546 478 556 497
 xdotool key Escape sleep 0.3 key 5 sleep 0.3
 drag 508 516 565 516
 use curve 5 537 516 537 531
+xdotool key Escape sleep 0.3 key p sleep 0.3
+click 508 630
+use pins p 556 640 566 655
 xdotool key Escape sleep 0.3 key 7 sleep 0.3
 click 556 678
 use rotate 7 1000 700 1040 700
