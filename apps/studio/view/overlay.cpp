@@ -10,20 +10,15 @@
 #include "knead/render/tool_picture.h"
 #include "view/influence.h"
 #include "view/labels.h"
+#include "view/pins.h"
 #include "view/stretch.h"
 
 namespace knead::studio {
 
 namespace {
 
-constexpr double kNominalAngle = 40;   // degrees of turn, or percent of stretch, that a placed tool is drawn with
-constexpr double kNominalPart = 0.05;  // of the radius: how far a pin is moved to show what it takes along
-constexpr double kPinPixels = 5;
-constexpr render::Color kHeldPin{0.16f, 0.40f, 0.78f, 1};
-constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
-constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};
+constexpr double kNominalAngle = 40;  // degrees of turn, or percent of stretch, that a placed tool is drawn with
 constexpr render::Color kLayerPath{0.16f, 0.45f, 0.80f, 1};
-constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};
 constexpr render::Color kMirrorPlane{0.45f, 0.50f, 0.60f, 0.10f};
 constexpr render::Color kRadialAxis{0.30f, 0.35f, 0.45f, 1};
 constexpr float kFaded = 0.4F;  // of the opacity of a region, while it is dragged
@@ -81,15 +76,6 @@ std::optional<Stroke> placed_points(const Studio& studio, const Surroundings& ar
   return stroke;
 }
 
-// The pin at the pointer, else the last one, about to be moved a little up in the picture.
-std::optional<Stroke> hovering_pins(const Studio& studio, const Surroundings& around) {
-  const std::vector<Pin>& pins = studio.placed().pins;
-  if (pins.empty()) return std::nullopt;
-  const std::size_t pin = studio.pointed_pin().value_or(pins.size() - 1);
-  const Vec3d by = render::camera_frame(around.screen.camera).up * (kNominalPart * studio.radius());
-  return pins_stroke(pins, pin, pins[pin].place + by, studio.settings());
-}
-
 }  // namespace
 
 std::vector<Stroke> hovering(const Studio& studio) {
@@ -110,7 +96,7 @@ std::vector<Stroke> hovering(const Studio& studio) {
       stroke = placed_points(studio, around);
       break;
     case ToolUse::pins:
-      stroke = hovering_pins(studio, around);
+      stroke = hovering_pins(studio);
       return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
     case ToolUse::turn:
       if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
@@ -204,32 +190,6 @@ void add_placed_points(const Placed& placed, double radius, std::vector<render::
   };
   for (const Vec3d& p : placed.points) add({p, p + Vec3d{0, 1e-3 * radius, 0}});
   for (const auto& curve : placed.curves) add(curve);
-}
-
-// Blue pins hold, white ones are free, the dragged one is orange; images are smaller.
-void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
-  if (studio.settings().tool->use != ToolUse::pins || studio.shown().looked_at) return;
-  const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
-  std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.placed().pins;
-  const std::optional<std::size_t> lit = studio.pointed_pin();
-  const Screen screen = studio.screen();
-  const auto add = [&](const Vec3d& place, double pixels, const render::Color& color) {
-    const double radius = pixels * pixel_size(screen, place);
-    lines.push_back({.points = {place, place + Vec3d{0, 1e-3 * radius, 0}}, .radius = radius, .color = color});
-  };
-  const std::vector<SymmetryImage> images = images_of(studio.settings());
-  if (drag != nullptr) {
-    const Vec3d& from = drag->drag.start;
-    pins[drag->dragged].place = drag->to;
-    const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
-    if (!(from == drag->to)) lines.push_back({.points = {from, drag->to}, .radius = radius, .color = kPlaced});
-  }
-  for (std::size_t i = 0; i < pins.size(); ++i) {
-    const bool is_dragged = drag != nullptr && i == drag->dragged;
-    const render::Color color = is_dragged ? kPlaced : i == lit ? kLitHandle : pins[i].holds ? kHeldPin : kFreePin;
-    add(pins[i].place, kPinPixels, color);
-    for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
-  }
 }
 
 // The paths of the selected entry, with its handles; the one under the pointer lighter.
