@@ -11,7 +11,7 @@ namespace knead::studio {
 namespace {
 
 constexpr double kHidden = 6;             // pixels that the surface may lie before a pin that is seen
-constexpr double kOneImage = 0.1;        // of the radius: images that are nearer to a pin are no pins of their own
+constexpr double kOneImage = 0.1;         // of the radius: images that are nearer to a pin are no pins of their own
 constexpr double kLonePinReach = 2;       // displacements of a single pin, at least, with an automatic radius
 constexpr double kLassoSpacing = 25;      // pixels between the pins that a lasso sets, at least
 constexpr std::size_t kMostOfLasso = 32;  // pins that a lasso sets
