@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
-#include <string_view>
+#include <optional>
 
 #include "backend.h"
 #include "bounds.h"
@@ -14,19 +13,8 @@
 namespace knead::command {
 namespace {
 
-Integrator integrator_named(const std::string& name) {
-  struct Entry {
-    std::string_view name;
-    std::string_view long_name;
-    Integrator integrator;
-  };
-  constexpr std::array<Entry, 4> entries{{{"rk4", "runge-kutta", Integrator::rk4},
-                                          {"bs32", "bogacki-shampine", Integrator::bogacki_shampine},
-                                          {"dp54", "dormand-prince", Integrator::dormand_prince},
-                                          {"tsit5", "tsitouras", Integrator::tsitouras}}};
-  for (const Entry& entry : entries) {
-    if (name == entry.name || name == entry.long_name) return entry.integrator;
-  }
+Integrator read_integrator(const std::string& name) {
+  if (const std::optional<Integrator> integrator = integrator_named(name)) return *integrator;
   throw UsageError(fmt::format("--integrator {}: no such method; say rk4, bs32, dp54 or tsit5", name));
 }
 
@@ -78,7 +66,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
   check_backend(options.backend);
   ReplayOptions replay;
   replay.motion.relative_tolerance = options.tolerance;
-  replay.motion.integrator = integrator_named(options.integrator);
+  replay.motion.integrator = read_integrator(options.integrator);
   replay.motion.precision = precision_named(options.precision);
   replay.motion.threads = threads_of(options.threads);
   if (options.inverse) replay.part.direction = Direction::backwards;

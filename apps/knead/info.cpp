@@ -5,6 +5,7 @@
 #include "command.h"
 #include "output.h"
 #include "shape_info.h"
+#include "streams.h"
 
 namespace knead::command {
 namespace {
@@ -17,9 +18,9 @@ struct InfoOptions {
 
 void run_info(const InfoOptions& options) {
   check_streams({options.shape}, options.format);
-  const ShapeInfo info = read_info(options.shape, options.format);
+  const ShapeInfo info = describe(read_shape_or_stream(options.shape, options.format));
   if (options.common.json) {
-    print(to_indented_text(to_json(info)));
+    print(to_json(info));
   } else if (!options.common.quiet) {
     print(table_of(info) + table_of_notes(info));
   }

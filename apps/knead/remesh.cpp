@@ -3,7 +3,6 @@
 
 #include <array>
 #include <memory>
-#include <span>
 #include <string>
 
 #include "command.h"
@@ -28,16 +27,11 @@ struct RemeshCommand {
 };
 
 Remeshed remeshed(const ShapeFile& shape, const RemeshSettings& settings, int threads) {
-  const Mesh& mesh = shape.mesh;
-  const std::vector<MeshEdge> creases = find_creases(mesh);
   const std::vector<std::uint32_t> labels = face_labels(shape);
   RemeshOptions options;
-  options.targets = resolve(settings, mesh);
-  options.whole = true;
-  options.creases = creases;
   options.face_labels = labels;
   options.threads = threads;
-  return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+  return remesh(shape.mesh, settings, options);
 }
 
 std::string json_of(const Remeshed& result) {

@@ -56,35 +56,36 @@ Complaint angle_below(double bound, const std::optional<double>& angle) {
 
 struct Kind {
   std::string_view word;
-  Complaint (*unmet)(const Findings& findings, double bound);
+  Complaint (*unmet)(const SurfaceCheck& check, double bound);
 };
 
 constexpr std::string_view kNoFlipped = "no-flipped";
 constexpr std::string_view kMinAngle = "min-angle";
 
 constexpr std::array kKinds{
-    Kind{"closed", [](const Findings& f, double) { return not_closed(f.measures); }},
-    Kind{"manifold", [](const Findings& f, double) { return not_manifold(f.measures); }},
-    Kind{"oriented", [](const Findings& f, double) { return not_oriented(f.measures); }},
-    Kind{"one-component", [](const Findings& f, double) { return not_one_component(f.measures); }},
-    Kind{"no-self-intersections", [](const Findings& f, double) { return intersects(f.self_intersections); }},
+    Kind{"closed", [](const SurfaceCheck& f, double) { return not_closed(f.info.measures); }},
+    Kind{"manifold", [](const SurfaceCheck& f, double) { return not_manifold(f.info.measures); }},
+    Kind{"oriented", [](const SurfaceCheck& f, double) { return not_oriented(f.info.measures); }},
+    Kind{"one-component", [](const SurfaceCheck& f, double) { return not_one_component(f.info.measures); }},
+    Kind{"no-self-intersections", [](const SurfaceCheck& f, double) { return intersects(f.self_intersections); }},
     Kind{"no-degenerate",
-         [](const Findings& f, double) {
-           const std::size_t count = f.measures.degenerate_triangles;
+         [](const SurfaceCheck& f, double) {
+           const std::size_t count = f.info.measures.degenerate_triangles;
            return complain_if(count > 0, fmt::format("{} without area; collapse them", counted(count, "triangle")));
          }},
     Kind{"no-folded",
-         [](const Findings& f, double) {
+         [](const SurfaceCheck& f, double) {
            return complain_if(f.folded_edges > 0, fmt::format("the surface is folded at {}; smooth it there",
                                                               counted(f.folded_edges, "edge")));
          }},
     Kind{kNoFlipped,
-         [](const Findings& f, double) {
+         [](const SurfaceCheck& f, double) {
            const std::size_t count = f.flipped_triangles.value_or(0);
            return complain_if(
                count > 0, fmt::format("{} flipped; refine the shape or deform it less", counted(count, "triangle")));
          }},
-    Kind{kMinAngle, [](const Findings& f, double bound) { return angle_below(bound, f.measures.smallest_angle_deg); }},
+    Kind{kMinAngle,
+         [](const SurfaceCheck& f, double bound) { return angle_below(bound, f.info.measures.smallest_angle_deg); }},
 };
 
 const Kind* find_kind(std::string_view word) {
@@ -134,8 +135,8 @@ std::vector<Requirement> parse_requirements(const std::string& list, bool has_be
   return requirements;
 }
 
-std::optional<std::string> unmet(const Requirement& requirement, const Findings& findings) {
-  return find_kind(requirement.word)->unmet(findings, requirement.bound);
+std::optional<std::string> unmet(const Requirement& requirement, const SurfaceCheck& check) {
+  return find_kind(requirement.word)->unmet(check, requirement.bound);
 }
 
 }  // namespace knead::command

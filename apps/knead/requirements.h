@@ -1,23 +1,13 @@
 // Requirements on a shape: knead check --require LIST.
 #pragma once
 
-#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
+#include "knead/session/report.h"
 
 namespace knead::command {
-
-// What `knead check` finds.
-struct Findings {
-  Measures measures;
-  SelfIntersections self_intersections;
-  std::size_t folded_edges = 0;
-  std::optional<std::size_t> flipped_triangles;  // since the shape of --before
-};
 
 // One item of the list; its word is a known one.
 struct Requirement {
@@ -33,6 +23,6 @@ std::string known_requirements();
 std::vector<Requirement> parse_requirements(const std::string& list, bool has_before);
 
 // Returns what is wrong and what to do; nothing if the requirement is met.
-std::optional<std::string> unmet(const Requirement& requirement, const Findings& findings);
+std::optional<std::string> unmet(const Requirement& requirement, const SurfaceCheck& check);
 
 }  // namespace knead::command

@@ -57,10 +57,7 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   }
   if (progress.cancel) throw Interrupted{};
   if (result.status == AdvectStatus::step_limit) {
-    throw QualityError(
-        to_string(Place{session.name, result.failed_line}) +
-        ": a path line runs to infinity or needs over a million steps here; use a wider transition, a smaller angle, "
-        "another gauge, or a larger --tolerance");
+    throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
   }
   std::vector<std::string> later = result.warnings;
   std::erase_if(later, [&](const std::string& warning) { return std::ranges::find(first, warning) != first.end(); });

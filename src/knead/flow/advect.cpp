@@ -76,7 +76,7 @@ AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptio
   const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
   PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
   const AdvectResult result = advect(flow, blocks, options);
-  blocks.update(points);
+  if (result.status == AdvectStatus::done) blocks.update(points);
   return result;
 }
 

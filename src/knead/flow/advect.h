@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "knead/flow/point_blocks.h"
 #include "knead/flow/segment.h"
 #include "knead/flow/tableau.h"
+#include "knead/math/mat3.h"
 #include "knead/math/progress.h"
 
 namespace knead {
@@ -57,13 +59,23 @@ struct AdvectResult {
 // The bits of a result depend on its point alone: not on the other points, the number of threads or the instruction
 // set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
 // reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and with its number
-// for a point that is not finite. Leaves the points part-way, so keep a copy, if the status is `cancelled`, or
-// `step_limit`: a path line needed over a million steps, for example because it runs to infinity far out in the slab of
-// a bend.
+// for a point that is not finite. Leaves the points as they were if the status is `cancelled`, or `step_limit`: a path
+// line needed over a million steps, for example because it runs to infinity far out in the slab of a bend.
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
 
 // Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does
-// not reach.
+// not reach. Leaves the points part-way unless the status is `done`.
 AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
+
+// Returns v at each of the points at a time of the flow, in segments from its beginning: 1.25 is a quarter into the
+// second segment. A segment that is a part or an inverse takes one unit of time, too. Barrels do not limit v, because
+// they limit path lines by where these begin. Throws InvalidInput where validate(flow) does, for a time that is not
+// from 0 to the number of segments, and for a motion or region of the caller's own.
+std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time);
+
+// Returns the Jacobian at each of the points of the map that advect() applies: row i holds the derivatives of
+// coordinate i. Integrates dJ/dt = grad v J along the path lines in double, in the steps that the tolerance of
+// `options` asks for; about 5 us for each step. Throws as velocities() and advect(), and Cancelled.
+std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
 
 }  // namespace knead

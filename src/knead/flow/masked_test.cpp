@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "knead/flow/volume_drift.h"
+#include "knead/flow/path_jacobian.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
 #include "support/outcome.h"

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "knead/field/dual.h"
-#include "knead/flow/volume_drift.h"
+#include "knead/flow/path_jacobian.h"
 #include "knead/math/error.h"
 #include "support/pins_now.h"
 #include "support/random_segments.h"

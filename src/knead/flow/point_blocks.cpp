@@ -44,6 +44,10 @@ const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
 
 }  // namespace
 
+void require_finite(std::span<const Vec3d> points) {
+  for (std::size_t i = 0; i < points.size(); ++i) finite(points, i);
+}
+
 PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
     : size_(points.size()), padded_((points.size() + kGroup - 1) / kGroup * kGroup) {
   if (points.size() > 0xffffffffU) throw InvalidInput("there are more than 4 billion points; deform them in parts");

@@ -14,6 +14,9 @@ namespace detail {
 class BlockMover;
 }
 
+// Throws InvalidInput with the number of the first point that has a coordinate that is not finite.
+void require_finite(std::span<const Vec3d> points);
+
 // Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group: a tool costs one test for each group or
 // block that it does not reach. Points are numbered as they were given. Copies are independent.
 class PointBlocks {

@@ -149,6 +149,21 @@ Flow prefix(const Flow& flow, double segments) {
   return result;
 }
 
+Flow flow_between(const Flow& flow, double from, double to) {
+  const auto length = static_cast<double>(flow.segments.size());
+  for (const double moment : {from, to}) {
+    require(moment >= 0 && moment <= length, "a part of a flow must lie between 0 and its number of segments");
+  }
+  if (from == to) return {};
+  if (to < from) return inverse(flow_between(flow, to, from));
+  Flow result = prefix(flow, to);
+  const double whole = std::floor(from);
+  result.segments.erase(result.segments.begin(), result.segments.begin() + static_cast<std::ptrdiff_t>(whole));
+  const Segment& first = flow.segments[static_cast<std::size_t>(whole)];
+  if (from > whole) result.segments.front().begin = first.begin + (from - whole) * (first.end - first.begin);
+  return result;
+}
+
 void validate(const Flow& flow) {
   for (std::size_t i = 0; i < flow.segments.size(); ++i) {
     try {

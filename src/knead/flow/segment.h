@@ -62,6 +62,10 @@ Flow inverse(const Flow& flow);
 // segment.
 Flow prefix(const Flow& flow, double segments);
 
+// Returns the flow from one moment to another, both in segments from the beginning and within the flow; backwards if
+// to < from. Throws InvalidInput for a moment outside the flow.
+Flow flow_between(const Flow& flow, double from, double to);
+
 // Throws InvalidInput, naming the segment, if
 //   - a number is not finite, or inner >= outer,
 //   - an axis is not of unit length, or a strain not traceless,

@@ -106,4 +106,20 @@ const Tableau& tableau(Integrator integrator) {
   return dormand_prince;
 }
 
+std::optional<Integrator> integrator_named(std::string_view name) {
+  struct Entry {
+    std::string_view name;
+    std::string_view long_name;
+    Integrator integrator;
+  };
+  constexpr std::array<Entry, 4> entries{{{"rk4", "runge-kutta", Integrator::rk4},
+                                          {"bs32", "bogacki-shampine", Integrator::bogacki_shampine},
+                                          {"dp54", "dormand-prince", Integrator::dormand_prince},
+                                          {"tsit5", "tsitouras", Integrator::tsitouras}}};
+  for (const Entry& entry : entries) {
+    if (name == entry.name || name == entry.long_name) return entry.integrator;
+  }
+  return std::nullopt;
+}
+
 }  // namespace knead

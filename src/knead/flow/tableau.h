@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <optional>
+#include <string_view>
 
 namespace knead {
 
@@ -12,6 +14,10 @@ enum class Integrator {
   dormand_prince,    // 5(4), Dormand and Prince 1980
   tsitouras          // 5(4), Tsitouras 2011
 };
+
+// Returns the method with this name: rk4, bs32, dp54 or tsit5, or runge-kutta, bogacki-shampine, dormand-prince or
+// tsitouras. Nothing for another name.
+std::optional<Integrator> integrator_named(std::string_view name);
 
 // The coefficients of a method: k_i = f(t + c_i h, x + h sum_j a_ij k_j); the step is h sum_i b_i k_i and the estimate
 // of its error h sum_i e_i k_i.

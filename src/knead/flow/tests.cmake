@@ -12,4 +12,4 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/set_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/simd_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tableau_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/volume_drift_test.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/path_jacobian_test.cpp)

@@ -1,5 +1,6 @@
 #include "knead/gl/context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
@@ -73,6 +74,10 @@ void Context::describe_current() {
 }
 
 Context Context::open(int version) {
+  // Without it epoxy ends the program.
+  if (dlopen("libEGL.so.1", RTLD_LAZY | RTLD_LOCAL) == nullptr) {
+    throw GpuError("OpenGL cannot be used: libEGL.so.1 is not installed (Debian's package libegl1)");
+  }
   Context best;
   for (EGLDisplay display : candidate_displays()) {
     Context found;

@@ -335,4 +335,12 @@ Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformat
   return remesh_with(before, after, deformation, options, {});
 }
 
+Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options) {
+  const std::vector<MeshEdge> creases = find_creases(mesh);
+  options.targets = resolve(settings, mesh);
+  options.whole = true;
+  options.creases = creases;
+  return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+}
+
 }  // namespace knead

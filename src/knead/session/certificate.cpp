@@ -1,11 +1,14 @@
 #include "knead/session/report.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <utility>
 
 #include "knead/math/parallel.h"
 #include "knead/mesh/flipped.h"
@@ -208,6 +211,51 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   certificate.strokes = strokes_;
   add_distances(strokes_, certificate);
   return certificate;
+}
+
+namespace {
+
+void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                       const ReplayOptions& options) {
+  if (after.size() != before.vertex_count()) {
+    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
+                                   after.size(), before.vertex_count()));
+  }
+  require_finite(after);
+  if (will_remesh(before, session, options)) {
+    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
+  }
+}
+
+}  // namespace
+
+Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                    const ReplayOptions& options) {
+  require_positions(before, after, session, options);
+  Mesh moved = before;
+  moved.positions.assign(after.begin(), after.end());
+  const DeformedShape given(borrow(moved), options.motion);
+  const std::vector<bool> all(after.size(), true);
+  const auto with_given = [&](DeformedShape shape) {
+    shape.take(all, given);
+    return shape;
+  };
+  CertificateBuilder builder(before, options);
+  ReplayOptions watched = options;
+  const auto is_on = [](const SessionStroke& stroke) { return !stroke.off; };
+  std::size_t left = static_cast<std::size_t>(std::ranges::count_if(session.strokes, is_on));
+  watched.on_stroke = [&](const AppliedStroke& stroke) {
+    if (--left > 0) return builder.add(stroke);
+    const DeformedShape last = with_given(stroke.after);
+    builder.add({stroke.line, stroke.flow, stroke.before, last, stroke.remeshed, stroke.relax});
+  };
+  ReplayResult result = replay(borrow(before), session, watched);
+  if (result.status == AdvectStatus::cancelled) throw Cancelled();
+  if (result.status == AdvectStatus::step_limit) {
+    throw InvalidInput(Place{session.name, result.failed_line}, kStepLimitAdvice);
+  }
+  result.shape = with_given(std::move(result.shape));
+  return builder.finish(result, false);
 }
 
 }  // namespace knead

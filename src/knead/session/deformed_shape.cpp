@@ -37,7 +37,7 @@ std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
 
 bool MotionOptions::is_standard() const {
   const MotionOptions standard;
-  return relative_tolerance == standard.relative_tolerance && integrator == standard.integrator &&
+  return relative_tolerance == standard.relative_tolerance && !diagonal && integrator == standard.integrator &&
          precision == standard.precision && !backend;
 }
 
@@ -94,7 +94,7 @@ DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions mot
       mesh_(start_),
       motion_(std::move(motion)),
       policy_(std::make_shared<const RemeshPolicy>(std::move(remesh))),
-      reference_length_(knead::reference_length(start_->positions)) {
+      reference_length_(motion_.diagonal.value_or(knead::reference_length(start_->positions))) {
   advect_options(motion_, reference_length_);
   if (policy_->settings) validate(*policy_->settings);
   if (!policy_->face_labels.empty() && policy_->face_labels.size() != start_->face_count()) {

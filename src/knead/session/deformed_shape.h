@@ -25,6 +25,7 @@ namespace knead {
 struct MotionOptions {
   // Position error of one path line over one segment, as a fraction of the diagonal of the shape's box; above 0.
   double relative_tolerance = kDefaultRelativeTolerance;
+  std::optional<double> diagonal{};  // a length that takes the place of the diagonal; above 0
   Integrator integrator = Integrator::tsitouras;
   Precision precision = Precision::float32;
   Backend backend{};  // moves the vertices, and the points that remeshing adds; empty: advect
@@ -35,8 +36,9 @@ struct MotionOptions {
   bool is_standard() const;
 };
 
-// Returns the length that relative tolerances and distances refer to: the diagonal of the box of the positions, or 1
-// for a single point. Throws InvalidInput if a coordinate is above 1e18, or the shape is shorter than 1e-15.
+// Returns the length that relative tolerances and distances refer to, if MotionOptions::diagonal does not give another:
+// the diagonal of the box of the positions, or 1 for a single point. Throws InvalidInput if a coordinate is above 1e18,
+// or the shape is shorter than 1e-15.
 double reference_length(std::span<const Vec3d> positions);
 
 // Returns the options of advect() for a shape with this reference length. Throws InvalidInput if the tolerance is not

@@ -58,6 +58,11 @@ struct ReplayOptions {
   Progress* progress = nullptr;                           // counts up to total_work
 };
 
+// Why a replay ends in step_limit, and what to do.
+inline constexpr const char* kStepLimitAdvice =
+    "a path line runs to infinity or needs over a million steps here; use a wider transition, a smaller angle, another "
+    "gauge, or a larger tolerance";
+
 // How replay() ended, and what it made.
 struct ReplayResult {
   AdvectStatus status = AdvectStatus::done;
@@ -90,6 +95,11 @@ ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& sess
 
 // The same for a mesh that is not shared: moved or copied into the result.
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options = {});
+
+// Returns the flow of a session that reads no surface, for any points: advect() with it moves points as replay() does,
+// to the bit, where no barrel is torn. Throws InvalidInput for a part out of range, and with the session's line for a
+// stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
+Flow flow_of(const Session& session, const SessionPart& part = {}, int threads = 0);
 
 // Returns whether replay() would return a remeshed shape.
 bool will_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options);

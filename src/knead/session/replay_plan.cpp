@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <utility>
 
 namespace knead::session_detail {
 
@@ -117,3 +119,45 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
 }
 
 }  // namespace knead::session_detail
+
+namespace knead {
+
+namespace {
+
+void require_flow(const SessionStroke& stroke) {
+  if (!is_applied(stroke)) return;
+  if (!is_flow(stroke.stroke)) {
+    throw InvalidInput("a relax reads the faces, and is no flow; give the faces too, or remove this line");
+  }
+  if (reads_surface(stroke.stroke)) {
+    throw InvalidInput(
+        "this stroke reads the surface; give the faces too, or resolve the session on the shape first and use that "
+        "session");
+  }
+}
+
+}  // namespace
+
+Flow flow_of(const Session& session, const SessionPart& part, int threads) {
+  using namespace session_detail;
+  for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
+  ReplayOptions options;
+  options.part = part;
+  options.motion.threads = threads;
+  Plan plan = make_plan({}, session, options);
+  Flow flow;
+  Mask mask;  // forwards; backwards the plan has it
+  for (PlannedStroke& planned : plan.strokes) {
+    PreparedStroke& stroke = planned.stroke;
+    const double end = planned.run.part * stroke.part * static_cast<double>(stroke.flow.segments.size());
+    const bool backwards = planned.run.backwards;
+    Flow own = backwards ? flow_between(stroke.flow, end, 0) : prefix(stroke.flow, end);
+    own = masked(std::move(own), backwards ? stroke.mask : mask);
+    std::move(own.segments.begin(), own.segments.end(), std::back_inserter(flow.segments));
+    const auto* masks = std::get_if<MaskStroke>(&stroke.source->stroke);
+    if (!backwards && masks != nullptr && is_applied(*stroke.source)) mask = mask_of(*masks, threads);
+  }
+  return flow;
+}
+
+}  // namespace knead

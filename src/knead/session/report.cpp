@@ -143,6 +143,8 @@ Json json_of(const Certificate& certificate) {
 
 }  // namespace
 
+std::string to_json(const Certificate& certificate) { return to_indented_text(json_of(certificate)); }
+
 Report make_report(const Mesh& mesh, const ReplayResult& result, const ReplayOptions& options,
                    const ReportSeconds& seconds) {
   Report report;

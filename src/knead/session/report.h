@@ -4,13 +4,45 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "knead/io/shape_file.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/mesh.h"
+#include "knead/mesh/self_intersections.h"
 #include "knead/session/replay.h"
 
 namespace knead {
+
+// What is in a shape. The members, and those of `measures`, are the keys of `knead info --json`.
+struct ShapeInfo {
+  std::string format;  // of its file; empty: of none
+  Measures measures;
+  std::vector<std::string> attributes;  // names
+  std::vector<std::string> notes;       // what the reader found odd, and defects of the mesh
+};
+
+// Returns what is in a shape, with the reader's notes if it is from a file. Time: linear.
+ShapeInfo describe(const Mesh& mesh);
+ShapeInfo describe(const ShapeFile& file);
+
+// Whether a surface is sound. The members are keys of `knead check --json`.
+struct SurfaceCheck {
+  ShapeInfo info;
+  SelfIntersections self_intersections;
+  std::size_t folded_edges = 0;                  // mesh/flipped.h
+  std::optional<std::size_t> flipped_triangles;  // since an earlier shape, if one was given
+};
+
+// Looks for what is wrong with a surface. `info` describes it; a note is added where the count of intersections needs
+// one.
+SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info);
+
+// Return one JSON object, indented, with a line end.
+std::string to_json(const ShapeInfo& info);
+std::string to_json(const SurfaceCheck& check);
 
 // The distance between the result of one stroke and the true image of the surface before it, at the vertices and the
 // centres of the faces that the stroke moved; relative to the diagonal of the input's box. The points are carried back
@@ -38,7 +70,7 @@ struct Certificate {
   std::int64_t euler_before = 0;
   std::int64_t euler_after = 0;
   // after / before - 1; nothing for a shape without a volume. It has two parts. integration: the mean of det J - 1 over
-  // path lines of moved vertices (flow/volume_drift.h), summed over the strokes. sampling: the rest, the error of
+  // path lines of moved vertices (flow/path_jacobian.h), summed over the strokes. sampling: the rest, the error of
   // triangles that stand for a curved surface.
   std::optional<double> volume_error;
   double volume_error_integration = 0;
@@ -79,6 +111,15 @@ class CertificateBuilder {
   double motion_outside_ = 0;
   std::vector<StrokeDistance> strokes_;
 };
+
+// Certifies positions that some other program, or an earlier run, has computed for a session: as if the last stroke had
+// moved the vertices of `before` there. `after`: one for each vertex. Replays the session for it. Throws InvalidInput
+// as replay(), for positions that are not finite or of another number, and for a session that remeshes; Cancelled.
+Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                    const ReplayOptions& options = {});
+
+// Returns one JSON object, indented, with a line end.
+std::string to_json(const Certificate& certificate);
 
 // Wall-clock times.
 struct ReportSeconds {

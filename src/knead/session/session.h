@@ -63,6 +63,10 @@ Session read_session(const std::filesystem::path& path);
 // Reads a session from text; `name` stands for the file in messages.
 Session parse_session(std::string_view text, const std::string& name);
 
+// Reads one stroke, as a line of a session file holds it. Throws InvalidInput as parse_session, with `name` in the
+// place of file and line.
+SessionStroke parse_stroke(std::string_view text, const std::string& name);
+
 // Returns a session file with the header and the strokes in effect, and a remesh event before every stroke whose
 // settings differ from those of the stroke before. It parses back to the same strokes, to the bit.
 std::string serialize_session(const Session& session);
@@ -73,6 +77,9 @@ std::string serialize_session(const Session& session);
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
 std::string stroke_line(const SessionStroke& stroke);  // with its name, off and strength
+
+// Returns the keys of a stroke that apply to it, with all values that are not empty: the defaults too. One JSON object.
+std::string stroke_values(const SessionStroke& stroke);
 std::string remesh_line(const std::optional<RemeshSettings>& settings);
 
 }  // namespace knead

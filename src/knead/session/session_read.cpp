@@ -153,6 +153,18 @@ class SessionReader {
 
 Session parse_session(std::string_view text, const std::string& name) { return SessionReader(name).read(text); }
 
+SessionStroke parse_stroke(std::string_view text, const std::string& name) {
+  const Place place{name, 0};
+  const std::optional<Json> json = session_detail::parse_line(text, place);
+  if (!json || !json->is_object()) throw InvalidInput(place, "a stroke must be a JSON object {...}");
+  const JsonValue line(*json, "", place);
+  const JsonObject event(line, place, "a stroke");
+  const Tool* tool = session_detail::event_tool(event);
+  if (tool == nullptr || event.has("tool")) return session_detail::read_stroke(line, place);
+  event.allow({tool->name});
+  return session_detail::read_event_stroke(*tool, event.at(tool->name), place);
+}
+
 Session read_session(const std::filesystem::path& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
   if (file == nullptr) fail_to_read(path.string());

@@ -169,6 +169,19 @@ std::string stroke_line(const SessionStroke& stroke) {
   return event.finish();
 }
 
+std::string stroke_values(const SessionStroke& stroke) {
+  Stroke own = stroke.stroke;
+  LineWriter line;
+  line.add("name", stroke.name);
+  line.add_text("off", stroke.off ? "true" : "false");
+  line.add("strength", stroke.strength);
+  for (const StrokeKey& key : tool_of(own).keys(own)) {
+    const std::string text = text_of(key);
+    if (!text.empty()) line.add_text(key.name, text);
+  }
+  return line.finish();
+}
+
 std::string remesh_line(const std::optional<RemeshSettings>& settings) {
   LineWriter line;
   line.add_text("remesh", text_of(settings));

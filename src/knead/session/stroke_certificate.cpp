@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "knead/flow/path_jacobian.h"
 #include "knead/flow/reach.h"
-#include "knead/flow/volume_drift.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"

@@ -162,16 +162,6 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   return prepared;
 }
 
-Flow flow_between(const Flow& flow, double from, double to) {
-  if (from == to) return {};
-  if (to < from) return inverse(flow_between(flow, to, from));
-  Flow part = prefix(flow, to);
-  const double whole = std::floor(from);
-  part.segments.erase(part.segments.begin(), part.segments.begin() + static_cast<std::ptrdiff_t>(whole));
-  part.segments.front().begin = from - whole;
-  return part;
-}
-
 StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress)
     : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
   const bool may_remesh = is_applied(*stroke_.source) && stroke_.relax == nullptr;

@@ -94,7 +94,4 @@ class StrokeRun {
   std::optional<Remeshed> remeshed_;
 };
 
-// Returns the flow from one moment to another, in segments; backwards if to < from. The segments are whole ones.
-Flow flow_between(const Flow& flow, double from, double to);
-
 }  // namespace knead::session_detail

@@ -1,4 +1,5 @@
-// How exactly the integration of path lines keeps volume. Internal to the library.
+// How exactly the integration of path lines keeps volume. Internal to the library. path_jacobian.cpp also has
+// jacobians() and velocities() of advect.h.
 #pragma once
 
 #include "knead/flow/advect.h"

@@ -1,4 +1,4 @@
-#include "knead/flow/volume_drift.h"
+#include "knead/flow/path_jacobian.h"
 
 #include <gtest/gtest.h>
 

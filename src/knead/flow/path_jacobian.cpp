@@ -1,4 +1,6 @@
-#include "knead/flow/volume_drift.h"
+#include "knead/flow/path_jacobian.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -15,10 +17,17 @@
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
 #include "knead/math/error.h"
+#include "knead/math/parallel.h"
 
 namespace knead {
 
 namespace {
+
+constexpr std::size_t kPointsAtATime = 64;
+// Of the pins' velocities, as a part of their radius.
+constexpr double kPinTolerance = 1e-9;
+
+bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
 
 // v and its gradient, whose rows are those of its components.
 struct Slope {
@@ -81,11 +90,15 @@ double turning_speed(const Segment& segment, const Vec3d& x) {
   return std::abs(angle) * norm(x - center);
 }
 
+// What is asked for: where a motion is known in closed form, its determinant is 1.
+enum class Wanted { determinant, jacobian };
+
 // One point's path line through one segment, and its Jacobian.
-class DriftLine {
+class JacobianLine {
  public:
-  DriftLine(const Segment& segment, const AdvectOptions& options)
+  JacobianLine(const Segment& segment, const AdvectOptions& options, Wanted wanted)
       : segment_(segment),
+        wanted_(wanted),
         tableau_(tableau(options.integrator)),
         tolerance_(detail::kErrorShare * options.tolerance),
         direction_(segment.end >= segment.begin ? 1 : -1),
@@ -96,12 +109,17 @@ class DriftLine {
     for (const Field& field : segment.fields) pin_speed_ = std::max(pin_speed_, norm(displacement_of(segment, field)));
   }
 
+  Vec3d velocity_at(const Vec3d& x, double t) const {
+    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_at(x, t).velocity;
+  }
+
   void run(Vec3d& x, Mat3d& jacobian) {
     if (is_outside_barrel(x)) return;
     std::optional<double> contact = next_contact(segment_, x, segment_.begin);
     if (!contact) return;
     if (mask_.acts && segment_.mask.holds(x)) return;
-    if (const std::optional<Vec3d> known = mask_.acts ? std::nullopt : closed_form(segment_, x)) {
+    if (const std::optional<Vec3d> known = known_displacement(x)) {
+      jacobian = known_gradient(*known) * jacobian;
       x += *known;
       return;
     }
@@ -128,6 +146,22 @@ class DriftLine {
     if (!segment_.barrel) return false;
     const Vec3d d = x - segment_.barrel->point;
     return norm(cross(segment_.barrel->direction, d)) > segment_.barrel->radius;
+  }
+
+  // For the whole Jacobian, of the motions that are known in closed form only those whose gradient is known too.
+  std::optional<Vec3d> known_displacement(const Vec3d& x) const {
+    const Field& field = segment_.fields.front();
+    const bool is_rigid = std::holds_alternative<Translation<double>>(field.motion) ||
+                          std::holds_alternative<Handles<double>>(field.region);
+    const bool is_wanted = wanted_ == Wanted::determinant || is_rigid;
+    return mask_.acts || !is_wanted ? std::nullopt : closed_form(segment_, x);
+  }
+
+  Mat3d known_gradient(const Vec3d& displacement) const {
+    const auto* turn = std::get_if<Rotation<double>>(&segment_.fields.front().motion);
+    if (wanted_ == Wanted::determinant || turn == nullptr || displacement == Vec3d{}) return {};
+    const Vec3d w = turn->axis * (turn->rate * (segment_.end - segment_.begin));
+    return exp(Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}});
   }
 
   Slope slope_at(const Vec3d& x, double t) const {
@@ -196,6 +230,7 @@ class DriftLine {
   }
 
   const Segment& segment_;
+  Wanted wanted_;
   const Tableau& tableau_;
   double tolerance_ = 0;
   double direction_ = 1;
@@ -215,8 +250,51 @@ double volume_drift(const Flow& flow, const AdvectOptions& options, Vec3d& x) {
   validate(flow);
   validate({.tolerance = options.tolerance}, 1);
   Mat3d jacobian;
-  for (const Segment& segment : flow.segments) DriftLine(segment, options).run(x, jacobian);
+  for (const Segment& segment : flow.segments) JacobianLine(segment, options, Wanted::determinant).run(x, jacobian);
   return determinant(jacobian) - 1;
+}
+
+std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
+  validate(flow);
+  validate({.tolerance = options.tolerance}, points.size());
+  require_finite(points);
+  std::vector<Vec3d> now(points.begin(), points.end());
+  std::vector<Mat3d> result(points.size());
+  for (const Segment& segment : flow.segments) {
+    const JacobianLine start(segment, options, Wanted::jacobian);
+    parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+      JacobianLine line = start;
+      for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
+        line.run(now[i], result[i]);
+        if (options.progress != nullptr) ++options.progress->done;
+      }
+    });
+    stop_if_cancelled(options.progress);
+  }
+  return result;
+}
+
+std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time) {
+  validate(flow);
+  require_finite(points);
+  const std::size_t count = flow.segments.size();
+  if (!(time >= 0 && time <= static_cast<double>(count))) {
+    throw InvalidInput(
+        fmt::format("the time must be from 0 to the flow's number of segments ({}), got {}", count, time));
+  }
+  std::vector<Vec3d> result(points.size());
+  if (count == 0) return result;
+  const std::size_t i = std::min(count - 1, static_cast<std::size_t>(time));
+  const Segment& segment = flow.segments[i];
+  AdvectOptions options;
+  options.tolerance = kPinTolerance * segment.fields.front().thresholds.outer;
+  const JacobianLine line(segment, options, Wanted::jacobian);
+  const double rate = segment.end - segment.begin;
+  const double t = segment.begin + (time - static_cast<double>(i)) * rate;
+  parallel_for(points.size(), kPointsAtATime, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) result[k] = line.velocity_at(points[k], t) * rate;
+  });
+  return result;
 }
 
 }  // namespace knead

@@ -1,0 +1,48 @@
+"""Knead deforms 3D shapes by divergence-free vector fields.
+
+Volume stays, nothing passes through itself, details survive, and whatever is outside a tool does not move at all.
+
+    import knead
+
+    shape = knead.read("scan.ply")
+    session = knead.Session([knead.Implicit(path=[[0, 1, 0], [0, 1.4, 0]], inner=0.1, outer=0.5)])
+    shape.vertices = knead.deform(shape.vertices, session)
+    shape.write("out.ply")
+
+Lengths are in the shape's units, angles in degrees. help(knead.deform) says how shapes, units and errors are given.
+"""
+
+from . import _strokes
+from ._deform import Flow, Remeshed, Workbench, certify, deform, remesh, render
+from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
+from ._meshes import deform_mesh
+from ._session import Session
+from ._shapes import Shape, check, read
+from ._strokes import Stroke, stroke
+
+globals().update({cls.__name__: cls for cls in _strokes._classes.values()})
+
+for _name in ("AccuracyError", "FileError", "InvalidInput", "Unavailable"):
+    globals()[_name].__module__ = "knead"
+
+__all__ = [
+    "AccuracyError",
+    "FileError",
+    "Flow",
+    "InvalidInput",
+    "Remeshed",
+    "Session",
+    "Shape",
+    "Stroke",
+    "Unavailable",
+    "Workbench",
+    "certify",
+    "check",
+    "deform",
+    "deform_mesh",
+    "read",
+    "remesh",
+    "render",
+    "stroke",
+    *(cls.__name__ for cls in _strokes._classes.values()),
+]

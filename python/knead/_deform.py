@@ -1,0 +1,319 @@
+"""Deforming points, remeshing, the certificate, pictures and the workbench."""
+
+import json
+import operator
+
+import numpy as np
+
+from . import _knead
+from ._session import Session, native_session
+from ._strokes import Stroke, _wrap
+
+
+def _accuracy(relative_tolerance=1e-5, precision="float32", integrator="tsit5", threads=0, diagonal=None):
+    length = None if diagonal is None else float(diagonal)
+    names = str(precision), str(integrator)
+    return _knead.Accuracy(float(relative_tolerance), *names, operator.index(threads), length)
+
+
+def deform(
+    vertices,
+    session,
+    faces=None,
+    *,
+    relative_tolerance=1e-5,
+    precision="float32",
+    integrator="tsit5",
+    threads=0,
+    inverse=False,
+    until=None,
+    diagonal=None,
+    progress=None,
+    out=None,
+):
+    """Returns the vertices deformed by a session: (n, 3) float64, or float32 if `vertices` is float32.
+
+    vertices: array-like (n, 3) of any real type, or an object with such .vertices or .points. It is not changed.
+    session: a Session, a stroke, or a sequence of strokes.
+    faces: integers (m, 3), or a sequence of faces with any number of corners; needed where a stroke reads the surface
+        (paint along a path, stamps, vertex numbers, relax). A barrel is then checked against them.
+    relative_tolerance: position error of one path line over one segment, relative to `diagonal`; above 0.
+    precision: "float32" or "float64", in which fields are evaluated. Positions are float64 in both cases.
+    integrator: "tsit5", "dp54", "bs32" or "rk4".
+    threads: 0 means all; the result does not depend on it.
+    inverse: applies the session backwards: takes deformed vertices back.
+    until: the number of strokes to apply; 2.5 is two and half of the third.
+    diagonal: the length that the tolerance is relative to; by default the diagonal of the box of `vertices`.
+    progress: progress(fraction) is called a few times a second. If it returns False, the work ends, nothing is written
+        and deform returns None; if it raises, likewise.
+    out: an array (n, 3) of float64 or float32 to write into and return. It may be `vertices`: a C-contiguous float64
+        array is then moved in place, without a copy unless `progress` is given.
+
+    Raises InvalidInput (a ValueError) for values that cannot be used, with the first index for a coordinate that is not
+    finite; TypeError for other types; AccuracyError if a path line runs to infinity. Ctrl-C ends the work and leaves
+    `out` as it was. The GIL is released; calls from several threads on different arrays are safe.
+    """
+    accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+    return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
+
+
+class Flow:
+    """A deformation as a value, without a mesh: a map of all space that keeps volume and can be inverted.
+
+    Made from a Session (or strokes) that reads no surface; see Session.resolve. `len(flow)` is its number of segments,
+    `flow + other` applies `other` after it.
+    """
+
+    def __init__(self, session=()):
+        self._native = session if isinstance(session, _knead.Flow) else _knead.Flow(native_session(session))
+
+    def __call__(
+        self,
+        points,
+        *,
+        relative_tolerance=1e-5,
+        precision="float32",
+        integrator="tsit5",
+        threads=0,
+        diagonal=None,
+        progress=None,
+        out=None,
+    ):
+        """Returns the points where the flow takes them: (n, 3). The keywords are those of knead.deform."""
+        accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+        return self._native.move(points, accuracy, progress, out)
+
+    def inverse(self):
+        """Returns the flow that moves every point back."""
+        return Flow(self._native.inverse())
+
+    def part(self, begin, end):
+        """Returns the flow from one moment to another, in segments from 0 to len(flow); fractions are allowed. Backwards
+        if end < begin."""
+        return Flow(self._native.between(begin, end))
+
+    def path(self, points, n, **accuracy):
+        """Returns the places of the points at n moments, evenly spaced from the beginning to the end: (n, len, 3).
+
+        n = 1: the end alone. Keywords: relative_tolerance, precision, integrator, threads, diagonal.
+        """
+        return self._native.path(points, n, _accuracy(**accuracy))
+
+    def velocity(self, points, time):
+        """Returns the velocity field at the points at a time from 0 to len(flow): (len, 3), in lengths per segment."""
+        return self._native.velocity(points, time)
+
+    def jacobian(self, points, **accuracy):
+        """Returns the derivative of the map at each of the points: (len, 3, 3), row i that of coordinate i.
+
+        Its determinant is 1 up to the tolerance. Keywords as for path().
+        """
+        return self._native.jacobian(points, _accuracy(**accuracy))
+
+    def __len__(self):
+        return len(self._native)
+
+    def __add__(self, other):
+        return Flow(self._native.joined(other._native)) if isinstance(other, Flow) else NotImplemented
+
+    def __eq__(self, other):
+        return self._native == other._native if isinstance(other, Flow) else NotImplemented
+
+    __hash__ = None
+
+    def __repr__(self):
+        return f"<knead.Flow: {len(self)} segments>"
+
+
+class Remeshed:
+    """A remeshed shape.
+
+    vertices: (n, 3) float64; faces: (m, 3) uint32, or a list of arrays; face_source: (m,) uint32, for each face the face
+    of the input that it lies in; report: a dict, the keys of `knead deform --report`, or without a session of
+    `knead remesh --json`.
+    """
+
+    def __init__(self, vertices, faces, face_source, report):
+        self.vertices = vertices
+        self.faces = faces
+        self.face_source = face_source
+        self.report = report
+
+    def __repr__(self):
+        return f"<knead.Remeshed: {len(self.vertices)} vertices, {len(self.faces)} faces>"
+
+
+def remesh(
+    vertices,
+    faces,
+    session=None,
+    *,
+    max_edge=None,
+    max_angle_deg=None,
+    max_chord=None,
+    min_edge=None,
+    iterations=None,
+    max_vertices=None,
+    relative_tolerance=1e-5,
+    precision="float32",
+    integrator="tsit5",
+    threads=0,
+    progress=None,
+):
+    """Refines and improves a mesh: without a session where it lies, with one while the session deforms it.
+
+    max_edge, min_edge: lengths; max_angle_deg: degrees, above 0 to 180; max_chord: a fraction of the diagonal, 0 to 1;
+    iterations: rounds, 0 to 100; max_vertices: the most that the mesh may grow to. None: chosen from the shape.
+    Other keywords as for deform. Returns Remeshed, or None if `progress` returned False.
+
+    Raises InvalidInput, and AccuracyError where the mesh would need more than max_vertices.
+    """
+    given = {
+        "max_edge": max_edge,
+        "max_angle_deg": max_angle_deg,
+        "max_chord": max_chord,
+        "min_edge": min_edge,
+        "iterations": iterations,
+        "max_vertices": max_vertices,
+    }
+    settings = _knead.RemeshSettings(**{key: value for key, value in given.items() if value is not None})
+    if session is None:
+        result = _knead.remesh_whole(vertices, faces, settings, threads, progress)
+    else:
+        accuracy = _accuracy(relative_tolerance, precision, integrator, threads)
+        result = _knead.remesh_moved(vertices, faces, native_session(session), settings, accuracy, progress)
+    if result is None:
+        return None
+    return Remeshed(*result[:3], json.loads(result[3]))
+
+
+def certify(
+    before,
+    after,
+    faces,
+    session,
+    *,
+    relative_tolerance=1e-5,
+    precision="float32",
+    integrator="tsit5",
+    threads=0,
+    progress=None,
+):
+    """Returns the certificate of a result, as a dict: crossings, flips, volume, angles, distance to the exact image.
+
+    before, after: (n, 3), the vertices before and after the session; faces: those of both. The keys are those of
+    `certificate` in the report of `knead deform --check`. Takes several times as long as the deformation. The keywords
+    are those that deform was called with.
+    """
+    accuracy = _accuracy(relative_tolerance, precision, integrator, threads)
+    text = _knead.certify(before, after, faces, native_session(session), accuracy, progress)
+    return None if text is None else json.loads(text)
+
+
+def render(
+    shape,
+    faces=None,
+    *,
+    session=None,
+    size=(800, 600),
+    view=(30, 20),
+    up="y",
+    perspective=25,
+    background="white",
+    material="clay",
+    ground=True,
+    wireframe=False,
+    flat=False,
+    cavity=False,
+    occlusion=False,
+):
+    """Returns a picture: (height, width, 3) uint8, or 4 channels with background="transparent".
+
+    shape: a Shape, or vertices (n, 3) with `faces`; without faces a point cloud. session: draws its tools.
+    size: (width, height) in pixels, 16 to 8192 each. view: (azimuth, elevation) in degrees, from the front towards +x.
+    up: "y" or "z". perspective: the angle of view in degrees, 0 for none. background: "white", "transparent", "light",
+    "dark", "gradient" or "#rrggbb". material: "clay", or a name as "porcelain".
+
+    Raises Unavailable where there is no OpenGL.
+    """
+    if _knead.render is None:
+        raise _knead.Unavailable("this build of knead has no renderer; build it where EGL, epoxy and stb are installed")
+    if faces is None and hasattr(shape, "faces"):
+        faces = shape.faces
+    look = _knead.Look()
+    width, height = size
+    if not all(16 <= int(n) <= 8192 for n in (width, height)):
+        raise _knead.InvalidInput(f"size must be (width, height) in pixels, 16 to 8192 each, got {size}")
+    look.width, look.height = int(width), int(height)
+    look.azimuth_deg, look.elevation_deg = (float(angle) for angle in view)
+    if not (np.isfinite(look.azimuth_deg) and abs(look.elevation_deg) <= 90):
+        raise _knead.InvalidInput(f"view must be (azimuth, elevation) in degrees, as (30, 20), got {view}")
+    if up not in ("y", "z"):
+        raise _knead.InvalidInput(f'up must be "y" or "z", got {up!r}')
+    look.z_up = up == "z"
+    if perspective != 0 and not 1 <= perspective <= 120:
+        raise _knead.InvalidInput(f"perspective must be from 1 to 120 degrees, or 0 for none, got {perspective}")
+    look.perspective = perspective
+    look.background, look.material = background, material
+    look.ground, look.wireframe, look.flat = bool(ground), bool(wireframe), bool(flat)
+    look.cavity, look.occlusion = bool(cavity), bool(occlusion)
+    return _knead.render(shape, faces, _flows_of(session, shape, faces), look)
+
+
+def _flows_of(session, shape, faces):
+    """Returns a flow for each stroke of a session; resolves those that read the surface."""
+    if session is None:
+        return []
+    session = session if isinstance(session, Session) else Session(session)
+    try:
+        return [_knead.Flow(session[i : i + 1]._native()) for i in range(len(session))]
+    except _knead.InvalidInput:
+        resolved = session.resolve(shape, faces)
+        return [_knead.Flow(resolved[i : i + 1]._native()) for i in range(len(resolved))]
+
+
+class Workbench:
+    """A shape in an editor: strokes that are applied while they are made, undone and redone.
+
+    vertices: (n, 3); faces: as for deform. folder: the paths of stamps are relative to it. The shape always has the
+    values that deform gives for the session. For one thread at a time.
+    """
+
+    def __init__(self, vertices, faces=None, *, folder=""):
+        self._native = _knead.Workbench(vertices, faces, folder)
+
+    def set_live(self, strokes):
+        """Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
+        computed. An empty list gives the gesture up. Raises InvalidInput where the shape cannot take a stroke; the shape
+        is then as before."""
+        strokes = [strokes] if isinstance(strokes, (Stroke, dict)) else strokes
+        self._native.set_live([s._native for s in Session(strokes)])
+
+    def finish(self):
+        """Appends the current gesture to the history."""
+        self._native.finish()
+
+    def undo(self):
+        """Takes back the current gesture, or the last entry of the history. Returns False if there was none."""
+        return self._native.undo()
+
+    def redo(self):
+        """Repeats what was undone last. Returns False if there was nothing."""
+        return self._native.redo()
+
+    @property
+    def vertices(self):
+        """The vertices now: a read-only view without a copy, which the next call changes."""
+        return self._native.vertices()
+
+    @property
+    def faces(self):
+        """The faces now; other ones after a stroke that remeshes."""
+        return self._native.faces()
+
+    @property
+    def session(self):
+        """The strokes in effect, the current gesture included."""
+        session = Session()
+        session._strokes = [_wrap(s) for s in self._native.strokes()]
+        return session

@@ -1,0 +1,78 @@
+"""Shapes and their files."""
+
+import json
+import os
+
+import numpy as np
+
+from . import _knead
+
+
+class Shape:
+    """A shape and the file that it came from; made by read()."""
+
+    def __init__(self, native):
+        self._native = native
+        self._vertices = native.vertices()
+
+    @property
+    def vertices(self):
+        """The positions of the vertices: (n, 3) float64. Assign another array of that shape, or change it in place."""
+        return self._vertices
+
+    @vertices.setter
+    def vertices(self, vertices):
+        array = np.array(vertices, dtype=np.float64, order="C")
+        if array.shape != self._vertices.shape:
+            raise _knead.InvalidInput(f"vertices must have shape {self._vertices.shape}, got {array.shape}")
+        self._vertices = array
+
+    @property
+    def faces(self):
+        """(m, 3) uint32 if all faces are triangles, else a list of arrays; without rows for a point cloud."""
+        return self._native.faces()
+
+    @property
+    def triangles(self):
+        """(k, 3) uint32: the faces, with polygons cut into triangles."""
+        return self._native.triangles()
+
+    @property
+    def attributes(self):
+        """The names of what else the file holds for vertices, corners and faces."""
+        return self._native.attributes()
+
+    @property
+    def format(self):
+        """The format of the file: "ply", "obj" ..."""
+        return self._native.format
+
+    @property
+    def notes(self):
+        """What was odd in the file and how it was read; a sentence each."""
+        return self._native.notes
+
+    def write(self, path, *, double=False, decimals=None):
+        """Writes the shape with its vertices where they are now, and everything else in the file as it was.
+
+        The extension of `path` names the format. double: x y z of PLY files as doubles. decimals: digits after the
+        point of coordinates that changed, in text files; None: as many as they need. Raises FileError; InvalidInput for
+        an unknown extension.
+        """
+        self._native.write(os.fspath(path), self._vertices, double, decimals)
+
+    def __repr__(self):
+        return f"<knead.Shape: {self.format}, {len(self._vertices)} vertices>"
+
+
+def read(path):
+    """Reads a shape from a file: PLY, OBJ, STL, OFF, glTF or points. The extension names the format.
+
+    Raises FileError for a file that cannot be read, and InvalidInput with the line or byte for one that is malformed.
+    """
+    return Shape(_knead.read_shape(os.fspath(path)))
+
+
+def check(vertices, faces):
+    """Returns what `knead check --json` prints, as a dict: counts, closed, volume, self_intersections and more."""
+    return json.loads(_knead.check(vertices, faces))

@@ -1,0 +1,231 @@
+// Moving points: deform and Flow.
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <cmath>
+#include <cstring>
+#include <utility>
+
+#include "arrays.h"
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/tool/strain.h"
+#include "module.h"
+#include "options.h"
+#include "work.h"
+
+namespace knead::python {
+
+MotionOptions motion_options(const Accuracy& accuracy) {
+  MotionOptions motion;
+  motion.relative_tolerance = accuracy.relative_tolerance;
+  motion.threads = accuracy.threads;
+  motion.diagonal = accuracy.diagonal;
+  if (accuracy.diagonal && !(*accuracy.diagonal > 0 && std::isfinite(*accuracy.diagonal))) {
+    throw InvalidInput(fmt::format("diagonal must be a length above 0, got {}", *accuracy.diagonal));
+  }
+  const std::string& precision = accuracy.precision;
+  if (precision == "float64" || precision == "double") {
+    motion.precision = Precision::float64;
+  } else if (precision != "float32" && precision != "float") {
+    throw InvalidInput(fmt::format("precision must be \"float32\" or \"float64\", got \"{}\"", precision));
+  }
+  const std::optional<Integrator> integrator = integrator_named(accuracy.integrator);
+  if (!integrator) {
+    throw InvalidInput(
+        fmt::format("integrator must be \"tsit5\", \"dp54\", \"bs32\" or \"rk4\", got \"{}\"", accuracy.integrator));
+  }
+  motion.integrator = *integrator;
+  return motion;
+}
+
+namespace {
+
+AdvectOptions advect_options_for(const Accuracy& accuracy, std::span<const Vec3d> points, Progress& progress) {
+  const MotionOptions motion = motion_options(accuracy);
+  AdvectOptions options = advect_options(motion, motion.diagonal.value_or(reference_length(points)));
+  options.progress = &progress;
+  return options;
+}
+
+// An array that the caller gave for the result.
+class Target {
+ public:
+  Target(py::object out, const Points& points) : out_(std::move(out)) {
+    if (out_.is_none()) return;
+    if (!py::isinstance<py::array>(out_)) throw py::type_error("out must be an array of numpy");
+    const py::array array = out_;
+    if (array.dtype().kind() != 'f') throw py::type_error("out must be an array of float64 or float32");
+    if (!array.writeable()) throw InvalidInput("out is read-only; give an array that can be written to");
+    const auto count = static_cast<py::ssize_t>(points.span().size());
+    if (array.ndim() != 2 || array.shape(0) != count || array.shape(1) != 3) {
+      throw InvalidInput(fmt::format("out must have shape ({}, 3), as the vertices", count));
+    }
+    is_in_place_ = py::isinstance<DoubleArray>(array) && array.data() == points.array.data();
+  }
+
+  // Whether the points lie in it as doubles, and can be moved there.
+  bool is_in_place() const { return is_in_place_; }
+
+  // Returns the caller's array with the result, or the result.
+  py::object take(const DoubleArray& result, bool is_float32) const {
+    if (!out_.is_none()) {
+      if (!is_in_place_ || py::array(out_).data() != result.data()) out_[py::ellipsis()] = result;
+      return out_;
+    }
+    if (is_float32) return result.attr("astype")("float32");
+    return result;
+  }
+
+ private:
+  py::object out_;
+  bool is_in_place_ = false;
+};
+
+struct Request {
+  Points points;
+  Target target;
+  py::object progress;
+};
+
+// Moves the points where they lie if they are the caller's `out`, else a copy. With a callback always a copy, so that
+// nothing is written where it stops the work.
+py::object move(const Request& request, const Accuracy& accuracy, const std::function<Flow()>& make_flow,
+                const Session& session) {
+  const bool in_place = request.target.is_in_place() && request.progress.is_none();
+  DoubleArray result = in_place ? request.points.array : array_of(request.points.span());
+  const std::span<Vec3d> moved = span_of(result);
+  Progress progress;
+  AdvectStatus status = AdvectStatus::done;
+  const bool is_done = run_watched(request.progress, progress, [&] {
+    const Flow flow = make_flow();
+    if (moved.empty()) return;
+    progress.total = flow.segments.size() * moved.size();
+    status = advect(flow, moved, advect_options_for(accuracy, moved, progress)).status;
+  });
+  if (!is_done) return py::none();
+  require_done(status, session, 0);
+  return request.target.take(result, request.points.is_float32);
+}
+
+// Applies the session to a mesh, with all checks that need the faces.
+py::object replay_on(const Request& request, const Session& session, const py::object& faces,
+                     const ReplayOptions& given) {
+  Mesh mesh = mesh_from(request.points, faces);
+  ReplayOptions options = given;
+  Progress progress;
+  options.progress = &progress;
+  if (will_remesh(mesh, session, options)) {
+    throw InvalidInput("the session remeshes, so its result has other vertices and faces; use knead.remesh");
+  }
+  ReplayResult replayed;
+  const bool is_done = run_watched(request.progress, progress, [&] {
+    progress.total = total_work(mesh, session, options);
+    replayed = replay(std::move(mesh), session, options);
+  });
+  if (!is_done) return py::none();
+  require_done(replayed.status, session, replayed.failed_line);
+  return request.target.take(array_of(replayed.shape.positions()), request.points.is_float32);
+}
+
+py::object deform(const py::object& vertices, const Session& session, const py::object& faces, const Accuracy& accuracy,
+                  bool inverse, std::optional<double> until, const py::object& progress, const py::object& out) {
+  Points points = points_from(vertices, "vertices");
+  Target target(out, points);
+  const Request request{std::move(points), std::move(target), progress};
+  ReplayOptions options;
+  options.motion = motion_options(accuracy);
+  options.part = {inverse ? Direction::backwards : Direction::forwards, until};
+  if (!faces.is_none()) return replay_on(request, session, faces, options);
+  return move(
+      request, accuracy, [&] { return flow_of(session, options.part, accuracy.threads); }, session);
+}
+
+Flow joined(Flow first, const Flow& second) {
+  first.segments.insert(first.segments.end(), second.segments.begin(), second.segments.end());
+  return first;
+}
+
+py::object move_by(const Flow& flow, const py::object& points, const Accuracy& accuracy, const py::object& progress,
+                   const py::object& out) {
+  Points given = points_from(points, "points");
+  Target target(out, given);
+  const Request request{std::move(given), std::move(target), progress};
+  Session session;
+  session.name = "flow";
+  return move(
+      request, accuracy, [&] { return flow; }, session);
+}
+
+// The places at n moments, evenly spaced in segments, start and end among them; 1: the end only. Whole segments are
+// never cut, so that the end has the bits of the whole flow.
+DoubleArray path_of(const Flow& flow, const py::object& points, int moments, const Accuracy& accuracy) {
+  if (moments < 1) throw InvalidInput(fmt::format("the number of moments must be 1 or more, got {}", moments));
+  const Points given = points_from(points, "points");
+  const std::size_t count = given.span().size();
+  DoubleArray result({static_cast<py::ssize_t>(moments), static_cast<py::ssize_t>(count), py::ssize_t{3}});
+  auto* out = reinterpret_cast<Vec3d*>(result.mutable_data());
+  Progress progress;
+  AdvectStatus status = AdvectStatus::done;
+  run_watched(py::none(), progress, [&] {
+    if (count == 0) return;
+    std::vector<Vec3d> now(given.span().begin(), given.span().end());
+    const AdvectOptions options = advect_options_for(accuracy, now, progress);
+    const auto length = static_cast<double>(flow.segments.size());
+    double at = 0;
+    for (int k = 0; k < moments && status == AdvectStatus::done; ++k) {
+      const double moment = k + 1 == moments ? length : length * k / (moments - 1);
+      const double whole = std::floor(moment);
+      status = advect(flow_between(flow, at, whole), now, options).status;
+      at = whole;
+      const std::span<Vec3d> row(out + static_cast<std::size_t>(k) * count, count);
+      std::copy(now.begin(), now.end(), row.begin());
+      if (status == AdvectStatus::done) status = advect(flow_between(flow, whole, moment), row, options).status;
+    }
+  });
+  Session session;
+  session.name = "flow";
+  require_done(status, session, 0);
+  return result;
+}
+
+DoubleArray velocity_of(const Flow& flow, const py::object& points, double time) {
+  const Points given = points_from(points, "points");
+  std::vector<Vec3d> result;
+  Progress progress;
+  run_watched(py::none(), progress, [&] { result = velocities(flow, given.span(), time); });
+  return array_of(result);
+}
+
+DoubleArray jacobian_of(const Flow& flow, const py::object& points, const Accuracy& accuracy) {
+  const Points given = points_from(points, "points");
+  std::vector<Mat3d> result;
+  Progress progress;
+  run_watched(py::none(), progress, [&] {
+    if (!given.span().empty()) {
+      result = jacobians(flow, given.span(), advect_options_for(accuracy, given.span(), progress));
+    }
+  });
+  return array_of(result);
+}
+
+}  // namespace
+
+void add_flow(py::module_& module) {
+  py::class_<Accuracy>(module, "Accuracy")
+      .def(py::init<double, std::string, std::string, int, std::optional<double>>());
+  py::class_<Flow>(module, "Flow")
+      .def(py::init([](const Session& session) { return flow_of(session); }))
+      .def("move", &move_by)
+      .def("inverse", [](const Flow& flow) { return inverse(flow); })
+      .def("between", &flow_between)
+      .def("path", &path_of)
+      .def("velocity", &velocity_of)
+      .def("jacobian", &jacobian_of)
+      .def("joined", &joined)
+      .def("__len__", [](const Flow& flow) { return flow.segments.size(); })
+      .def("__eq__", [](const Flow& a, const Flow& b) { return a == b; });
+  module.def("deform", &deform);
+}
+
+}  // namespace knead::python

@@ -1,0 +1,17 @@
+// The parts of the module `_knead`, one for each room. Python's side is in ../knead.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace knead::python {
+
+namespace py = pybind11;
+
+void add_shapes(py::module_& module);
+void add_strokes(py::module_& module);
+void add_flow(py::module_& module);
+void add_remesh(py::module_& module);
+void add_render(py::module_& module);
+void add_workbench(py::module_& module);
+
+}  // namespace knead::python

@@ -1,0 +1,78 @@
+// Shapes and their files; check.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+#include <optional>
+
+#include "arrays.h"
+#include "knead/io/shape_file.h"
+#include "knead/mesh/triangulate.h"
+#include "knead/session/report.h"
+#include "module.h"
+#include "work.h"
+
+namespace knead::python {
+namespace {
+
+py::array_t<std::uint32_t> triangles_of(const Mesh& mesh) {
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  py::array_t<std::uint32_t> array({static_cast<py::ssize_t>(triangles.size()), py::ssize_t{3}});
+  std::uint32_t* out = array.mutable_data();
+  for (const Triangle& t : triangles) {
+    for (int corner = 0; corner < 3; ++corner) *out++ = t[corner];
+  }
+  return array;
+}
+
+std::vector<std::string> attribute_names(const ShapeFile& file) {
+  std::vector<std::string> names;
+  for (const Attribute& attribute : file.mesh.attributes) names.push_back(attribute.name);
+  return names;
+}
+
+ShapeFile read(const std::filesystem::path& path) {
+  Progress progress;
+  ShapeFile file;
+  run_watched(py::none(), progress, [&] { file = read_shape(path); });
+  return file;
+}
+
+void write(const ShapeFile& file, const std::filesystem::path& path, const py::object& vertices, bool as_double,
+           std::optional<int> decimals) {
+  const Points points = points_from(vertices, "vertices");
+  WriteOptions options;
+  options.double_coordinates = as_double;
+  options.decimals = decimals;
+  const py::gil_scoped_release released;
+  write_shape(path, file, points.span(), options);
+}
+
+std::string check(const py::object& vertices, const py::object& faces) {
+  const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
+  Progress progress;
+  std::string json;
+  run_watched(py::none(), progress, [&] {
+    validate(mesh);
+    json = to_json(check_surface(mesh, describe(mesh)));
+  });
+  return json;
+}
+
+}  // namespace
+
+void add_shapes(py::module_& module) {
+  py::class_<ShapeFile>(module, "ShapeFile")
+      .def_readonly("format", &ShapeFile::format)
+      .def_readonly("notes", &ShapeFile::notes)
+      .def("vertices", [](const ShapeFile& file) { return array_of(file.mesh.positions); })
+      .def("faces", [](const ShapeFile& file) { return faces_of(file.mesh); })
+      .def("triangles", [](const ShapeFile& file) { return triangles_of(file.mesh); })
+      .def("attributes", &attribute_names)
+      .def("decimals", &decimals_of)
+      .def("write", &write);
+  module.def("read_shape", &read);
+  module.def("check", &check);
+}
+
+}  // namespace knead::python

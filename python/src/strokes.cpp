@@ -1,0 +1,87 @@
+// Strokes and session files.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <filesystem>
+
+#include "knead/io/atomic_file.h"
+#include "knead/session/session.h"
+#include "knead/tool/tool.h"
+#include "module.h"
+#include "work.h"
+
+namespace knead::python {
+namespace {
+
+// Each tool: its name, whether it is an event, and name, whether it is required, and help of each key.
+py::list describe_tools() {
+  py::list result;
+  for (const Tool* tool : tools()) {
+    Stroke start = tool->start;
+    py::list keys;
+    for (const StrokeKey& key : tool->keys(start)) {
+      keys.append(py::make_tuple(std::string(key.name), key.presence == Presence::required, std::string(key.help)));
+    }
+    result.append(py::make_tuple(std::string(tool->name), tool->is_event, keys));
+  }
+  return result;
+}
+
+bool is_same(const SessionStroke& a, const SessionStroke& b) {
+  SessionStroke other = b;
+  other.line = a.line;
+  return a == other;
+}
+
+// The settings of a remesh event before the strokes; empty: none.
+std::string remesh_of(const SessionStroke& stroke) { return stroke.remesh ? remesh_line(stroke.remesh) : ""; }
+
+SessionStroke with_remesh(SessionStroke stroke, const std::string& line) {
+  stroke.remesh.reset();
+  if (line.empty()) return stroke;
+  // The reader gives the settings of the event to the stroke after it.
+  const Session read = parse_session("{\"knead\": 1}\n" + line + "\n" + stroke_line(stroke), "remesh");
+  stroke.remesh = read.strokes.front().remesh;
+  return stroke;
+}
+
+// Strokes without a line of a file get the one that they would have in it.
+Session session_of(std::vector<SessionStroke> strokes, const std::string& name) {
+  Session session;
+  session.name = name.empty() ? "session" : name;
+  for (std::size_t i = 0; i < strokes.size(); ++i) strokes[i].line = i + 2;
+  session.strokes = std::move(strokes);
+  return session;
+}
+
+void write(const Session& session, const std::filesystem::path& path) {
+  const std::string text = serialize_session(session);
+  const py::gil_scoped_release released;
+  write_file_atomically(path, text);
+}
+
+}  // namespace
+
+void add_strokes(py::module_& module) {
+  py::class_<SessionStroke>(module, "Stroke")
+      .def(py::init(&parse_stroke), py::arg("json"), py::arg("name"))
+      .def_property_readonly("tool", [](const SessionStroke& s) { return std::string(tool_of(s.stroke).name); })
+      .def("line", [](const SessionStroke& s) { return stroke_line(s); })
+      .def("values", &stroke_values)
+      .def("remesh", &remesh_of)
+      .def("with_remesh", &with_remesh)
+      .def("__eq__", &is_same);
+  py::class_<Session>(module, "Session")
+      .def(py::init(&session_of), py::arg("strokes"), py::arg("name"))
+      .def_readonly("name", &Session::name)
+      .def_readwrite("mesh", &Session::mesh)
+      .def_readwrite("note", &Session::note)
+      .def_readonly("strokes", &Session::strokes)
+      .def_readonly("warnings", &Session::warnings)
+      .def("text", &serialize_session)
+      .def("write", &write);
+  module.def("read_session", &read_session);
+  module.def("tools", &describe_tools);
+}
+
+}  // namespace knead::python

@@ -1,0 +1,33 @@
+// Long work beside Python: the GIL is released, Ctrl-C and a callback end it.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <functional>
+#include <stdexcept>
+
+#include "knead/math/progress.h"
+#include "knead/session/replay.h"
+
+namespace knead::python {
+
+namespace py = pybind11;
+
+// A quality that was asked for was not reached; and what this machine or build lacks.
+class AccuracyError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+class UnavailableError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// Runs the work in a thread of its own, without the GIL, and waits. Meanwhile handles signals, which may raise
+// KeyboardInterrupt, and calls callback(fraction) a few times a second unless it is None. Sets progress.cancel, and
+// waits until the work has ended, where either of them raises, or the callback returns False. Returns false in the
+// latter case, else true. Rethrows what the work throws, but not Cancelled where it was asked for.
+bool run_watched(const py::object& callback, Progress& progress, const std::function<void()>& work);
+
+// Throws AccuracyError for the status step_limit.
+void require_done(AdvectStatus status, const Session& session, std::size_t failed_line);
+
+}  // namespace knead::python
