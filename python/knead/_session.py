@@ -75,7 +75,7 @@ class Session(collections.abc.MutableSequence):
     def __eq__(self, other):
         if not isinstance(other, Session):
             return NotImplemented
-        return (self._strokes, self.mesh, self.note) == (other._strokes, other.mesh, other.note)
+        return self._native().text() == other._native().text()
 
     __hash__ = None
 

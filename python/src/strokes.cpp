@@ -27,10 +27,9 @@ py::list describe_tools() {
   return result;
 }
 
+// The line, and the remesh event before it, belong to the session.
 bool is_same(const SessionStroke& a, const SessionStroke& b) {
-  SessionStroke other = b;
-  other.line = a.line;
-  return a == other;
+  return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength;
 }
 
 // The settings of a remesh event before the strokes; empty: none.
