@@ -111,23 +111,24 @@ def stroke(keys):
     return _wrap(_knead.Stroke(_to_json("stroke", keys), "stroke"))
 
 
+# Of every tool: name, whether it is required, help, type.
 _COMMON = (
-    ("name", False, "text for people"),
-    ("off", False, "True: the stroke is skipped"),
-    ("strength", False, "how much of the stroke is applied, 0 to 1.5"),
+    ("name", False, "text for people", "str"),
+    ("off", False, "True: the stroke is skipped", "bool"),
+    ("strength", False, "how much of the stroke is applied, 0 to 1.5", "float"),
 )
 
 
 def _make_class(tool, is_event, keys):
     keys = (*keys, *_COMMON)
     doc = [f"A stroke of the tool {tool}. The keys, as in a session file (lengths in the shape's units, angles in degrees):", ""]
-    for key, required, text in keys:
-        doc.append(f"    {key}" + (" (required)" if required else "") + (f": {text}" if text else ""))
+    for key, required, text, kind in keys:
+        doc.append(f"    {key}: {kind}" + (", required" if required else "") + (f"; {text}" if text else ""))
     doc += ["", "Raises InvalidInput for a missing or unknown key, or a value that the tool cannot use."]
     order = sorted(keys, key=lambda k: not k[1])
     parameters = [
         inspect.Parameter(k, inspect.Parameter.KEYWORD_ONLY, default=inspect.Parameter.empty if required else None)
-        for k, required, _ in order
+        for k, required, *_ in order
     ]
     return type(
         tool.capitalize(),
@@ -139,7 +140,7 @@ def _make_class(tool, is_event, keys):
             "__signature__": inspect.Signature(parameters),
             "tool": tool,
             "_is_event": is_event,
-            "_names": frozenset(k for k, _, _ in keys),
+            "_names": frozenset(k for k, *_ in keys),
         },
     )
 

@@ -70,18 +70,32 @@ void add_face(Mesh& mesh, std::span<const long long> corners) {
   mesh.face_begin.push_back(static_cast<std::uint32_t>(mesh.corner_vertex.size()));
 }
 
-void add_rows(Mesh& mesh, const py::object& faces) {
-  const Integers rows = integers_from(faces, "faces");
+template <class T>
+void copy_rows(Mesh& mesh, const py::array_t<T, py::array::c_style | py::array::forcecast>& rows) {
+  const auto corners = static_cast<std::size_t>(rows.shape(1));
+  const auto count = static_cast<std::size_t>(rows.shape(0));
+  mesh.corner_vertex.resize(count * corners);
+  mesh.face_begin.resize(count + 1);
+  const std::size_t vertices = mesh.vertex_count();
+  for (std::size_t i = 0; i < mesh.corner_vertex.size(); ++i) {
+    const auto number = static_cast<std::size_t>(rows.data()[i]);  // a negative one is above all vertices
+    if (number >= vertices) vertex_number(static_cast<long long>(rows.data()[i]), i / corners, vertices);
+    mesh.corner_vertex[i] = static_cast<std::uint32_t>(number);
+  }
+  for (std::size_t f = 0; f <= count; ++f) mesh.face_begin[f] = static_cast<std::uint32_t>(f * corners);
+}
+
+void add_rows(Mesh& mesh, const py::array& rows) {
   if (rows.size() == 0) return;
   if (rows.ndim() != 2) {
     throw InvalidInput(
         fmt::format("faces must have shape (m, k), or be a list of faces, got shape {}", shape_of(rows)));
   }
-  const auto corners = static_cast<std::size_t>(rows.shape(1));
-  const auto count = static_cast<std::size_t>(rows.shape(0));
-  mesh.corner_vertex.reserve(count * corners);
-  mesh.face_begin.reserve(count + 1);
-  for (std::size_t f = 0; f < count; ++f) add_face(mesh, {rows.data() + f * corners, corners});
+  if (py::isinstance<py::array_t<std::uint32_t>>(rows)) {
+    copy_rows<std::uint32_t>(mesh, rows);
+  } else {
+    copy_rows<long long>(mesh, integers_from(rows, "faces"));
+  }
 }
 
 }  // namespace
@@ -135,7 +149,7 @@ void set_faces(Mesh& mesh, const py::object& faces) {
   mesh.corner_vertex.clear();
   if (faces.is_none()) return;
   if (py::isinstance<py::array>(faces) && faces.attr("dtype").attr("kind").cast<std::string>() != "O") {
-    return add_rows(mesh, faces);
+    return add_rows(mesh, as_array(faces, "faces", "iu", "whole numbers"));
   }
   if (!py::isinstance<py::sequence>(faces) || py::isinstance<py::str>(faces)) {
     throw py::type_error("faces must be an array (m, k) of whole numbers, or a sequence of faces, got " +

@@ -136,7 +136,7 @@ py::object deform(const py::object& vertices, const Session& session, const py::
   ReplayOptions options;
   options.motion = motion_options(accuracy);
   options.part = {inverse ? Direction::backwards : Direction::forwards, until};
-  if (!faces.is_none()) return replay_on(request, session, faces, options);
+  if (!faces.is_none() && needs_faces(session)) return replay_on(request, session, faces, options);
   return move(
       request, accuracy, [&] { return flow_of(session, options.part, accuracy.threads); }, session);
 }

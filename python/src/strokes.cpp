@@ -2,9 +2,11 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "knead/io/atomic_file.h"
+#include "knead/math/error.h"
 #include "knead/session/session.h"
 #include "knead/tool/tool.h"
 #include "module.h"
@@ -13,14 +15,69 @@
 namespace knead::python {
 namespace {
 
-// Each tool: its name, whether it is an event, and name, whether it is required, and help of each key.
+// The type of a key's value, as a stub names it.
+struct TypeName {
+  std::string operator()(const double*) const { return "float"; }
+  std::string operator()(const std::optional<double>*) const { return "float"; }
+  std::string operator()(const AutoNumber&) const { return "float | Literal['auto']"; }
+  std::string operator()(const int*) const { return "int"; }
+  std::string operator()(const Vec3d*) const { return "Vector"; }
+  std::string operator()(const std::optional<Vec3d>*) const { return "Vector"; }
+  std::string operator()(const std::vector<Vec3d>*) const { return "Points3"; }
+  std::string operator()(const std::vector<std::vector<Vec3d>>*) const { return "Sequence[Points3]"; }
+  std::string operator()(const std::vector<std::uint32_t>*) const { return "Sequence[int]"; }
+  std::string operator()(const std::vector<PaintSample>*) const { return "Sequence[Mapping[str, Vector]]"; }
+  std::string operator()(const std::vector<VertexRange>*) const { return "Sequence[int | Sequence[int]]"; }
+  std::string operator()(const std::vector<double>*) const { return "Sequence[float]"; }
+  std::string operator()(const Mat3d*) const { return "Points3"; }
+  std::string operator()(const HandlesMotion*) const { return "Mapping[str, Any]"; }
+  std::string operator()(const std::string*) const { return "str"; }
+  std::string operator()(const Choice& choice) const {
+    std::string words;
+    for (const std::string_view word : choice.words) {
+      words += (words.empty() ? "'" : ", '") + std::string(word) + "'";
+    }
+    return "Literal[" + words + "]";
+  }
+};
+
+// Whether a line that has these two keys may lack the key.
+bool may_lack(const Tool& tool, std::string_view name, std::string_view first, std::string_view second) {
+  Stroke stroke = tool.start;
+  try {
+    tool.prepare(stroke, [&](std::string_view key) { return key == first || key == second; });
+  } catch (const InvalidInput&) {
+    return false;
+  }
+  const std::vector<StrokeKey> keys = tool.keys(stroke);
+  return std::ranges::any_of(keys, [&](const StrokeKey& key) {
+    return key.name == name && (key.presence != Presence::required || !applies(key));
+  });
+}
+
+// Whether a line needs the key, whichever two others it has: they may take its place.
+bool is_required(const Tool& tool, std::string_view name) {
+  Stroke start = tool.start;
+  const std::vector<StrokeKey> keys = tool.keys(start);
+  for (const StrokeKey& first : keys) {
+    for (const StrokeKey& second : keys) {
+      if (first.name != name && second.name != name && may_lack(tool, name, first.name, second.name)) return false;
+    }
+  }
+  return std::ranges::none_of(keys, [&](const StrokeKey& key) {
+    return key.name == name && (key.presence != Presence::required || !applies(key));
+  });
+}
+
+// Each tool: its name, whether it is an event, and of each key its name, whether it is required, its help and its type.
 py::list describe_tools() {
   py::list result;
   for (const Tool* tool : tools()) {
     Stroke start = tool->start;
     py::list keys;
     for (const StrokeKey& key : tool->keys(start)) {
-      keys.append(py::make_tuple(std::string(key.name), key.presence == Presence::required, std::string(key.help)));
+      keys.append(py::make_tuple(std::string(key.name), is_required(*tool, key.name), std::string(key.help),
+                                 std::visit(TypeName{}, key.value)));
     }
     result.append(py::make_tuple(std::string(tool->name), tool->is_event, keys));
   }

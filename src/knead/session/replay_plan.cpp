@@ -138,6 +138,13 @@ void require_flow(const SessionStroke& stroke) {
 
 }  // namespace
 
+bool needs_faces(const Session& session) {
+  return std::ranges::any_of(session.strokes, [](const SessionStroke& stroke) {
+    if (!is_applied(stroke)) return false;
+    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || barrel_of(stroke.stroke);
+  });
+}
+
 Flow flow_of(const Session& session, const SessionPart& part, int threads) {
   using namespace session_detail;
   for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });

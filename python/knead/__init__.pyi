@@ -1,0 +1,484 @@
+# Made by python/tests/make_stubs.py.
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from os import PathLike
+from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Vector = Sequence[float] | NDArray[Any]
+Points3 = Sequence[Vector] | NDArray[Any]
+Faces = NDArray[np.integer[Any]] | Sequence[Sequence[int] | NDArray[np.integer[Any]]]
+Path = str | PathLike[str]
+Precision = Literal["float32", "float64", "float", "double"]
+Integrator = Literal["tsit5", "dp54", "bs32", "rk4"]
+Progress = Callable[[float], bool | None]
+_Mesh = TypeVar("_Mesh")
+
+class HasVertices(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+
+class HasPoints(Protocol):
+    @property
+    def points(self) -> Any: ...
+
+Points_ = ArrayLike | HasVertices | HasPoints
+
+__version__: str
+
+class InvalidInput(ValueError): ...
+class FileError(OSError): ...
+class AccuracyError(RuntimeError): ...
+class Unavailable(RuntimeError): ...
+
+class Stroke:
+    tool: ClassVar[str]
+    name: str
+    off: bool
+    strength: float
+    def to_dict(self) -> dict[str, Any]: ...
+    def replace(self: _S, **keys: Any) -> _S: ...
+    def __hash__(self) -> int: ...
+
+_S = TypeVar("_S", bound=Stroke)
+
+def stroke(keys: Mapping[str, Any] | Stroke) -> Stroke: ...
+
+class Implicit(Stroke):
+    path: Points3
+    inner: float
+    outer: float
+    region: Literal['ball', 'capsule'] | None
+    half_axis: Vector | None
+    gauge: float | None
+    time: Literal['swept', 'blended'] | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        path: Points3,
+        inner: float,
+        outer: float,
+        region: Literal['ball', 'capsule'] | None = None,
+        half_axis: Vector | None = None,
+        gauge: float | None = None,
+        time: Literal['swept', 'blended'] | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Paint(Stroke):
+    outer: float
+    depth: float
+    samples: Sequence[Mapping[str, Vector]] | None
+    path: Points3 | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        outer: float,
+        depth: float,
+        samples: Sequence[Mapping[str, Vector]] | None = None,
+        path: Points3 | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Points(Stroke):
+    points: Points3 | None
+    curves: Sequence[Points3] | None
+    outer: float
+    displacements: Points3
+    exponent: int | None
+    inner: float | None
+    center: Literal['parts', 'barycentre'] | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        outer: float,
+        displacements: Points3,
+        points: Points3 | None = None,
+        curves: Sequence[Points3] | None = None,
+        exponent: int | None = None,
+        inner: float | None = None,
+        center: Literal['parts', 'barycentre'] | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Handles(Stroke):
+    full: Points3 | None
+    full_vertices: Sequence[int] | None
+    zero: Points3 | None
+    zero_vertices: Sequence[int] | None
+    motion: Mapping[str, Any]
+    exponent: int | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        motion: Mapping[str, Any],
+        full: Points3 | None = None,
+        full_vertices: Sequence[int] | None = None,
+        zero: Points3 | None = None,
+        zero_vertices: Sequence[int] | None = None,
+        exponent: int | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Stamp(Stroke):
+    mesh: str
+    path: Points3
+    pose: Points3 | None
+    outer: float | None
+    step: float | None
+    exponent: int | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        mesh: str,
+        path: Points3,
+        pose: Points3 | None = None,
+        outer: float | None = None,
+        step: float | None = None,
+        exponent: int | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Rotate(Stroke):
+    center: Vector
+    axis: Vector
+    angle_deg: float
+    inner: float
+    outer: float
+    gauge: float | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        center: Vector,
+        axis: Vector,
+        angle_deg: float,
+        inner: float,
+        outer: float,
+        gauge: float | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Stretch(Stroke):
+    center: Vector
+    axis: Vector
+    factor: float
+    inner: float
+    outer: float
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        center: Vector,
+        axis: Vector,
+        factor: float,
+        inner: float,
+        outer: float,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Twist(Stroke):
+    center: Vector
+    axis: Vector
+    rate_deg: float
+    inner: float
+    outer: float
+    normal: Vector | None
+    gauge: float | None
+    radius: float | Literal['auto'] | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        center: Vector,
+        axis: Vector,
+        rate_deg: float,
+        inner: float,
+        outer: float,
+        normal: Vector | None = None,
+        gauge: float | None = None,
+        radius: float | Literal['auto'] | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Bend(Stroke):
+    center: Vector
+    axis: Vector
+    normal: Vector
+    angle_deg: float
+    width: float | None
+    center_fraction: float | None
+    inner: float | None
+    outer: float | None
+    gauge: float | None
+    radius: float | Literal['auto'] | None
+    falloff: int | None
+    def __init__(
+        self,
+        *,
+        center: Vector,
+        axis: Vector,
+        normal: Vector,
+        angle_deg: float,
+        width: float | None = None,
+        center_fraction: float | None = None,
+        inner: float | None = None,
+        outer: float | None = None,
+        gauge: float | None = None,
+        radius: float | Literal['auto'] | None = None,
+        falloff: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Pins(Stroke):
+    points: Points3
+    to: Points3
+    radius: float | Literal['auto']
+    def __init__(
+        self,
+        *,
+        points: Points3,
+        to: Points3,
+        radius: float | Literal['auto'],
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Relax(Stroke):
+    points: Points3
+    radius: float
+    amount: float | None
+    surface: float | None
+    iterations: int | None
+    def __init__(
+        self,
+        *,
+        points: Points3,
+        radius: float,
+        amount: float | None = None,
+        surface: float | None = None,
+        iterations: int | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+class Mask(Stroke):
+    points: Points3 | None
+    vertices: Sequence[int | Sequence[int]] | None
+    values: Sequence[float] | None
+    width: float | None
+    def __init__(
+        self,
+        *,
+        points: Points3 | None = None,
+        vertices: Sequence[int | Sequence[int]] | None = None,
+        values: Sequence[float] | None = None,
+        width: float | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+    ) -> None: ...
+
+Strokes = Session | Stroke | Iterable[Stroke | Mapping[str, Any]]
+
+class Session(MutableSequence[Stroke]):
+    mesh: str | None
+    note: str | None
+    path: str | None
+    def __init__(
+        self,
+        strokes: Stroke | Mapping[str, Any] | Iterable[Stroke | Mapping[str, Any]] = (),
+        mesh: Path | None = None,
+        note: str | None = None,
+    ) -> None: ...
+    @classmethod
+    def read(cls, path: Path) -> Session: ...
+    def write(self, path: Path) -> None: ...
+    def resolve(self, vertices: Points_, faces: Faces | None, *, threads: int = 0) -> Session: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[Stroke]: ...
+    @overload
+    def __getitem__(self, index: int) -> Stroke: ...
+    @overload
+    def __getitem__(self, index: slice) -> Session: ...
+    def __setitem__(self, index: Any, value: Any) -> None: ...
+    def __delitem__(self, index: int | slice) -> None: ...
+    def insert(self, index: int, value: Stroke | Mapping[str, Any]) -> None: ...
+
+class Shape:
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @vertices.setter
+    def vertices(self, vertices: ArrayLike) -> None: ...
+    @property
+    def faces(self) -> NDArray[np.uint32] | list[NDArray[np.uint32]]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
+    def attributes(self) -> list[str]: ...
+    @property
+    def format(self) -> str: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def write(self, path: Path, *, double: bool = False, decimals: int | None = None) -> None: ...
+
+def read(path: Path) -> Shape: ...
+def check(vertices: Points_, faces: Faces | None) -> dict[str, Any]: ...
+def deform(
+    vertices: Points_,
+    session: Strokes,
+    faces: Faces | None = None,
+    *,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    inverse: bool = False,
+    until: float | None = None,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+    out: NDArray[np.floating[Any]] | None = None,
+) -> NDArray[np.floating[Any]]: ...
+
+class Flow:
+    def __init__(self, session: Strokes = ()) -> None: ...
+    def __call__(
+        self,
+        points: Points_,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+        out: NDArray[np.floating[Any]] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def inverse(self) -> Flow: ...
+    def part(self, begin: float, end: float) -> Flow: ...
+    def path(
+        self,
+        points: Points_,
+        n: int,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+    ) -> NDArray[np.float64]: ...
+    def velocity(self, points: Points_, time: float) -> NDArray[np.float64]: ...
+    def jacobian(
+        self,
+        points: Points_,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+    ) -> NDArray[np.float64]: ...
+    def __len__(self) -> int: ...
+    def __add__(self, other: Flow) -> Flow: ...
+
+class Remeshed:
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.uint32] | list[NDArray[np.uint32]]
+    face_source: NDArray[np.uint32]
+    report: dict[str, Any]
+
+def remesh(
+    vertices: Points_,
+    faces: Faces,
+    session: Strokes | None = None,
+    *,
+    max_edge: float | None = None,
+    max_angle_deg: float | None = None,
+    max_chord: float | None = None,
+    min_edge: float | None = None,
+    iterations: int | None = None,
+    max_vertices: int | None = None,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Remeshed: ...
+def certify(
+    before: Points_,
+    after: Points_,
+    faces: Faces,
+    session: Strokes,
+    *,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> dict[str, Any]: ...
+def render(
+    shape: Shape | Points_,
+    faces: Faces | None = None,
+    *,
+    session: Strokes | None = None,
+    size: tuple[int, int] = (800, 600),
+    view: tuple[float, float] = (30, 20),
+    up: Literal["y", "z"] = "y",
+    perspective: float = 25,
+    background: str = "white",
+    material: str = "clay",
+    ground: bool = True,
+    wireframe: bool = False,
+    flat: bool = False,
+    cavity: bool = False,
+    occlusion: bool = False,
+) -> NDArray[np.uint8]: ...
+
+class Workbench:
+    def __init__(self, vertices: Points_, faces: Faces | None = None, *, folder: Path = "") -> None: ...
+    def set_live(self, strokes: Strokes) -> None: ...
+    def finish(self) -> None: ...
+    def undo(self) -> bool: ...
+    def redo(self) -> bool: ...
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @property
+    def faces(self) -> NDArray[np.uint32] | list[NDArray[np.uint32]]: ...
+    @property
+    def session(self) -> Session: ...
+
+def deform_mesh(mesh: _Mesh, session: Strokes, **options: Any) -> _Mesh: ...

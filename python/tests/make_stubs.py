@@ -1,0 +1,246 @@
+#!/usr/bin/python3
+"""Writes knead/__init__.pyi: the types of the module, for editors and type checkers.
+
+The classes of strokes come from the library's description of the tools, all else from the signatures here. Usage:
+PYTHONPATH=build/release/python python/tests/make_stubs.py > python/knead/__init__.pyi
+"""
+
+from knead import _strokes
+
+HEAD = '''# Made by python/tests/make_stubs.py.
+from collections.abc import Callable, Iterable, Iterator, Mapping, MutableSequence, Sequence
+from os import PathLike
+from typing import Any, ClassVar, Literal, Protocol, TypeVar, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Vector = Sequence[float] | NDArray[Any]
+Points3 = Sequence[Vector] | NDArray[Any]
+Faces = NDArray[np.integer[Any]] | Sequence[Sequence[int] | NDArray[np.integer[Any]]]
+Path = str | PathLike[str]
+Precision = Literal["float32", "float64", "float", "double"]
+Integrator = Literal["tsit5", "dp54", "bs32", "rk4"]
+Progress = Callable[[float], bool | None]
+_Mesh = TypeVar("_Mesh")
+
+class HasVertices(Protocol):
+    @property
+    def vertices(self) -> Any: ...
+
+class HasPoints(Protocol):
+    @property
+    def points(self) -> Any: ...
+
+Points_ = ArrayLike | HasVertices | HasPoints
+
+__version__: str
+
+class InvalidInput(ValueError): ...
+class FileError(OSError): ...
+class AccuracyError(RuntimeError): ...
+class Unavailable(RuntimeError): ...
+
+class Stroke:
+    tool: ClassVar[str]
+    name: str
+    off: bool
+    strength: float
+    def to_dict(self) -> dict[str, Any]: ...
+    def replace(self: _S, **keys: Any) -> _S: ...
+    def __hash__(self) -> int: ...
+
+_S = TypeVar("_S", bound=Stroke)
+
+def stroke(keys: Mapping[str, Any] | Stroke) -> Stroke: ...
+'''
+
+TAIL = '''
+Strokes = Session | Stroke | Iterable[Stroke | Mapping[str, Any]]
+
+class Session(MutableSequence[Stroke]):
+    mesh: str | None
+    note: str | None
+    path: str | None
+    def __init__(
+        self,
+        strokes: Stroke | Mapping[str, Any] | Iterable[Stroke | Mapping[str, Any]] = (),
+        mesh: Path | None = None,
+        note: str | None = None,
+    ) -> None: ...
+    @classmethod
+    def read(cls, path: Path) -> Session: ...
+    def write(self, path: Path) -> None: ...
+    def resolve(self, vertices: Points_, faces: Faces | None, *, threads: int = 0) -> Session: ...
+    def __len__(self) -> int: ...
+    def __iter__(self) -> Iterator[Stroke]: ...
+    @overload
+    def __getitem__(self, index: int) -> Stroke: ...
+    @overload
+    def __getitem__(self, index: slice) -> Session: ...
+    def __setitem__(self, index: Any, value: Any) -> None: ...
+    def __delitem__(self, index: int | slice) -> None: ...
+    def insert(self, index: int, value: Stroke | Mapping[str, Any]) -> None: ...
+
+class Shape:
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @vertices.setter
+    def vertices(self, vertices: ArrayLike) -> None: ...
+    @property
+    def faces(self) -> NDArray[np.uint32] | list[NDArray[np.uint32]]: ...
+    @property
+    def triangles(self) -> NDArray[np.uint32]: ...
+    @property
+    def attributes(self) -> list[str]: ...
+    @property
+    def format(self) -> str: ...
+    @property
+    def notes(self) -> list[str]: ...
+    def write(self, path: Path, *, double: bool = False, decimals: int | None = None) -> None: ...
+
+def read(path: Path) -> Shape: ...
+def check(vertices: Points_, faces: Faces | None) -> dict[str, Any]: ...
+def deform(
+    vertices: Points_,
+    session: Strokes,
+    faces: Faces | None = None,
+    *,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    inverse: bool = False,
+    until: float | None = None,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+    out: NDArray[np.floating[Any]] | None = None,
+) -> NDArray[np.floating[Any]]: ...
+
+class Flow:
+    def __init__(self, session: Strokes = ()) -> None: ...
+    def __call__(
+        self,
+        points: Points_,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+        progress: Progress | None = None,
+        out: NDArray[np.floating[Any]] | None = None,
+    ) -> NDArray[np.floating[Any]]: ...
+    def inverse(self) -> Flow: ...
+    def part(self, begin: float, end: float) -> Flow: ...
+    def path(
+        self,
+        points: Points_,
+        n: int,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+    ) -> NDArray[np.float64]: ...
+    def velocity(self, points: Points_, time: float) -> NDArray[np.float64]: ...
+    def jacobian(
+        self,
+        points: Points_,
+        *,
+        relative_tolerance: float = 1e-5,
+        precision: Precision = "float32",
+        integrator: Integrator = "tsit5",
+        threads: int = 0,
+        diagonal: float | None = None,
+    ) -> NDArray[np.float64]: ...
+    def __len__(self) -> int: ...
+    def __add__(self, other: Flow) -> Flow: ...
+
+class Remeshed:
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.uint32] | list[NDArray[np.uint32]]
+    face_source: NDArray[np.uint32]
+    report: dict[str, Any]
+
+def remesh(
+    vertices: Points_,
+    faces: Faces,
+    session: Strokes | None = None,
+    *,
+    max_edge: float | None = None,
+    max_angle_deg: float | None = None,
+    max_chord: float | None = None,
+    min_edge: float | None = None,
+    iterations: int | None = None,
+    max_vertices: int | None = None,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> Remeshed: ...
+def certify(
+    before: Points_,
+    after: Points_,
+    faces: Faces,
+    session: Strokes,
+    *,
+    relative_tolerance: float = 1e-5,
+    precision: Precision = "float32",
+    integrator: Integrator = "tsit5",
+    threads: int = 0,
+    progress: Progress | None = None,
+) -> dict[str, Any]: ...
+def render(
+    shape: Shape | Points_,
+    faces: Faces | None = None,
+    *,
+    session: Strokes | None = None,
+    size: tuple[int, int] = (800, 600),
+    view: tuple[float, float] = (30, 20),
+    up: Literal["y", "z"] = "y",
+    perspective: float = 25,
+    background: str = "white",
+    material: str = "clay",
+    ground: bool = True,
+    wireframe: bool = False,
+    flat: bool = False,
+    cavity: bool = False,
+    occlusion: bool = False,
+) -> NDArray[np.uint8]: ...
+
+class Workbench:
+    def __init__(self, vertices: Points_, faces: Faces | None = None, *, folder: Path = "") -> None: ...
+    def set_live(self, strokes: Strokes) -> None: ...
+    def finish(self) -> None: ...
+    def undo(self) -> bool: ...
+    def redo(self) -> bool: ...
+    @property
+    def vertices(self) -> NDArray[np.float64]: ...
+    @property
+    def faces(self) -> NDArray[np.uint32] | list[NDArray[np.uint32]]: ...
+    @property
+    def session(self) -> Session: ...
+
+def deform_mesh(mesh: _Mesh, session: Strokes, **options: Any) -> _Mesh: ...
+'''
+
+
+def stub_of(cls, keys):
+    lines = [f"\nclass {cls.__name__}(Stroke):"]
+    lines += [f"    {name}: {kind}" + ("" if required else " | None") for name, required, _, kind in keys]
+    lines += ["    def __init__(", "        self,", "        *,"]
+    for name, required, _, kind in sorted((*keys, *_strokes._COMMON), key=lambda key: not key[1]):
+        lines.append(f"        {name}: {kind}," if required else f"        {name}: {kind} | None = None,")
+    return "\n".join([*lines, "    ) -> None: ..."]) + "\n"
+
+
+def text():
+    strokes = [stub_of(_strokes._classes[tool], keys) for tool, _, keys in _strokes._knead.tools()]
+    return HEAD + "".join(strokes) + TAIL
+
+
+if __name__ == "__main__":
+    print(text(), end="")
