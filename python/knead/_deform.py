@@ -1,9 +1,8 @@
 """Deforming points, remeshing, the certificate, pictures and the workbench."""
 
 import json
+import math
 import operator
-
-import numpy as np
 
 from . import _knead
 from ._session import Session, native_session
@@ -246,7 +245,7 @@ def render(
         raise _knead.InvalidInput(f"size must be (width, height) in pixels, 16 to 8192 each, got {size}")
     look.width, look.height = int(width), int(height)
     look.azimuth_deg, look.elevation_deg = (float(angle) for angle in view)
-    if not (np.isfinite(look.azimuth_deg) and abs(look.elevation_deg) <= 90):
+    if not (math.isfinite(look.azimuth_deg) and abs(look.elevation_deg) <= 90):
         raise _knead.InvalidInput(f"view must be (azimuth, elevation) in degrees, as (30, 20), got {view}")
     if up not in ("y", "z"):
         raise _knead.InvalidInput(f'up must be "y" or "z", got {up!r}')

@@ -2,8 +2,6 @@
 
 import copy
 
-import numpy as np
-
 from ._deform import deform
 
 
@@ -14,6 +12,8 @@ def deform_mesh(mesh, session, **options):
     .faces. options: those of deform, but `faces` and `out`. Normals that the object has computed are computed anew where
     its package does so.
     """
+    import numpy as np
+
     name = next((n for n in ("vertices", "points") if hasattr(mesh, n)), None)
     if name is None:
         raise TypeError(f"deform_mesh needs an object with .vertices or .points, got a {type(mesh).__name__}")
@@ -30,6 +30,8 @@ def deform_mesh(mesh, session, **options):
 
 def _faces_of(mesh):
     """Returns the polygons of a mesh, or None for points and volumes."""
+    import numpy as np
+
     if hasattr(mesh, "triangles"):
         return np.asarray(mesh.triangles)
     if hasattr(mesh, "regular_faces") and hasattr(mesh, "irregular_faces"):  # pyvista
@@ -56,6 +58,7 @@ def _polygons(flat):
 
 
 def _open3d(mesh, name, moved):
+    import numpy as np
     import open3d
 
     result = copy.copy(mesh)

@@ -3,8 +3,6 @@
 import json
 import os
 
-import numpy as np
-
 from . import _knead
 
 
@@ -22,7 +20,9 @@ class Shape:
 
     @vertices.setter
     def vertices(self, vertices):
-        array = np.array(vertices, dtype=np.float64, order="C")
+        import numpy  # not with the module: that takes most of the time of `import knead`
+
+        array = numpy.array(vertices, dtype=numpy.float64, order="C")
         if array.shape != self._vertices.shape:
             raise _knead.InvalidInput(f"vertices must have shape {self._vertices.shape}, got {array.shape}")
         self._vertices = array

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
+#include "knead/math/error.h"
 #include "support/random_segments.h"
 
 namespace knead {
@@ -72,6 +74,86 @@ TEST(VolumeDrift, OfClosedFormsAndUntouchedPointsIsZero) {
   x = {-0.6, 0.02, 0.01};  // in the rigid core
   EXPECT_EQ(volume_drift(pull, with(1e-5), x), 0);
   EXPECT_NEAR(x.x, 0.6, 1e-15);
+}
+
+std::vector<Vec3d> moved(const Flow& flow, std::vector<Vec3d> points) {
+  EXPECT_EQ(advect(flow, points, with(1e-12)).status, AdvectStatus::done);
+  return points;
+}
+
+// For all kinds of segments: against differences of path lines, det J = 1, and J of the inverse is the inverse of J.
+TEST(Jacobians, AreTheDerivativesOfTheFlow) {
+  test::Random random(5);
+  for (const auto& [name, segment] : test::random_segments(random)) {
+    if (std::ranges::any_of(segment.fields, [](const Field& f) {
+          return std::holds_alternative<CustomMotion>(f.motion) || std::holds_alternative<CustomRegion>(f.region);
+        })) {
+      continue;
+    }
+    const Flow flow{{segment}};
+    const std::vector<Mat3d> found = jacobians(flow, kPoints, with(1e-12));
+    constexpr double h = 1e-5;
+    for (std::size_t i = 0; i < kPoints.size(); ++i) {
+      EXPECT_NEAR(determinant(found[i]), 1, 1e-7) << name;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        Vec3d e{};
+        e[axis] = h;
+        const std::vector<Vec3d> ends = moved(flow, {kPoints[i] + e, kPoints[i] - e});
+        const Vec3d difference = (ends[0] - ends[1]) / (2 * h);
+        EXPECT_LT(norm(difference - found[i] * e / h), 1e-3 * (1 + norm(difference))) << name << " point " << i;
+      }
+    }
+  }
+}
+
+TEST(Velocities, AreTheDerivativesOfPathLines) {
+  test::Random random(6);
+  Flow flow = strong();
+  flow.segments.push_back(test::pinning(random, 5, 0.8, 0.3));
+  constexpr double h = 1e-4;
+  for (const double time : {0.25, 1.0, 1.5, 2.75}) {
+    for (const Flow& each : {flow, inverse(flow)}) {
+      const std::vector<Vec3d> now = moved(flow_between(each, 0, time), kPoints);
+      const std::vector<Vec3d> later = moved(flow_between(each, time, time + h), now);
+      const std::vector<Vec3d> found = velocities(each, now, time);
+      for (std::size_t i = 0; i < now.size(); ++i) {
+        EXPECT_LT(norm((later[i] - now[i]) / h - found[i]), 1e-2 * (1 + norm(found[i]))) << time;
+      }
+    }
+  }
+  EXPECT_THROW(velocities(flow, kPoints, 3.5), InvalidInput);
+  EXPECT_EQ(velocities({}, kPoints, 0), std::vector<Vec3d>(kPoints.size()));
+}
+
+// Parts of parts: every moment is counted from the beginning of the flow that is cut.
+TEST(FlowBetween, CutsFlowsThatAreCutAlready) {
+  const Flow part = flow_between(strong(), 0.25, 1.75);
+  const std::vector<Vec3d> whole = moved(part, kPoints);
+  const std::vector<Vec3d> first = moved(flow_between(part, 0, 0.5), kPoints);
+  const std::vector<Vec3d> both = moved(flow_between(part, 0.5, 2), first);
+  const std::vector<Vec3d> back = moved(flow_between(part, 2, 0), both);
+  for (std::size_t i = 0; i < kPoints.size(); ++i) {
+    EXPECT_LT(norm(both[i] - whole[i]), 1e-9);
+    EXPECT_LT(norm(back[i] - kPoints[i]), 1e-9);
+  }
+  EXPECT_TRUE(flow_between(part, 1, 1).segments.empty());
+  EXPECT_THROW(flow_between(part, 0, 2.5), InvalidInput);
+  EXPECT_THROW(flow_between(part, -1, 1), InvalidInput);
+}
+
+// Cancelled, or where a path line runs away, all points stay as they were.
+TEST(Advect, LeavesAllPointsUnlessItIsDone) {
+  Progress progress;
+  progress.cancel = true;
+  AdvectOptions options = with(1e-6);
+  options.progress = &progress;
+  std::vector<Vec3d> points = kPoints;
+  EXPECT_EQ(advect(strong(), points, options).status, AdvectStatus::cancelled);
+  EXPECT_EQ(points, kPoints);
+  points.push_back({0, 0, 1e5});
+  const std::vector<Vec3d> before = points;
+  EXPECT_EQ(advect(strong(), points, with(1e-9)).status, AdvectStatus::step_limit);
+  EXPECT_EQ(points, before);
 }
 
 }  // namespace

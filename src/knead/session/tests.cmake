@@ -2,6 +2,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/arrange_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/certificate_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/deformed_shape_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/flow_of_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gesture_strength_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_failures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/journal_test.cpp
