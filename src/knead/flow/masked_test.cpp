@@ -179,7 +179,7 @@ TEST(Masked, VolumeIsKept) {
     for (std::size_t i = 0; i < points.size(); i += 60) {
       const Vec3d point = points[i] + Vec3d{0.3, 0, 0};
       Vec3d x = point;
-      const double drift = volume_drift(Flow{{named.segment}}, options, x);
+      const double drift = volume_drifts(Flow{{named.segment}}, {&x, 1}, options).front();
       EXPECT_LT(norm(x - moved(Flow{{named.segment}}, {point}, options)[0]), 1e-6) << named.name;
       if (std::isnan(drift)) continue;
       ++counted;

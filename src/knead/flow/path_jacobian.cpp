@@ -23,7 +23,7 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kPointsAtATime = 64;
+constexpr std::size_t kPointsAtATime = 16;
 // Of the pins' velocities, as a part of their radius.
 constexpr double kPinTolerance = 1e-9;
 
@@ -246,32 +246,41 @@ class JacobianLine {
 
 }  // namespace
 
-double volume_drift(const Flow& flow, const AdvectOptions& options, Vec3d& x) {
-  validate(flow);
-  validate({.tolerance = options.tolerance}, 1);
-  Mat3d jacobian;
-  for (const Segment& segment : flow.segments) JacobianLine(segment, options, Wanted::determinant).run(x, jacobian);
-  return determinant(jacobian) - 1;
-}
+namespace {
 
-std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
+// Moves the points, and returns the Jacobians. What a segment needs is made ready once.
+std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
   validate(flow);
   validate({.tolerance = options.tolerance}, points.size());
   require_finite(points);
-  std::vector<Vec3d> now(points.begin(), points.end());
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
-    const JacobianLine start(segment, options, Wanted::jacobian);
+    const JacobianLine start(segment, options, wanted);
     parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
       JacobianLine line = start;
       for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
-        line.run(now[i], result[i]);
+        line.run(points[i], result[i]);
         if (options.progress != nullptr) ++options.progress->done;
       }
     });
     stop_if_cancelled(options.progress);
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<double> volume_drifts(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  std::vector<double> drifts;
+  for (const Mat3d& jacobian : carry(flow, points, options, Wanted::determinant)) {
+    drifts.push_back(determinant(jacobian) - 1);
+  }
+  return drifts;
+}
+
+std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
+  std::vector<Vec3d> moved(points.begin(), points.end());
+  return carry(flow, moved, options, Wanted::jacobian);
 }
 
 std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time) {

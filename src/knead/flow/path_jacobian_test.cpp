@@ -36,9 +36,10 @@ TEST(VolumeDrift, FallsWithTheTolerance) {
   double tight = 0;
   for (const Vec3d& point : kPoints) {
     Vec3d x = point;
-    loose = std::max(loose, std::abs(volume_drift(strong(), with(1e-2, Integrator::bogacki_shampine), x)));
+    loose =
+        std::max(loose, std::abs(volume_drifts(strong(), {&x, 1}, with(1e-2, Integrator::bogacki_shampine)).front()));
     x = point;
-    tight = std::max(tight, std::abs(volume_drift(strong(), with(1e-11), x)));
+    tight = std::max(tight, std::abs(volume_drifts(strong(), {&x, 1}, with(1e-11)).front()));
   }
   EXPECT_GT(loose, 1e-6);
   EXPECT_LT(tight, 1e-8);
@@ -56,7 +57,7 @@ TEST(VolumeDrift, IsSmallForEveryKindOfSegment) {
           std::vector<Vec3d> moved{point};
           ASSERT_EQ(advect(flow, moved, with(1e-9)).status, AdvectStatus::done);
           Vec3d x = point;
-          const double drift = volume_drift(flow, with(1e-9), x);
+          const double drift = volume_drifts(flow, {&x, 1}, with(1e-9)).front();
           EXPECT_LT(norm(x - moved[0]), 1e-7) << name << ", seed " << kSeed;
           if (std::isnan(drift)) continue;
           EXPECT_LT(std::abs(drift), 1e-5) << name << ", seed " << kSeed;
@@ -69,10 +70,10 @@ TEST(VolumeDrift, IsSmallForEveryKindOfSegment) {
 TEST(VolumeDrift, OfClosedFormsAndUntouchedPointsIsZero) {
   const Flow pull{{strong().segments[0]}};
   Vec3d x{5, 5, 5};
-  EXPECT_EQ(volume_drift(pull, with(1e-5), x), 0);
+  EXPECT_EQ(volume_drifts(pull, {&x, 1}, with(1e-5)).front(), 0);
   EXPECT_EQ(x, (Vec3d{5, 5, 5}));
   x = {-0.6, 0.02, 0.01};  // in the rigid core
-  EXPECT_EQ(volume_drift(pull, with(1e-5), x), 0);
+  EXPECT_EQ(volume_drifts(pull, {&x, 1}, with(1e-5)).front(), 0);
   EXPECT_NEAR(x.x, 0.6, 1e-15);
 }
 

@@ -156,7 +156,8 @@ TEST(Pins, GoBackTheWayTheyCame) {
 TEST(Pins, KeepVolume) {
   Random random(808);
   const Flow flow{{pinning(random, 6, 0.8, 0.3)}};
-  for (Vec3d x : test::random_points(random, 40)) EXPECT_NEAR(volume_drift(flow, precisely(1e-9), x), 0, 1e-6);
+  for (Vec3d x : test::random_points(random, 40))
+    EXPECT_NEAR(volume_drifts(flow, {&x, 1}, precisely(1e-9)).front(), 0, 1e-6);
 }
 
 // The mask of a plane: masked points keep their bits, and a pin beyond the border is met.
@@ -174,7 +175,8 @@ TEST(Pins, AreMaskedAsOtherTools) {
   const Flow flow = masked(Flow{{segment}}, Mask(held, {}, 0.3));
   EXPECT_EQ(moved(flow, held, in_float()), held);
   EXPECT_LE(norm(moved(flow, {segment.fields[0].center}, precisely(1e-9))[0] - Vec3d{0.8, 0.3, 0.1}), 2e-9);
-  for (Vec3d x : test::random_points(random, 20)) EXPECT_NEAR(volume_drift(flow, precisely(1e-9), x), 0, 1e-5);
+  for (Vec3d x : test::random_points(random, 20))
+    EXPECT_NEAR(volume_drifts(flow, {&x, 1}, precisely(1e-9)).front(), 0, 1e-5);
 }
 
 TEST(Pins, ThatAreNoPinsAreRefused) {

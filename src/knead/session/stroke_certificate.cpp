@@ -111,13 +111,10 @@ double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, c
   integration.tolerance = advect_options(options.motion, length).tolerance;
   integration.integrator = options.motion.integrator;
   const Flow flow = for_members(stroke.flow);
-  std::vector<double> drifts(count);
-  parallel_for(count, 1, options.motion.threads, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Vec3d x = points[i * points.size() / count];
-      drifts[i] = volume_drift(flow, integration, x);
-    }
-  });
+  integration.threads = options.motion.threads;
+  std::vector<Vec3d> sample;
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
+  std::vector<double> drifts = volume_drifts(flow, sample, integration);
   std::erase_if(drifts, [](double drift) { return !std::isfinite(drift); });
   double sum = 0;
   for (const double drift : drifts) sum += drift;
