@@ -18,15 +18,15 @@ void add_exceptions(py::module_& module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const RemeshLimit& error) {
-      accuracy_error(error.what());
+      PyErr_SetString(accuracy_error.ptr(), error.what());
     } catch (const InvalidInput& error) {
-      invalid_input(error.what());
+      PyErr_SetString(invalid_input.ptr(), error.what());
     } catch (const IoError& error) {
-      file_error(error.what());
+      PyErr_SetString(file_error.ptr(), error.what());
     } catch (const AccuracyError& error) {
-      accuracy_error(error.what());
+      PyErr_SetString(accuracy_error.ptr(), error.what());
     } catch (const UnavailableError& error) {
-      unavailable(error.what());
+      PyErr_SetString(unavailable.ptr(), error.what());
     }
   });
 }
