@@ -3,58 +3,73 @@
 import copy
 
 from ._deform import deform
+from ._shapes import Shape
 
 
 def deform_mesh(mesh, session, **options):
     """Returns a mesh of the same kind with its vertices deformed; the given one stays as it is.
 
     mesh: of trimesh, meshio, open3d or pyvista, or anything with .vertices and .faces, .points and .cells, or .points and
-    .faces. options: those of deform, but `faces` and `out`. Normals that the object has computed are computed anew where
-    its package does so.
+    .faces. options: those of deform, but `faces` and `out`. Stored normals of a surface are computed anew.
     """
     import numpy as np
 
     name = next((n for n in ("vertices", "points") if hasattr(mesh, n)), None)
     if name is None:
         raise TypeError(f"deform_mesh needs an object with .vertices or .points, got a {type(mesh).__name__}")
+    package = type(mesh).__module__.split(".")[0]
     given = np.asarray(getattr(mesh, name))
-    moved = deform(given, session, _faces_of(mesh), **options)
+    moved = deform(given, session, _faces_of(mesh, package), **options)
     if moved is None:
         return None
-    if type(mesh).__module__.split(".")[0] == "open3d":
+    if package == "open3d":
         return _open3d(mesh, name, moved)
-    result = mesh.copy() if hasattr(mesh, "copy") else copy.deepcopy(mesh)
+    if isinstance(mesh, Shape):
+        result = copy.copy(mesh)
+    else:
+        result = mesh.copy() if hasattr(mesh, "copy") else copy.deepcopy(mesh)
     setattr(result, name, moved.astype(given.dtype, copy=False) if given.dtype.kind == "f" else moved)
+    if package == "pyvista" and hasattr(result, "compute_normals"):
+        _pyvista_normals(result)
     return result
 
 
-def _faces_of(mesh):
+def _faces_of(mesh, package):
     """Returns the polygons of a mesh, or None for points and volumes."""
     import numpy as np
 
-    if hasattr(mesh, "triangles"):
-        return np.asarray(mesh.triangles)
-    if hasattr(mesh, "regular_faces") and hasattr(mesh, "irregular_faces"):  # pyvista
-        return [f for f in mesh.irregular_faces] if mesh.n_cells else None
+    if package == "open3d":
+        return np.asarray(mesh.triangles) if hasattr(mesh, "triangles") else None
     if hasattr(mesh, "faces"):
         faces = mesh.faces
         return _polygons(np.asarray(faces)) if np.ndim(faces) == 1 and len(faces) and np.isscalar(faces[0]) else faces
     cells = getattr(mesh, "cells", None)
     if not isinstance(cells, (list, tuple)):
         return None
-    kinds = ("triangle", "quad", "polygon")
-    surface = [face for block in cells if block.type.startswith(kinds) for face in block.data]
-    return surface or None
+    corners = {"triangle": 3, "quad": 4, "polygon": None}  # the corners of "triangle6" come before its other nodes
+    kinds = [(block, block.type.rstrip("0123456789")) for block in cells]
+    return [face[: corners[kind]] for block, kind in kinds if kind in corners for face in block.data] or None
 
 
 def _polygons(flat):
     """Returns the faces of a list [n, v1 ... vn, n, ...]."""
+    step = int(flat[0]) + 1
+    if step > 1 and len(flat) % step == 0 and (flat[::step] == flat[0]).all():
+        return flat.reshape(-1, step)[:, 1:]
     faces, at = [], 0
     while at < len(flat):
         end = at + 1 + int(flat[at])
         faces.append(flat[at + 1 : end])
         at = end
     return faces
+
+
+def _pyvista_normals(mesh):
+    # compute_normals() keeps those that are stored
+    stored = [data.pop("Normals", None) is not None for data in (mesh.point_data, mesh.cell_data)]
+    if any(stored):
+        kinds = {"point_normals": stored[0], "cell_normals": stored[1]}
+        mesh.compute_normals(**kinds, split_vertices=False, consistent_normals=False, inplace=True)
 
 
 def _open3d(mesh, name, moved):

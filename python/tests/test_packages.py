@@ -1,0 +1,168 @@
+"""deform_mesh with the meshes of other packages: the same kind back, the given one unchanged, deform's own numbers."""
+
+import copy
+
+import numpy as np
+import pytest
+from conftest import bits
+
+import knead
+
+
+@pytest.fixture
+def paint():
+    """A brush that reads the surface on its path."""
+    path = [[0.2 * i - 0.4, 1, 0] for i in range(5)]
+    return knead.Session([knead.Paint(outer=0.4, depth=0.05, path=path)])
+
+
+@pytest.fixture
+def tetrahedra():
+    """Points of a block and its cells: five tetrahedra in each of 4 x 4 x 4 cubes."""
+    n = 5
+    grid = np.stack(np.meshgrid(*[np.linspace(-1, 1, n)] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) @ [n * n, n, 1]
+    cut = np.array([[0, 3, 5, 6], [0, 1, 3, 5], [0, 2, 3, 6], [0, 4, 5, 6], [3, 5, 6, 7]])
+    begin = np.array([[x, y, z] for x in range(n - 1) for y in range(n - 1) for z in range(n - 1)]) @ [n * n, n, 1]
+    return grid, (begin[:, None, None] + corner[cut][None]).reshape(-1, 4)
+
+
+def check_kind(mesh, name, session, faces=None):
+    """Deforms a mesh; returns the result, whose positions are those of knead.deform."""
+    before = np.array(getattr(mesh, name))
+    moved = knead.deform_mesh(mesh, session)
+    assert type(moved) is type(mesh) and moved is not mesh
+    assert bits(np.asarray(getattr(mesh, name))) == bits(before)
+    after = np.asarray(getattr(moved, name))
+    expected = knead.deform(before, session, faces)
+    assert after.dtype == expected.dtype and bits(after) == bits(expected)
+    assert np.abs(after - before).max() > 0.01
+    return moved
+
+
+def test_shape_of_knead(sphere, session, paint, tmp_path):
+    moved = check_kind(sphere, "vertices", session)
+    check_kind(sphere, "vertices", paint, sphere.faces)
+    moved.write(tmp_path / "moved.ply")
+    assert len(knead.read(tmp_path / "moved.ply").faces) == len(sphere.faces)
+
+
+def test_any_object(sphere, session, paint):
+    class Mesh:
+        def __init__(self):
+            self.points, self.faces = sphere.vertices.copy(), sphere.faces.tolist()
+
+    check_kind(Mesh(), "points", session)
+    assert check_kind(Mesh(), "points", paint, sphere.faces).faces == sphere.faces.tolist()
+
+
+def test_objects_without_points(session):
+    with pytest.raises(TypeError, match="vertices or .points"):
+        knead.deform_mesh([1, 2, 3], session)
+
+
+def test_trimesh(sphere, session, paint):
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.Trimesh(sphere.vertices, sphere.faces, process=False)
+    volume, normals = mesh.volume, mesh.vertex_normals.copy()  # kept by the object until its vertices change
+    moved = check_kind(mesh, "vertices", session)
+    assert np.array_equal(moved.faces, mesh.faces)
+    measured = knead.check(moved.vertices, moved.faces)["volume"]
+    assert moved.volume == pytest.approx(measured, rel=1e-9) and moved.volume != volume == mesh.volume
+    assert np.abs(moved.vertex_normals - normals).max() > 0.1
+    check_kind(mesh, "vertices", paint, sphere.faces)
+    check_kind(trimesh.PointCloud(sphere.vertices), "vertices", session)
+
+
+def test_meshio_surfaces(sphere, session, paint):
+    meshio = pytest.importorskip("meshio")
+    heat = np.arange(len(sphere.vertices), dtype=float)
+    mesh = meshio.Mesh(sphere.vertices.copy(), [("triangle", sphere.faces)], point_data={"heat": heat})
+    moved = check_kind(mesh, "points", session)
+    assert np.array_equal(moved.cells[0].data, sphere.faces) and np.array_equal(moved.point_data["heat"], heat)
+    check_kind(mesh, "points", paint, sphere.faces)
+
+
+def test_meshio_faces_of_second_order_are_their_corners(sphere, paint):
+    meshio = pytest.importorskip("meshio")
+    v, f = sphere.vertices, sphere.faces
+    middles = 0.5 * (v[f] + v[np.roll(f, -1, axis=1)]).reshape(-1, 3)
+    faces = np.hstack([f, len(v) + np.arange(len(middles)).reshape(-1, 3)])
+    check_kind(meshio.Mesh(np.vstack([v, middles]), [("triangle6", faces)]), "points", paint, f)
+
+
+def test_meshio_volumes(tetrahedra, session, paint):
+    meshio = pytest.importorskip("meshio")
+    points, cells = tetrahedra
+    mesh = meshio.Mesh(points, [("tetra", cells)])
+    moved = check_kind(mesh, "points", session)
+    assert np.array_equal(moved.cells[0].data, cells)
+
+    def volumes(p):
+        return np.linalg.det(p[cells[:, 1:]] - p[cells[:, :1]]) / 6
+
+    assert np.sum(np.abs(volumes(points))) == pytest.approx(8)
+    with pytest.raises(knead.InvalidInput):  # no surface to read
+        knead.deform_mesh(mesh, paint)
+
+
+def test_pyvista_quads(session):
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.Box(bounds=(-1, 1, -1, 1, -1, 1), level=12, quads=True)
+    moved = check_kind(mesh, "points", session)
+    assert np.array_equal(moved.faces, mesh.faces) and moved.faces[0] == 4
+    faces = mesh.faces.reshape(-1, 5)[:, 1:]
+    paint = knead.Paint(outer=0.4, depth=0.05, path=[[0, 1, 0], [0.3, 1, 0]])
+    check_kind(mesh, "points", paint, faces)
+
+
+def test_pyvista_mixed_polygons(paint):
+    pyvista = pytest.importorskip("pyvista")
+    points = np.array([[-1, 1, -1], [1, 1, -1], [1, 1, 1], [-1, 1, 1], [2, 1, 0]], dtype=float)
+    faces = [[3, 2, 1, 0], [1, 2, 4]]
+    mesh = pyvista.PolyData(points, np.hstack([[len(f), *f] for f in faces]))
+    wide = knead.Paint(outer=2, depth=0.05, path=[[0, 1, 0], [0.3, 1, 0]])
+    check_kind(mesh, "points", wide, faces)
+
+
+def test_pyvista_normals_and_points(sphere, session):
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.Sphere(radius=1)
+    plain = np.array(mesh.point_data["Normals"])  # stored in the object, so they would be wrong if they were kept
+    assert mesh.points.dtype == np.float32
+    moved = check_kind(mesh, "points", session)
+    assert np.array_equal(mesh.point_data["Normals"], plain)
+    fresh = pyvista.PolyData(moved.points, moved.faces).compute_normals(split_vertices=False, consistent_normals=False)
+    assert np.allclose(moved.point_data["Normals"], fresh.point_data["Normals"])
+    assert np.abs(moved.point_data["Normals"] - plain).max() > 0.1
+    check_kind(pyvista.PolyData(sphere.vertices.copy()), "points", session)
+
+
+def test_pyvista_volumes(tetrahedra, session):
+    pyvista = pytest.importorskip("pyvista")
+    points, cells = tetrahedra
+    grid = pyvista.UnstructuredGrid(np.insert(cells, 0, 4, axis=1).ravel(), np.full(len(cells), 10), points)
+    assert check_kind(grid, "points", session).n_cells == len(cells)
+
+
+def test_open3d(sphere, session, paint):
+    open3d = pytest.importorskip("open3d")
+    mesh = open3d.geometry.TriangleMesh()
+    mesh.vertices = open3d.utility.Vector3dVector(sphere.vertices)
+    mesh.triangles = open3d.utility.Vector3iVector(sphere.faces.astype(np.int32))
+    mesh.compute_vertex_normals()
+    normals = np.array(mesh.vertex_normals)
+    moved = check_kind(mesh, "vertices", session)
+    assert np.array_equal(np.asarray(moved.triangles), sphere.faces)
+    assert np.array_equal(np.asarray(mesh.vertex_normals), normals)
+    again = copy.copy(moved).compute_vertex_normals()
+    assert np.allclose(np.asarray(moved.vertex_normals), np.asarray(again.vertex_normals))
+    assert np.abs(np.asarray(moved.vertex_normals) - normals).max() > 0.1
+    check_kind(mesh, "vertices", paint, sphere.faces)
+
+
+def test_open3d_point_cloud(sphere, session):
+    open3d = pytest.importorskip("open3d")
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(sphere.vertices))
+    cloud.paint_uniform_color([1, 0, 0])
+    assert check_kind(cloud, "points", session).has_colors()
