@@ -47,7 +47,7 @@ def _faces_of(mesh, package):
     if not isinstance(cells, (list, tuple)):
         return None
     corners = {"triangle": 3, "quad": 4, "polygon": None}  # the corners of "triangle6" come before its other nodes
-    kinds = [(block, block.type.rstrip("0123456789")) for block in cells]
+    kinds = [(block, block.type.rstrip("0123456789")) for block in cells if isinstance(getattr(block, "type", None), str)]
     return [face[: corners[kind]] for block, kind in kinds if kind in corners for face in block.data] or None
 
 
