@@ -3,6 +3,7 @@
 import copy
 
 from ._deform import deform
+from ._knead import InvalidInput
 from ._shapes import Shape
 
 
@@ -53,11 +54,15 @@ def _faces_of(mesh, package):
 
 def _polygons(flat):
     """Returns the faces of a list [n, v1 ... vn, n, ...]."""
+    if flat.dtype.kind not in "iu":
+        raise TypeError(f"faces must be an array of whole numbers, got dtype {flat.dtype}")
     step = int(flat[0]) + 1
     if step > 1 and len(flat) % step == 0 and (flat[::step] == flat[0]).all():
         return flat.reshape(-1, step)[:, 1:]
     faces, at = [], 0
     while at < len(flat):
+        if not 0 <= flat[at] < len(flat) - at:
+            raise InvalidInput(f"faces must be a list [n, v1 ... vn, n, ...]; at {at} it counts {flat[at]} corners")
         end = at + 1 + int(flat[at])
         faces.append(flat[at + 1 : end])
         at = end

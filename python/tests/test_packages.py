@@ -61,6 +61,13 @@ def test_objects_without_points(session):
         knead.deform_mesh([1, 2, 3], session)
 
 
+@pytest.mark.parametrize("faces", [[-2], [3, 0, 1], [3, 0, 1, 2, 9], [3.0, 0, 1, 2], ["a"], [2**63]])
+def test_flat_faces_that_cannot_be_read(faces, session):
+    mesh = type("Mesh", (), {"points": np.eye(3), "faces": faces})()
+    with pytest.raises((TypeError, knead.InvalidInput), match="faces"):
+        knead.deform_mesh(mesh, session)
+
+
 def test_trimesh(sphere, session, paint):
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(sphere.vertices, sphere.faces, process=False)
