@@ -35,6 +35,7 @@ struct Interrupted {};
 
 Subcommand deform_command();
 Subcommand resolve_command();
+Subcommand fit_command();
 Subcommand info_command();
 Subcommand check_command();
 Subcommand make_command();

@@ -26,8 +26,8 @@ namespace knead::command {
 namespace {
 
 std::vector<Subcommand> all_subcommands() {
-  return {deform_command(), resolve_command(), info_command(),  check_command(), make_command(),
-          remesh_command(), render_command(),  bench_command(), studio_command()};
+  return {deform_command(), resolve_command(), fit_command(),    info_command(),  check_command(),
+          make_command(),   remesh_command(),  render_command(), bench_command(), studio_command()};
 }
 
 void add_examples(CLI::App& app, const std::string& examples) { app.footer("Examples:\n" + examples); }

@@ -121,6 +121,45 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
 // Returns one JSON object, indented, with a line end.
 std::string to_json(const Certificate& certificate);
 
+// How far two surfaces are apart: the distances of the vertices of each from the other, both together.
+struct SurfaceDistance {
+  double mean = 0;
+  double most_95 = 0;  // 95% are at most this
+  double max = 0;
+};
+
+// Returns the distance of two shapes; of points where a shape has no faces. Throws InvalidInput where validate() does,
+// and for a shape without vertices; Cancelled. Time: two searches for the nearest point a vertex, about 10 us each.
+SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads = 0, Progress* progress = nullptr);
+
+// Returns pins that take each landmark to its place, with a radius that moves the whole shape smoothly: half the
+// diagonal of the landmarks' shape, or that of "auto" if it is more, or if so many pins can only be solved for less.
+// Throws InvalidInput where validate() of pins does.
+PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double diagonal);
+
+// What a fit did. Distances are relative to the diagonal of the source. The members are the keys of its JSON.
+struct FitReport {
+  std::size_t pairs = 0;
+  double radius = 0;
+  double scale = 1;              // of the source before the fit
+  double landmark_distance = 0;  // the greatest of a landmark from its place, after the fit
+  SurfaceDistance before;        // of the source from the target
+  SurfaceDistance after;
+  std::optional<double> volume_error;       // of the source by the fit; nothing unless closed and oriented
+  std::optional<double> volume_difference;  // target / source - 1; likewise for both
+  std::size_t crossings_before = 0;         // pairs of triangles of the source
+  std::size_t crossings_after = 0;
+  std::optional<double> greatest_stretch;  // of a triangle
+};
+
+// Applies pins to the source and compares the result with the target. Throws as replay() and distance_between();
+// Cancelled.
+FitReport report_fit(const Mesh& source, const Mesh& target, const PinsStroke& pins, int threads = 0,
+                     Progress* progress = nullptr);
+
+// Returns one JSON object, indented, with a line end.
+std::string to_json(const FitReport& report);
+
 // Wall-clock times.
 struct ReportSeconds {
   double read = 0;

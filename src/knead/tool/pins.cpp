@@ -64,7 +64,7 @@ struct Approach {
 Approach approach_of(const PinsStroke& stroke, std::size_t i, std::size_t j) {
   const Vec3d d = stroke.points[i] - stroke.points[j];
   const Vec3d u = motion_of(stroke, i) - motion_of(stroke, j);
-  const double t = norm2(u) > 0 ? std::clamp(-dot(d, u) / norm2(u), 0.0, 1.0) : 0.0;
+  const double t = norm2(u) > 0 ? std::clamp(-dot(d, u) / norm2(u), 0.0, 1.0) + 0.0 : 0.0;  // no -0
   return {t, norm(d + u * t)};
 }
 

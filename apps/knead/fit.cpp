@@ -1,0 +1,177 @@
+// knead fit SOURCE TARGET --landmarks pairs.csv -o OUT.knead: writes a session that takes one shape to another.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "command.h"
+#include "fit_pairs.h"
+#include "interrupt.h"
+#include "knead/io/atomic_file.h"
+#include "knead/io/shape_file.h"
+#include "knead/math/error.h"
+#include "knead/mesh/measures.h"
+#include "knead/session/report.h"
+#include "output.h"
+#include "progress_bar.h"
+
+namespace knead::command {
+namespace {
+
+// Landmarks must be met to so many times the tolerance of path lines.
+constexpr double kMetTo = 2;
+
+struct FitOptions {
+  std::string source;
+  std::string target;
+  std::string landmarks;
+  std::string output;
+  bool scale = false;
+  std::optional<int> threads;
+  CommonOptions common;
+};
+
+double volume_of(const std::string& path, const Mesh& mesh) {
+  const Measures m = measure(mesh);
+  if (m.closed() && m.oriented() && m.volume > 0) return m.volume;
+  throw InvalidInput(Place{path}, "--scale needs the volume of both shapes, and this one is not closed; leave it out");
+}
+
+// Scales the shape and the landmarks about the middle of the shape's box, and returns by how much.
+double scale_to(const FitOptions& options, const Mesh& target, Mesh& source, std::vector<Vec3d>& landmarks) {
+  const double scale = std::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
+  const Vec3d middle = bounding_box(source.positions).center();
+  for (Vec3d& p : source.positions) p = middle + (p - middle) * scale;
+  for (Vec3d& p : landmarks) p = middle + (p - middle) * scale;
+  return scale;
+}
+
+// Where the scaled source is written: OUT_source.EXT beside OUT.
+std::string scaled_path(const FitOptions& options) {
+  const std::filesystem::path out = options.output;
+  const std::string name = out.stem().string() + "_source" + std::filesystem::path(options.source).extension().string();
+  return (out.parent_path() / name).string();
+}
+
+// The path of a shape as the header of the session names it.
+std::string relative_to(const std::string& shape, const std::string& session) {
+  const std::filesystem::path folder = std::filesystem::absolute(session).parent_path();
+  return std::filesystem::absolute(shape).lexically_relative(folder).string();
+}
+
+std::string line_of(const SurfaceDistance& d) {
+  return fmt::format("mean {:.3g}%, 95% within {:.3g}%, at most {:.3g}%", 100 * d.mean, 100 * d.most_95, 100 * d.max);
+}
+
+std::string summary(const FitOptions& options, const FitReport& report) {
+  std::string text =
+      fmt::format("{}: {}, radius {:.4g}\n", options.output, counted(report.pairs, "pin"), report.radius);
+  if (options.scale)
+    text += fmt::format("scale    {:.6g}: {} is the scaled source\n", report.scale, scaled_path(options));
+  text += fmt::format("before   {} of the source's diagonal from the target\n", line_of(report.before));
+  text += fmt::format("after    {}; landmarks within {:.2g}%\n", line_of(report.after), 100 * report.landmark_distance);
+  if (report.volume_error) text += fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error);
+  if (report.volume_difference) {
+    text += fmt::format("         the target's volume differs by {:.2g}%\n", 100 * *report.volume_difference);
+  }
+  text += fmt::format("crossing {} of triangles before, {} after\n", counted(report.crossings_before, "pair"),
+                      report.crossings_after);
+  if (report.greatest_stretch) text += fmt::format("stretch  {:.3g} at most\n", *report.greatest_stretch);
+  return text;
+}
+
+FitReport watched(const FitOptions& options, const Mesh& source, const Mesh& target, const PinsStroke& pins) {
+  Progress progress;
+  const CancelOnInterruption cancel(progress);
+  progress.total = source.vertex_count() + pins.points.size();
+  const ProgressBar bar(progress, progress.total, !options.common.quiet);
+  try {
+    return report_fit(source, target, pins, threads_of(options.threads), &progress);
+  } catch (const Cancelled&) {
+    throw Interrupted{};
+  }
+}
+
+void require_fit(const FitOptions& options, const FitReport& report) {
+  if (report.landmark_distance > kMetTo * kDefaultRelativeTolerance) {
+    throw QualityError(
+        fmt::format("{}: a landmark is {:.2g} of the diagonal from its place; give fewer pairs, or pairs "
+                    "that are farther apart",
+                    options.output, report.landmark_distance));
+  }
+  if (report.crossings_after > report.crossings_before) {
+    throw QualityError(
+        fmt::format("{}: {} of triangles cross after the fit; apply it with knead deform --remesh, or give more pairs",
+                    options.output, counted(report.crossings_after, "pair")));
+  }
+}
+
+PinsStroke pins_of(const FitOptions& options, LandmarkPairs pairs, const Mesh& source) {
+  try {
+    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source.positions));
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(Place{options.landmarks},
+                       fmt::format("the pairs, counted from 0, cannot be pins: {}", error.what()));
+  }
+}
+
+void run_fit(const FitOptions& options) {
+  constexpr std::string_view extensions[] = {"knead"};
+  require_extension(options.output, extensions);
+  require_writable(options.output);
+  if (options.scale) {
+    require_different(options.source, scaled_path(options));
+    require_different(options.target, scaled_path(options));
+    require_writable(scaled_path(options));
+  }
+  const ShapeFile source = read_shape(options.source);
+  const ShapeFile target = read_shape(options.target);
+  LandmarkPairs pairs = read_pairs(options.landmarks, source.mesh, target.mesh);
+  Mesh mesh = source.mesh;
+  const double scale = options.scale ? scale_to(options, target.mesh, mesh, pairs.source) : 1;
+  const PinsStroke pins = pins_of(options, std::move(pairs), mesh);
+  FitReport report = watched(options, mesh, target.mesh, pins);
+  report.scale = scale;
+  Session session;
+  session.mesh = relative_to(options.scale ? scaled_path(options) : options.source, options.output);
+  session.note = fmt::format("a fit by {} of landmarks", counted(report.pairs, "pair"));
+  session.strokes.push_back({pins});
+  if (options.scale) write_shape(scaled_path(options), source, mesh.positions);
+  end_after_last_output(options.common.json);
+  write_file_atomically(options.output, serialize_session(session));
+  if (options.common.json) {
+    print(to_json(report));
+  } else if (!options.common.quiet) {
+    print(summary(options, report));
+  }
+  require_fit(options, report);
+}
+
+}  // namespace
+
+Subcommand fit_command() {
+  const auto options = std::make_shared<FitOptions>();
+  std::vector<Option> described{
+      {"SOURCE", &options->source, "The shape to deform", "", OptionKind::required},
+      {"TARGET", &options->target, "The shape that it shall become", "", OptionKind::required},
+      {"--landmarks", &options->landmarks,
+       "Pairs of points that belong together, a CSV file: "
+       "source_x,source_y,source_z,target_x,target_y,target_z, or source_vertex,target_vertex from 0 on",
+       "FILE", OptionKind::required},
+      {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
+      {"--scale", &options->scale,
+       "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
+      {"--threads", &options->threads, "Number of threads (default: all); does not change the result", "N"},
+  };
+  add_common_options(described, options->common);
+  return {"fit", "Write a session that takes one shape to another by pairs of landmarks", described,
+          "  knead fit scan.ply pose.ply --landmarks pairs.csv -o fit.knead\n"
+          "  knead deform scan.ply fit.knead -o fitted.ply\n"
+          "  knead fit small.obj large.obj --landmarks pairs.csv --scale --json -o fit.knead",
+          [options] { run_fit(*options); }};
+}
+
+}  // namespace knead::command

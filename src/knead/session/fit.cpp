@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "knead/io/json.h"
+#include "knead/math/error.h"
+#include "knead/math/parallel.h"
+#include "knead/mesh/surface_tree.h"
+#include "knead/mesh/triangulate.h"
+#include "knead/session/report.h"
+#include "knead/tool/strain.h"
+
+namespace knead {
+
+namespace {
+
+constexpr std::size_t kGrain = 64;
+// Fewer pins are all within each other's reach and can still be solved (tool/pins.cpp).
+constexpr std::size_t kMostTogether = 600;
+
+SurfaceTree tree_of(const Mesh& mesh) {
+  validate(mesh);
+  if (mesh.vertex_count() == 0) throw InvalidInput("a shape without vertices has no distance; give another one");
+  std::vector<Triangle> triangles = triangulate(mesh);
+  if (triangles.empty()) {
+    for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) triangles.push_back({i, i, i});
+  }
+  return {triangles, mesh.positions};
+}
+
+void add_distances(const Mesh& from, const SurfaceTree& to, int threads, Progress* progress,
+                   std::vector<double>& distances) {
+  const std::size_t first = distances.size();
+  distances.resize(first + from.vertex_count());
+  parallel_for(from.vertex_count(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && (progress == nullptr || !progress->cancel); ++i) {
+      distances[first + i] = to.closest(from.positions[i])->distance;
+    }
+  });
+  stop_if_cancelled(progress);
+}
+
+Json json_of(const SurfaceDistance& distance) {
+  return {{"mean", distance.mean}, {"most_95", distance.most_95}, {"max", distance.max}};
+}
+
+std::optional<double> volume_of(const Mesh& mesh) {
+  const Measures m = measure(mesh);
+  return m.closed() && m.oriented() ? std::optional(m.volume) : std::nullopt;
+}
+
+std::optional<double> relative(const std::optional<double>& now, const std::optional<double>& before) {
+  return now && before && *before != 0 ? std::optional(*now / *before - 1) : std::nullopt;
+}
+
+SurfaceDistance scaled(SurfaceDistance distance, double by) {
+  return {distance.mean * by, distance.most_95 * by, distance.max * by};
+}
+
+double greatest_of(const std::vector<float>& stretches) {
+  return stretches.empty() ? 0 : *std::max_element(stretches.begin(), stretches.end());
+}
+
+}  // namespace
+
+SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Progress* progress) {
+  const SurfaceTree tree_a = tree_of(a);
+  const SurfaceTree tree_b = tree_of(b);
+  std::vector<double> distances;
+  add_distances(a, tree_b, threads, progress, distances);
+  add_distances(b, tree_a, threads, progress, distances);
+  SurfaceDistance result;
+  for (const double distance : distances) result.mean += distance;
+  result.mean /= static_cast<double>(distances.size());
+  std::sort(distances.begin(), distances.end());
+  result.most_95 = distances[(distances.size() * 95 + 99) / 100 - 1];
+  result.max = distances.back();
+  return result;
+}
+
+PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double diagonal) {
+  PinsStroke pins;
+  pins.points = std::move(from);
+  pins.to = std::move(to);
+  pins.radius_auto = true;
+  validate(pins);
+  const Flow flow = flow_of(pins);
+  const double automatic = flow.segments.front().fields.front().thresholds.outer;
+  const double wide = pins.points.size() <= kMostTogether ? 0.5 * diagonal : 0;
+  pins.radius = std::max(automatic, wide);
+  pins.radius_auto = false;
+  validate(pins);
+  return pins;
+}
+
+FitReport report_fit(const Mesh& source, const Mesh& target, const PinsStroke& pins, int threads, Progress* progress) {
+  const double unit = reference_length(source.positions);
+  FitReport report;
+  report.pairs = pins.points.size();
+  report.radius = *pins.radius;
+  report.before = scaled(distance_between(source, target, threads, progress), 1 / unit);
+  const Flow flow = flow_of(pins);
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, unit);
+  options.threads = threads;
+  options.progress = progress;
+  Mesh moved = source;
+  std::vector<Vec3d> landmarks = pins.points;
+  for (const std::span<Vec3d> points : {std::span<Vec3d>(moved.positions), std::span<Vec3d>(landmarks)}) {
+    const AdvectStatus status = advect(flow, points, options).status;
+    if (status == AdvectStatus::cancelled) throw Cancelled();
+    if (status == AdvectStatus::step_limit) throw InvalidInput(kStepLimitAdvice);
+  }
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    report.landmark_distance = std::max(report.landmark_distance, norm(landmarks[i] - pins.to[i]) / unit);
+  }
+  report.after = scaled(distance_between(moved, target, threads, progress), 1 / unit);
+  const std::optional<double> volume = volume_of(source);
+  report.volume_error = relative(volume_of(moved), volume);
+  report.volume_difference = relative(volume_of(target), volume);
+  const std::vector<Triangle> triangles = triangulate(source);
+  SelfIntersectionOptions crossing{.threads = threads, .progress = progress};
+  report.crossings_before = self_intersections(triangles, source.positions, crossing).count;
+  report.crossings_after = self_intersections(triangles, moved.positions, crossing).count;
+  if (!triangles.empty()) {
+    report.greatest_stretch = greatest_of(vertex_stretches(triangles, source.positions, moved.positions));
+  }
+  return report;
+}
+
+std::string to_json(const FitReport& report) {
+  return to_indented_text({{"pairs", report.pairs},
+                           {"radius", report.radius},
+                           {"scale", report.scale},
+                           {"landmark_distance", report.landmark_distance},
+                           {"distance_before", json_of(report.before)},
+                           {"distance_after", json_of(report.after)},
+                           {"volume_error", report.volume_error},
+                           {"volume_difference", report.volume_difference},
+                           {"crossings_before", report.crossings_before},
+                           {"crossings_after", report.crossings_after},
+                           {"greatest_stretch", report.greatest_stretch}});
+}
+
+}  // namespace knead

@@ -1,0 +1,151 @@
+// knead fit: landmarks, the report, the scaled source, and files that are wrong.
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "knead/io/shape_file.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/shapes.h"
+#include "knead/session/replay.h"
+#include "process.h"
+
+namespace knead::command_test {
+namespace {
+
+using nlohmann::json;
+
+class FitTest : public CommandTest {
+ protected:
+  FitTest() : mesh_(make_shape(ShapeKind::torus, 4000)) { write_mesh(path("source.ply"), mesh_, {true, {}, {}}); }
+
+  // The source, moved by a session that the fit does not know.
+  std::vector<Vec3d> write_target() const {
+    const Session hidden = parse_session(
+        R"({"knead": 1}
+{"tool": "implicit", "inner": 0.2, "outer": 1.4, "path": [[1, 0, 0], [1.1, 0.15, 0.1]]}
+{"tool": "rotate", "center": [0, 0, 0], "axis": [0, 1, 0.2], "angle_deg": 10, "inner": 0.3, "outer": 2}
+)",
+        "hidden");
+    Mesh target = mesh_;
+    target.positions = replay(mesh_, hidden).shape.positions();
+    write_mesh(path("target.ply"), target, {true, {}, {}});
+    return target.positions;
+  }
+
+  // 24 vertices, evenly through the list.
+  std::vector<std::size_t> landmarks() const {
+    std::vector<std::size_t> chosen;
+    for (std::size_t i = 0; i < 24; ++i) chosen.push_back(i * mesh_.vertex_count() / 24);
+    return chosen;
+  }
+
+  void write_pairs() const {
+    std::string text = "source_vertex,target_vertex\n";
+    for (const std::size_t i : landmarks()) text += std::to_string(i) + "," + std::to_string(i) + "\n";
+    write("pairs.csv", text);
+  }
+
+  Mesh mesh_;
+};
+
+TEST_F(FitTest, MeetsTheLandmarksAndSaysWhatItDid) {
+  const std::vector<Vec3d> target = write_target();
+  write_pairs();
+  const json report = json::parse(
+      knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "--json", "-o", "fit.knead"}));
+  EXPECT_EQ(report["pairs"], 24);
+  EXPECT_LT(report["landmark_distance"], 2e-5);
+  EXPECT_LT(report["distance_after"]["mean"], 0.5 * report["distance_before"]["mean"].get<double>());
+  EXPECT_LE(report["distance_after"]["mean"], report["distance_after"]["most_95"]);
+  EXPECT_LE(report["distance_after"]["most_95"], report["distance_after"]["max"]);
+  EXPECT_LT(std::abs(report["volume_error"].get<double>()), 1e-3);
+  EXPECT_EQ(report["crossings_after"], 0);
+  EXPECT_GT(report["greatest_stretch"], 1);
+  EXPECT_EQ(report["scale"], 1);
+  const Session session = read_session(path("fit.knead"));
+  EXPECT_EQ(session.mesh, "source.ply");
+  knead_ok({"deform", "source.ply", "fit.knead", "-q", "--precision", "double", "-o", "fitted.ply"});
+  const Mesh fitted = read_shape(path("fitted.ply")).mesh;
+  const double size = reference_length(mesh_.positions);
+  for (const std::size_t i : landmarks()) EXPECT_LT(norm(fitted.positions[i] - target[i]), 2e-5 * size);
+}
+
+TEST_F(FitTest, NeverOverwritesAShapeThatItReads) {
+  write_target();
+  write_pairs();
+  std::filesystem::copy(path("source.ply"), path("fit_source.ply"));
+  const std::string before = read("fit_source.ply");
+  expect_error(knead({"fit", "fit_source.ply", "target.ply", "--landmarks", "pairs.csv", "--scale", "-o", "fit.knead"}),
+               2, "fit_source.ply");
+  EXPECT_EQ(read("fit_source.ply"), before);
+}
+
+// Places and numbers of the same vertices are the same landmarks, also with blanks and other line ends.
+TEST_F(FitTest, TakesPlacesToo) {
+  const std::vector<Vec3d> target = write_target();
+  write_pairs();
+  std::ostringstream text;
+  text.precision(17);
+  text << "source_x, source_y, source_z, target_x, target_y, target_z\r\n";
+  for (const std::size_t i : landmarks()) {
+    const Vec3d& p = mesh_.positions[i];
+    const Vec3d& q = target[i];
+    text << p.x << ", " << p.y << "," << p.z << "," << q.x << "," << q.y << " ," << q.z << "\r\n";
+  }
+  write("places.csv", text.str() + "\n");
+  knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "-q", "-o", "a.knead"});
+  knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "places.csv", "-q", "-o", "b.knead"});
+  EXPECT_EQ(read_session(path("a.knead")).strokes, read_session(path("b.knead")).strokes);
+}
+
+TEST_F(FitTest, ScalesTheSourceFirst) {
+  Mesh large = mesh_;
+  for (Vec3d& p : large.positions) p = p * 1.3 + Vec3d{0.02, 0, 0};
+  write_mesh(path("target.ply"), large, {true, {}, {}});
+  write_pairs();
+  const std::string out =
+      knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "--scale", "--json", "-o", "fit.knead"});
+  EXPECT_NEAR(json::parse(out)["scale"].get<double>(), 1.3, 1e-9);
+  EXPECT_LT(std::abs(json::parse(out)["volume_difference"].get<double>()), 1e-9);
+  EXPECT_EQ(read_session(path("fit.knead")).mesh, "fit_source.ply");
+  knead_ok({"deform", "fit_source.ply", "fit.knead", "-q", "-o", "fitted.ply"});
+  EXPECT_NEAR(measure(read_shape(path("fitted.ply")).mesh).volume, measure(large).volume, 1e-4);
+}
+
+TEST_F(FitTest, RefusesWrongPairsAndWritesNothing) {
+  write_target();
+  const auto refusal = [&](const std::string& text) {
+    write("pairs.csv", text);
+    const Outcome outcome = knead({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "-o", "fit.knead"});
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(path("fit.knead")));
+    return outcome.err;
+  };
+  EXPECT_TRUE(refusal("").starts_with("knead: pairs.csv:1: the first line must be source_x"));
+  EXPECT_TRUE(refusal("a,b\n1,2\n").starts_with("knead: pairs.csv:1: "));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex\n").starts_with("knead: pairs.csv: it holds no pair"));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex\n1,1\n2\n").starts_with("knead: pairs.csv:3: a pair must be two"));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex\n1,1,1\n").starts_with("knead: pairs.csv:2: a pair must be two"));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex\n1,-1\n").starts_with("knead: pairs.csv:2: a pair must be two"));
+  EXPECT_TRUE(refusal("source_vertex,target_vertex\n1,999999\n").starts_with("knead: pairs.csv:2: \"target_vertex\""));
+  EXPECT_TRUE(refusal("source_x,source_y,source_z,target_x,target_y,target_z\n0,0,0,1,nan,0\n")
+                  .starts_with("knead: pairs.csv:2: a coordinate is not finite"));
+  const std::string meets = refusal("source_vertex,target_vertex\n1,2\n1,3\n");
+  EXPECT_NE(meets.find("pins 0 and 1 meet at the time 0 "), std::string::npos) << meets;
+}
+
+TEST_F(FitTest, ScaleNeedsClosedShapes) {
+  write_target();
+  write_pairs();
+  Mesh open = mesh_;
+  open.face_begin.pop_back();
+  open.corner_vertex.resize(open.face_begin.back());
+  write_mesh(path("open.ply"), open);
+  const Outcome outcome =
+      knead({"fit", "open.ply", "target.ply", "--landmarks", "pairs.csv", "--scale", "-o", "fit.knead"});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_TRUE(outcome.err.starts_with("knead: open.ply: --scale needs the volume")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace knead::command_test
