@@ -9,10 +9,18 @@ from ._session import Session, native_session
 from ._strokes import Stroke, _wrap
 
 
+def _number(value, name):
+    """Returns a float; of whole numbers that are too large for one, raises InvalidInput."""
+    try:
+        return float(value)
+    except OverflowError:
+        raise _knead.InvalidInput(f"{name} is too large a number") from None
+
+
 def _accuracy(relative_tolerance=1e-5, precision="float32", integrator="tsit5", threads=0, diagonal=None):
-    length = None if diagonal is None else float(diagonal)
-    names = str(precision), str(integrator)
-    return _knead.Accuracy(float(relative_tolerance), *names, operator.index(threads), length)
+    length = None if diagonal is None else _number(diagonal, "diagonal")
+    tolerance = _number(relative_tolerance, "relative_tolerance")
+    return _knead.Accuracy(tolerance, str(precision), str(integrator), operator.index(threads), length)
 
 
 def deform(

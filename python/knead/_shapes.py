@@ -22,7 +22,10 @@ class Shape:
     def vertices(self, vertices):
         import numpy  # not with the module: that takes most of the time of `import knead`
 
-        array = numpy.array(vertices, dtype=numpy.float64, order="C")
+        try:
+            array = numpy.array(vertices, dtype=numpy.float64, order="C")
+        except OverflowError:
+            raise _knead.InvalidInput("vertices has too large a number") from None
         if array.shape != self._vertices.shape:
             raise _knead.InvalidInput(f"vertices must have shape {self._vertices.shape}, got {array.shape}")
         self._vertices = array

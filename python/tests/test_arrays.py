@@ -159,3 +159,11 @@ def test_results_own_their_memory(sphere, pull):
     del bench, flow
     gc.collect()
     assert bits(view) == bits(sphere.vertices) and bits(moved) == bits(knead.deform(sphere.vertices, pull))
+
+
+@pytest.mark.parametrize("keyword", ["relative_tolerance", "diagonal", "until"])
+def test_whole_numbers_too_large_for_a_float(sphere, pull, keyword):
+    with pytest.raises((TypeError, knead.InvalidInput)):
+        knead.deform(sphere.vertices, pull, **{keyword: 10**400})
+    with pytest.raises((TypeError, knead.InvalidInput)):
+        sphere.vertices = [[10**400, 0, 0]]
