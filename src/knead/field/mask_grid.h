@@ -111,8 +111,8 @@ template <class T, class Function>
 // The cells of some places, and where in them.
 template <class T>
 struct MaskCells {
-  int index[3][kLanesOf<T>];
-  Vec3<T> within;  // from 0 to 1
+  int index[3][kLanesOf<T>];  // NOLINT(cppcoreguidelines-pro-type-member-init): cells_at writes all
+  Vec3<T> within;             // from 0 to 1
 };
 
 // `y`: relative to the view's centre. What is not a number lies in the first cell.
@@ -132,6 +132,7 @@ template <class T, class S>
 
 template <class T, class S>
 [[gnu::always_inline]] inline std::size_t brick_of(const MaskView<S>& mask, const MaskCells<T>& cells, std::size_t k) {
+  // NOLINTNEXTLINE(bugprone-misplaced-widening-cast): there are fewer bricks than an int counts
   return static_cast<std::size_t>(cells.index[0][k] / kBrickCells + mask.row * (cells.index[1][k] / kBrickCells) +
                                   mask.plane * (cells.index[2][k] / kBrickCells));
 }
@@ -254,7 +255,7 @@ template <class T>
 template <class T, class S>
 [[gnu::always_inline]] inline MaskValue<T> evaluate_mask(const MaskView<S>& mask, const Vec3<T>& y) {
   const MaskCells<T> cells = cells_at(mask, y);
-  MaskRows<T> rows;
+  MaskRows<T> rows;  // NOLINT(cppcoreguidelines-pro-type-member-init): read_rows writes all
   read_rows(mask, cells, rows);
   if (rows.are_free()) return {T(1), {T(0), T(0), T(0)}};
   if constexpr (!requires { typename T::Scalar; }) {
