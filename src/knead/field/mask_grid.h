@@ -110,9 +110,9 @@ template <class T, class Function>
 
 // The cells of some places, and where in them.
 template <class T>
-struct MaskCells {
-  int index[3][kLanesOf<T>];  // NOLINT(cppcoreguidelines-pro-type-member-init): cells_at writes all
-  Vec3<T> within;             // from 0 to 1
+struct MaskCells {  // NOLINT(cppcoreguidelines-pro-type-member-init): cells_at writes all
+  int index[3][kLanesOf<T>];
+  Vec3<T> within;  // from 0 to 1
 };
 
 // `y`: relative to the view's centre. What is not a number lies in the first cell.
@@ -205,7 +205,7 @@ template <class T>
   const T q = T(1) - u;
   const T u2 = u * u;
   const T q2 = q * q;
-  SplineWeights<T> w;
+  SplineWeights<T> w;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
   w.value[0] = q2 * q;
   w.value[1] = mul_add(u2, mul_add(T(3), u, T(-6)), T(4));
   w.value[2] = mul_add(q2, mul_add(T(3), q, T(-6)), T(4));
