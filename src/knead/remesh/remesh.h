@@ -161,8 +161,8 @@ inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
 Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                 const RemeshOptions& options);
 
-// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. Of the
-// options, `targets`, `whole` and `creases` are replaced. Throws as above.
+// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. Of
+// the options, `targets`, `whole` and `creases` are replaced. Throws as above.
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
 
 }  // namespace knead

@@ -101,8 +101,8 @@ ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& opti
 // stroke that reads the surface, or relaxes it, and for a mask by the numbers of vertices.
 Flow flow_of(const Session& session, const SessionPart& part = {}, int threads = 0);
 
-// Returns whether replay() looks at the faces: to read the surface, to relax it, to check a barrel, or to remesh. If not,
-// advect() by flow_of(session) gives the same positions, to the bit.
+// Returns whether replay() looks at the faces: to read the surface, to relax it, to check a barrel, or to remesh. If
+// not, advect() by flow_of(session) gives the same positions, to the bit.
 bool needs_faces(const Session& session);
 
 // Returns whether replay() would return a remeshed shape.

@@ -46,7 +46,8 @@ void add_steps(const DeformedShape& result, Report& report) {
 }
 
 std::optional<double> greatest_stretch_of(const Mesh& mesh, const DeformedShape& result) {
-  const std::vector<Vec3d>& rest = result.is_remeshed() ? result.provenance()->rest : mesh.positions;
+  const Provenance* const remeshed = result.provenance();
+  const std::vector<Vec3d>& rest = remeshed != nullptr ? remeshed->rest : mesh.positions;
   const std::vector<Vec3d>& now = result.positions();
   std::optional<double> greatest;
   for_each_triangle(result.mesh(), rest, [&](const Triangle& t) {
