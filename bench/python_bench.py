@@ -1,13 +1,16 @@
 """Pulls a bump out of a shape by Knead's Python module and by other methods; prints time, volume and crossings of each.
 
-    PYTHONPATH=build/release/python python3 bench/python_bench.py [SHAPE] [--repeats 5]
+    PYTHONPATH=build/release/python python3 bench/python_bench.py [SHAPE] [--repeats 5] [--library deform_bench]
 
-SHAPE: a closed mesh; a ball of 437,000 vertices if none is given. Needs scipy.
+SHAPE: a closed mesh; a ball of 437,000 vertices if none is given. --library: the program of `./dev bench` that does the
+same job without Python; its times stand in rows of their own. Needs scipy.
 """
 
 import argparse
 import os
 import statistics
+import subprocess
+import tempfile
 import time
 
 import numpy as np
@@ -92,13 +95,22 @@ def in_place(v, session):
     return move
 
 
-def jobs(v, f):
-    """Returns what to time: names and functions that return the new vertices."""
+def measures(v):
+    """Returns the place that is pulled, the displacement, and the radii of the tool."""
     diagonal = np.linalg.norm(v.max(axis=0) - v.min(axis=0))
     inner, outer, length = (diagonal * SIZE[key] for key in ("inner", "outer", "length"))
-    tip = v[np.argmax(v[:, 1])]
-    push = np.array([0, length, 0])
-    pull = knead.Implicit(path=[tip, tip + push], inner=inner, outer=outer)
+    return v[np.argmax(v[:, 1])], np.array([0, length, 0]), inner, outer
+
+
+def local_pull(v):
+    tip, push, inner, outer = measures(v)
+    return knead.Implicit(path=[tip, tip + push], inner=inner, outer=outer)
+
+
+def jobs(v, f):
+    """Returns what to time: names and functions that return the new vertices."""
+    tip, push, inner, outer = measures(v)
+    pull = local_pull(v)
     flow = knead.Flow(pull)
     return {
         "knead.deform, in place": in_place(v, pull),
@@ -109,6 +121,27 @@ def jobs(v, f):
         "FFD, 5x5x5 (numpy)": ffd(v, tip, push, outer),
         "RBF, thin plate, 400 centres (scipy)": rbf(v, tip, push, inner, outer),
     }
+
+
+class Library:
+    """The same job without Python, by the program deform_bench."""
+
+    def __init__(self, program, v, f, folder):
+        mesh, session = os.path.join(folder, "shape.off"), os.path.join(folder, "pull.knead")
+        with open(mesh, "w") as out:
+            print("OFF", len(v), len(f), 0, file=out)
+            np.savetxt(out, v, "%.17g")
+            np.savetxt(out, np.insert(f, 0, 3, axis=1), "%d")
+        knead.Session([local_pull(v)]).write(session)
+        self.process = subprocess.Popen([program, mesh, session], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def job(self, name, v):
+        def ask():
+            print(name, file=self.process.stdin, flush=True)
+            wall, processor = (float(x) / 1000 for x in self.process.stdout.readline().split())
+            return v, (wall, processor)
+
+        return ask
 
 
 def timed(job):
@@ -122,6 +155,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("shape", nargs="?", help="file of a closed mesh")
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--library", help="the program deform_bench")
     options = parser.parse_args()
     if options.shape:
         shape = knead.read(options.shape)
@@ -132,6 +166,11 @@ def main():
     print(f"{options.shape or 'ball'}: {len(v)} vertices, {before['self_intersections']} crossings, "
           f"{os.cpu_count()} cores, knead {knead.__version__}, numpy {np.__version__}")  # fmt: skip
     all_jobs = jobs(v, f)
+    folder = tempfile.TemporaryDirectory()
+    if options.library:
+        library = Library(options.library, v, f, folder.name)
+        moved = knead.deform(v, local_pull(v))
+        all_jobs = {f"the library, {name}": library.job(name, moved) for name in ("advect", "replay")} | all_jobs
     times, results = {name: [] for name in all_jobs}, {}
     for _ in range(options.repeats):  # in turn, so that other work on the machine meets all
         for name, job in all_jobs.items():

@@ -255,7 +255,7 @@ def render(
     look.azimuth_deg, look.elevation_deg = (float(angle) for angle in view)
     if not (math.isfinite(look.azimuth_deg) and abs(look.elevation_deg) <= 90):
         raise _knead.InvalidInput(f"view must be (azimuth, elevation) in degrees, as (30, 20), got {view}")
-    if up not in ("y", "z"):
+    if not (isinstance(up, str) and up in ("y", "z")):
         raise _knead.InvalidInput(f'up must be "y" or "z", got {up!r}')
     look.z_up = up == "z"
     if perspective != 0 and not 1 <= perspective <= 120:

@@ -22,10 +22,10 @@ class Shape:
     def vertices(self, vertices):
         import numpy  # not with the module: that takes most of the time of `import knead`
 
-        try:
-            array = numpy.array(vertices, dtype=numpy.float64, order="C")
-        except OverflowError:
-            raise _knead.InvalidInput("vertices has too large a number") from None
+        given = numpy.asarray(vertices)
+        if given.dtype.kind not in "fiu" and given.size > 0:
+            raise TypeError(f"vertices must be an array of real numbers, got dtype {given.dtype}")
+        array = numpy.array(given, dtype=numpy.float64, order="C")
         if array.shape != self._vertices.shape:
             raise _knead.InvalidInput(f"vertices must have shape {self._vertices.shape}, got {array.shape}")
         self._vertices = array

@@ -88,10 +88,20 @@ struct Request {
   py::object progress;
 };
 
+// Names the first stroke whose path lines run away.
+void refuse(std::span<const Vec3d> points, const Session& session, const ReplayOptions& options) {
+  Mesh cloud;
+  cloud.positions.assign(points.begin(), points.end());
+  Progress progress;
+  ReplayResult replayed;
+  run_watched(py::none(), progress, [&] { replayed = replay(std::move(cloud), session, options); });
+  require_done(AdvectStatus::step_limit, session, replayed.failed_line);
+}
+
 // Moves the points where they lie if they are the caller's `out`, else a copy. With a callback always a copy, so that
 // nothing is written where it stops the work.
 py::object move(const Request& request, const Accuracy& accuracy, const std::function<Flow()>& make_flow,
-                const Session& session) {
+                const Session& session, const ReplayOptions& options) {
   const bool in_place = request.target.is_in_place() && request.progress.is_none();
   DoubleArray result = in_place ? request.points.array : array_of(request.points.span());
   const std::span<Vec3d> moved = span_of(result);
@@ -104,7 +114,7 @@ py::object move(const Request& request, const Accuracy& accuracy, const std::fun
     status = advect(flow, moved, advect_options_for(accuracy, moved, progress)).status;
   });
   if (!is_done) return py::none();
-  require_done(status, session, 0);
+  if (status == AdvectStatus::step_limit) refuse(moved, session, options);
   return request.target.take(result, request.points.is_float32);
 }
 
@@ -137,8 +147,8 @@ py::object deform(const py::object& vertices, const Session& session, const py::
   options.motion = motion_options(accuracy);
   options.part = {inverse ? Direction::backwards : Direction::forwards, until};
   if (!faces.is_none() && needs_faces(session)) return replay_on(request, session, faces, options);
-  return move(
-      request, accuracy, [&] { return flow_of(session, options.part, accuracy.threads); }, session);
+  const auto make_flow = [&] { return flow_of(session, options.part, accuracy.threads); };
+  return move(request, accuracy, make_flow, session, options);
 }
 
 Flow joined(Flow first, const Flow& second) {
@@ -153,8 +163,7 @@ py::object move_by(const Flow& flow, const py::object& points, const Accuracy& a
   const Request request{std::move(given), std::move(target), progress};
   Session session;
   session.name = "flow";
-  return move(
-      request, accuracy, [&] { return flow; }, session);
+  return move(request, accuracy, [&] { return flow; }, session, {});
 }
 
 // The places at n moments, evenly spaced in segments, start and end among them; 1: the end only. Whole segments are

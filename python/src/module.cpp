@@ -1,5 +1,7 @@
 #include "module.h"
 
+#include <cstring>
+
 #include "knead/flow/simd.h"
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"
@@ -7,6 +9,13 @@
 
 namespace knead::python {
 namespace {
+
+// A message may name a file whose name is no UTF-8; its bytes are then written as \x80.
+void raise(const py::handle& type, const char* message) {
+  const auto length = static_cast<py::ssize_t>(std::strlen(message));
+  const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(message, length, "backslashreplace"));
+  if (text) PyErr_SetObject(type.ptr(), text.ptr());
+}
 
 // The message of an error of the library as an exception of Python.
 void add_exceptions(py::module_& module) {
@@ -18,15 +27,15 @@ void add_exceptions(py::module_& module) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const RemeshLimit& error) {
-      PyErr_SetString(accuracy_error.ptr(), error.what());
+      raise(accuracy_error, error.what());
     } catch (const InvalidInput& error) {
-      PyErr_SetString(invalid_input.ptr(), error.what());
+      raise(invalid_input, error.what());
     } catch (const IoError& error) {
-      PyErr_SetString(file_error.ptr(), error.what());
+      raise(file_error, error.what());
     } catch (const AccuracyError& error) {
-      PyErr_SetString(accuracy_error.ptr(), error.what());
+      raise(accuracy_error, error.what());
     } catch (const UnavailableError& error) {
-      PyErr_SetString(unavailable.ptr(), error.what());
+      raise(unavailable, error.what());
     }
   });
 }

@@ -167,3 +167,17 @@ def test_whole_numbers_too_large_for_a_float(sphere, pull, keyword):
         knead.deform(sphere.vertices, pull, **{keyword: 10**400})
     with pytest.raises((TypeError, knead.InvalidInput)):
         sphere.vertices = [[10**400, 0, 0]]
+
+
+def test_vertices_of_a_shape_are_real_numbers(files):
+    shape = knead.read(files / "sphere.ply")
+    for wrong in (shape.vertices * 1j, shape.vertices.astype(str), [[10**400, 0, 0]] * len(shape.vertices)):
+        with pytest.raises(TypeError, match="real numbers"):
+            shape.vertices = wrong
+    shape.vertices = shape.vertices.tolist()
+    assert bits(shape.vertices) == bits(knead.read(files / "sphere.ply").vertices)
+
+
+def test_a_name_that_is_no_utf8_can_be_read_in_the_message():
+    with pytest.raises(knead.InvalidInput, match=r"^\\x80: its name has no extension"):
+        knead.read(b"\x80")

@@ -369,3 +369,6 @@ def test_an_endless_path_line_is_an_accuracy_error():
     with pytest.raises(knead.AccuracyError, match="infinity"):
         knead.deform(far, bend, diagonal=1, out=far)
     assert far[1, 2] == 1e4
+    still = knead.Implicit(path=[[9, 9, 9], [9, 9, 8]], inner=0.1, outer=0.2)
+    with pytest.raises(knead.AccuracyError, match="^session:3: "):
+        knead.deform(far, [still, bend], diagonal=1)

@@ -116,7 +116,8 @@ void move(const detail::SegmentMover& mover, Groups& groups, std::size_t first, 
                          0,
                          0,
                          &groups.steps[first],
-                         moved.data()};
+                         moved.data(),
+                         {}};
   for (std::size_t block = 0; block * kBlock < count; ++block) {
     const std::size_t points = std::min(kBlock, count - block * kBlock);
     members[block] = points == kBlock ? ~std::uint64_t{0} : (std::uint64_t{1} << points) - 1;

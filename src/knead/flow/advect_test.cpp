@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <string>
@@ -290,6 +291,33 @@ TEST(Advect, StopsWhenCancelled) {
   AdvectOptions options = precisely(1e-6);
   options.progress = &progress;
   EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
+}
+
+// A path line that turns through many radians needs thousands of steps. Each is a chance to stop.
+TEST(Advect, StopsInTheMiddleOfAPathLine) {
+  constexpr int kUntil = 5000;
+  std::atomic<int> calls{0};
+  Progress progress;
+  const CustomRegion region = custom_region([&](const Vec3d& d, double) {
+    if (++calls == kUntil) progress.cancel = true;
+    return RegionValue<double>{norm(d), d / norm(d)};
+  });
+  const Rotation<double> turn{{0, 0, 1}, 1000};
+  const Flow flow{{test::resting(turn, region, {0, 0, 0}, {0.1, 0.8})}};
+  AdvectOptions options = precisely(1e-9);
+  options.threads = 1;
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 64; ++i) points.push_back({0.5 * std::cos(0.1 * i), 0.5 * std::sin(0.1 * i), 0.01 * i});
+  advect(flow, points, options);
+  EXPECT_GT(calls, 20 * kUntil);  // uninterrupted
+
+  calls = 0;
+  progress.cancel = false;
+  options.progress = &progress;
+  const std::vector<Vec3d> before = points;
+  EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
+  EXPECT_LT(calls, 2 * kUntil);
+  EXPECT_EQ(bits(points), bits(before));
 }
 
 std::string refusal(const Flow& flow, std::vector<Vec3d> points) {

@@ -97,7 +97,8 @@ void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size
                0,
                0,
                blocks_.counts_.data() + first,
-               work.moved.data()};
+               work.moved.data(),
+               {[](const void* mover) { return static_cast<const BlockMover*>(mover)->is_stopped(); }, this}};
   for (const ReadySegment& segment : segments) {
     if (is_stopped()) return;
     move_group(segment, work);
@@ -167,8 +168,8 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
     at_start = {copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
     std::vector<std::uint32_t> steps(kGroup);
     std::array<double, kBlocksPerGroup> moved{};
-    segment.move_to_start(
-        {at_start, work.live.members, work.live.blocks, work.live.block_count, 0, steps.data(), moved.data()});
+    segment.move_to_start({at_start, work.live.members, work.live.blocks, work.live.block_count, 0, steps.data(),
+                           moved.data(), work.live.stop});
   }
   for (int k = 0; k < work.live.block_count; ++k) {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];

@@ -250,6 +250,14 @@ struct SegmentTask {
   const void* contact_data = nullptr;
 };
 
+// Asked after every round of steps: whether the result is no longer wanted.
+struct StopQuestion {
+  bool (*ask)(const void* asked) = nullptr;  // null: it is wanted
+  const void* asked = nullptr;
+
+  [[gnu::always_inline]] inline bool is_stopped() const { return ask != nullptr && ask(asked); }
+};
+
 template <class S>
 struct GroupTask {
   Coordinates points;                      // kGroup of each
@@ -260,6 +268,7 @@ struct GroupTask {
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
   Bundle<S>* bundle = nullptr;     // to work in
+  StopQuestion stop;               // the path lines under way are given up then, and the counts are not complete
 };
 
 struct GroupCounts {

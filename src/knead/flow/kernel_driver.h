@@ -34,6 +34,7 @@ class GroupMover {
       points_.note_moved(first, found.moved);
       if ((found.inside | found.later) == 0) continue;
       if (bundle_.count + kBlock > kBundle) flush();
+      if (!counts_.complete) break;
       points_.append(first, start, found);
     }
     flush();
@@ -108,7 +109,7 @@ class GroupMover {
     for (int round = 0;; ++round) {
       settle();
       if (bundle_.asked.count() == 0) return;
-      if (round == kStepLimit || !counts_.complete) {
+      if (round == kStepLimit || !counts_.complete || group_.stop.is_stopped()) {
         counts_.complete = false;
         return;
       }

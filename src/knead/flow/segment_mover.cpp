@@ -277,7 +277,7 @@ struct KernelMover {
     if (!mask.is_empty()) free = without_held(group, mask);
     const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
     return move(task, {group.points, members, group.blocks, group.block_count, group.between, group.steps, group.moved,
-                       bundle.get()});
+                       bundle.get(), group.stop});
   }
 };
 
@@ -351,6 +351,7 @@ class PinMover {
       sum.evaluations += counts.evaluations;
       sum.complete = sum.complete && counts.complete;
       for (std::size_t block = 0; block < kBlocksPerGroup; ++block) moved[block] += of_piece[block];
+      if (!sum.complete) break;
       group.between = 0;  // that was known of the first piece's beginning
     }
     return sum;

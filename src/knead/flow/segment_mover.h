@@ -19,6 +19,7 @@ struct LiveGroup {
   std::uint64_t between = 0;       // by block: whether all points are known to be between the inner and outer region
   std::uint32_t* steps = nullptr;  // kGroup, to which accepted steps are added
   double* moved = nullptr;         // by block: raised to how far a point of it moves along an axis, at most
+  StopQuestion stop;
 };
 
 // Moves the points of the blocks over the whole segment. Called from several threads.
