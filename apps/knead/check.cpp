@@ -8,7 +8,7 @@
 
 #include "command.h"
 #include "knead/math/error.h"
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 #include "output.h"
 #include "requirements.h"
 #include "shape_info.h"

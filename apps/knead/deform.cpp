@@ -13,6 +13,7 @@
 #include "command.h"
 #include "deform_options.h"
 #include "frames.h"
+#include "knead/io/animation.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/remeshed.h"
 #include "knead/session/report.h"
@@ -22,22 +23,31 @@
 namespace knead::command {
 namespace {
 
-// The files to write: one for each frame, or one for the result if there are no frames.
+// What to write: one file for each frame, one for all of them, or one for the result if there are no frames.
 class Target {
  public:
-  explicit Target(const DeformOptions& options) : path_(options.output) {
-    if (!options.frames) return;
-    pattern_ = parse_frame_pattern(options.output);
-    count_ = *options.frames;
+  Target(const DeformOptions& options, const FrameOptions& frames) : path_(options.output) {
+    const bool is_one_file = knead::is_animation(path_) && path_.find('%') == std::string::npos;
+    if (!options.frames) {
+      if (is_one_file && !is_shape_file(path_)) {
+        throw UsageError(fmt::format("--output {}: an animation; say how many frames it has, with --frames N", path_));
+      }
+      return;
+    }
+    count_ = frame_count(frames);
+    is_animation_ = is_one_file;
+    if (!is_animation_) pattern_ = parse_frame_pattern(options.output);
   }
 
   int count() const { return count_; }
+  bool is_animation() const { return is_animation_; }
   std::string path(int index) const { return pattern_ ? frame_path(*pattern_, index) : path_; }
   std::string last_path() const { return path(count_ - 1); }
 
  private:
   std::string path_;
   std::optional<FramePattern> pattern_;
+  bool is_animation_ = false;
   int count_ = 1;
 };
 
@@ -46,7 +56,11 @@ void check_outputs(const DeformOptions& options, const Target& target) {
   check_streams({options.shape, target.path(0)}, options.format);
   require_free_output(target.path(0), options.common.json, "--json");
   require_free_output(target.path(0), options.report == "-", "--report -");
-  for (int i = 0; i < target.count(); ++i) require_shape_output(target.path(i));
+  if (target.is_animation()) {
+    require_writable(target.path(0));
+  } else {
+    for (int i = 0; i < target.count(); ++i) require_shape_output(target.path(i));
+  }
   require_different(options.session, target.path(0));
   if (options.report.empty() || options.report == "-") return;
   for (const std::string& other : {options.shape, options.session, target.path(0)}) {
@@ -77,7 +91,11 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
   std::string text =
       fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
                   report.vertices, counted(report.strokes, "stroke"), counted(report.segments, "segment"));
-  if (options.frames) text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
+  if (options.frames && target.is_animation()) {
+    text += fmt::format("frames   {}\n", target.count());
+  } else if (options.frames) {
+    text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
+  }
   text += fmt::format("steps    {:.3g} per vertex on average, {} at most\n", report.steps_mean, report.steps_max);
   text += report.volume_error ? fmt::format("volume   changed by a fraction of {:.2g}\n", *report.volume_error)
                               : "volume   none: the shape is not closed and oriented\n";
@@ -165,6 +183,16 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet);
   check_until(options, inputs.session);
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
+  if (target.is_animation()) {
+    if (will_remesh(inputs.shape.mesh, inputs.session, replay)) {
+      throw UsageError(fmt::format(
+          "--output {}: every frame has the faces of the first, but remeshing changes them; give a pattern such as "
+          "F_%04d.ply for a file each, or leave out --remesh and remesh lines",
+          options.output));
+    }
+    if (!quiet) print_notes(animation_losses(target.path(0), inputs.shape));
+    return inputs;
+  }
   const std::filesystem::path path = format_path(target.path(0), options.format);
   const std::vector<std::string> losses = will_remesh(inputs.shape.mesh, inputs.session, replay)
                                               ? remesh_losses(path, inputs.shape)
@@ -186,7 +214,7 @@ void run_deform(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
-  const Target target(options);
+  const Target target(options, replay.frames);
   check_outputs(options, target);
   const Digits digits = digits_of(options);
   const bool quiet = options.common.quiet;
@@ -198,13 +226,25 @@ void run_deform(const DeformOptions& options) {
 
   if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
   replay.remesh.face_labels = face_labels(inputs.shape);
-  const WriteOptions write_options = write_options_for(options, digits, inputs.shape, target);
-  replay.remesh.single_precision =
-      stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
+  WriteOptions write_options;
+  std::optional<AnimationFile> animation;
+  if (target.is_animation()) {
+    animation.emplace(target.path(0), inputs.shape, AnimationOptions{target.count(), options.fps.value_or(24)});
+  } else {
+    write_options = write_options_for(options, digits, inputs.shape, target);
+    replay.remesh.single_precision =
+        stores_floats(format_path(target.path(0), options.format), inputs.shape, write_options);
+  }
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
-    if (frame.index + 1 == target.count()) end_after_last_shape(target.last_path(), says_more(options));
-    write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);
+    const bool is_last = frame.index + 1 == target.count();
+    if (animation) {
+      animation->add(frame.shape.positions());
+      if (is_last) animation->finish();
+    } else {
+      if (is_last) end_after_last_shape(target.last_path(), says_more(options));
+      write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);
+    }
     seconds.write += clock.seconds();
   };
   if (options.frames) replay.frames.deliver = write;
@@ -212,7 +252,7 @@ void run_deform(const DeformOptions& options) {
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames) write({0, certified.result.shape});
-  if (!is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
+  if (!animation && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
     copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
   Report report = report_of(inputs.shape.mesh, certified, seconds);
@@ -229,6 +269,7 @@ Subcommand deform_command() {
           "  knead deform hand.ply bend.knead -o bent.ply\n"
           "  knead deform bent.ply bend.knead --inverse -o hand_again.ply\n"
           "  knead deform hand.ply bend.knead --frames 60 -o F_%04d.ply\n"
+          "  knead deform hand.ply bend.knead --frames 48 --ease smooth -o hand.glb\n"
           "  knead deform hand.ply bend.knead --remesh --require volume=1e-5,crossings=0 -o bent.ply\n"
           "  knead deform scan.ply bend.knead --precision double --tolerance 1e-9 --report - -o exact.ply\n"
           "  knead deform - bend.knead --format ply -o - < hand.ply > bent.ply\n"

@@ -24,6 +24,28 @@ Precision precision_named(const std::string& name) {
   throw UsageError(fmt::format("--precision {}: say float or double", name));
 }
 
+Ease ease_named(const std::string& name) {
+  if (name == "linear") return Ease::linear;
+  if (name == "smooth") return Ease::smooth;
+  throw UsageError(fmt::format("--ease {}: say linear or smooth", name));
+}
+
+FrameOptions frame_options(const DeformOptions& options) {
+  if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
+  if (options.hold.value_or(0) < 0) throw UsageError(fmt::format("--hold {}: give 0 frames or more", *options.hold));
+  if (const double fps = options.fps.value_or(1); !(fps > 0) || !std::isfinite(fps)) {
+    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", fps));
+  }
+  FrameOptions frames;
+  frames.count = options.frames.value_or(0);
+  frames.ease = ease_named(options.ease);
+  frames.hold = options.hold.value_or(0);
+  if (frames.count == 0 && (options.fps || options.hold || frames.ease != Ease::linear)) {
+    throw UsageError("--fps, --ease and --hold are for --frames N; give it too, or leave them out");
+  }
+  return frames;
+}
+
 }  // namespace
 
 Digits digits_of(const DeformOptions& options) {
@@ -62,7 +84,6 @@ ReplayOptions replay_options(const DeformOptions& options) {
   if (const double until = options.until.value_or(0); !(until >= 0) || !std::isfinite(until)) {
     throw UsageError(fmt::format("--until {}: give a number of strokes, 0 or more", until));
   }
-  if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
   check_backend(options.backend);
   ReplayOptions replay;
   replay.motion.relative_tolerance = options.tolerance;
@@ -71,7 +92,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.motion.threads = threads_of(options.threads);
   if (options.inverse) replay.part.direction = Direction::backwards;
   replay.part.until = options.until;
-  replay.frames.count = options.frames.value_or(0);
+  replay.frames = frame_options(options);
   replay.remesh.settings = settings_of(options.remesh);
   return replay;
 }
@@ -113,7 +134,14 @@ std::vector<Option> describe(DeformOptions& options) {
            "LIST"},
           {"--until", &options.until, "Stop after S strokes; 2.5 stops halfway through the third", "S"},
           {"--frames", &options.frames,
-           "Write N evenly spaced moments, including start and end; -o is then a pattern with one %04d", "N"},
+           "Write N evenly spaced moments, including start and end; -o is then an animation (.pc2, .mdd, .glb, .usda, "
+           ".pvd), or a pattern with one %04d for a file each",
+           "N"},
+          {"--fps", &options.fps, "Frames a second of an animation (default: 24)", "F"},
+          {"--ease", &options.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
+           "linear|smooth", OptionKind::with_default},
+          {"--hold", &options.hold, "So many more frames of the start at the beginning, and of the end at the end",
+           "N"},
           {"--report", &options.report, "Write a JSON report to this file; - means standard output", "FILE"},
       });
   add_format_option(result, options.format);

@@ -27,6 +27,9 @@ struct DeformOptions {
   RemeshFlags remesh;
   std::optional<double> until;
   std::optional<int> frames;
+  std::optional<double> fps;
+  std::string ease = "linear";
+  std::optional<int> hold;
   std::string report;
   std::string digits = "auto";
   StreamFormat format;

@@ -80,17 +80,33 @@ void print_notes(std::span<const std::string> notes) {
   for (const std::string& note : notes) print_message("note: " + note);
 }
 
-std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
+namespace {
+
+// Without the point, in lower case.
+std::string extension_of(const fs::path& path) {
   std::string extension = path.extension().string();
+  if (extension.empty()) return extension;
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); });
+  return extension.substr(1);
+}
+
+}  // namespace
+
+std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
+  const std::string extension = extension_of(path);
   std::string supported;
   for (const std::string_view each : extensions) {
-    if (extension == fmt::format(".{}", each)) return std::string(each);
+    if (extension == each) return extension;
     supported += fmt::format("{}.{}", supported.empty() ? "" : " or ", each);
   }
   throw UsageError(
       fmt::format("{}: cannot write this kind of file; name one that ends in {}", path.string(), supported));
+}
+
+bool is_shape_file(const fs::path& path) {
+  const auto extensions = shape_extensions();
+  return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
 }
 
 void require_shape_extension(const std::filesystem::path& path) { require_extension(path, shape_extensions()); }

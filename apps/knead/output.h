@@ -25,7 +25,10 @@ void print_notes(std::span<const std::string> notes);
 // these.
 std::string require_extension(const std::filesystem::path& path, std::span<const std::string_view> extensions);
 
-// Does the same for the extensions of shapes.
+// Returns whether the path's extension is that of a shape.
+bool is_shape_file(const std::filesystem::path& path);
+
+// Does what require_extension does, for the extensions of shapes.
 void require_shape_extension(const std::filesystem::path& path);
 
 // Throws IoError(write) if no file can be written there. Creates nothing.

@@ -116,6 +116,7 @@ _COMMON = (
     ("name", False, "text for people", "str"),
     ("off", False, "True: the stroke is skipped", "bool"),
     ("strength", False, "how much of the stroke is applied, 0 to 1.5", "float"),
+    ("duration", False, "how long it takes beside the other strokes of an animation, above 0", "float"),
 )
 
 

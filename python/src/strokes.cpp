@@ -86,7 +86,8 @@ py::list describe_tools() {
 
 // The line, and the remesh event before it, belong to the session.
 bool is_same(const SessionStroke& a, const SessionStroke& b) {
-  return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength;
+  return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
+         a.duration == b.duration;
 }
 
 // The settings of a remesh event before the strokes; empty: none.

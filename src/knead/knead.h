@@ -41,7 +41,6 @@
 #include "knead/flow/simd.h"
 
 // Meshes, and what you can ask of them.
-#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/mesh.h"
 #include "knead/mesh/normals.h"
@@ -51,6 +50,7 @@
 #include "knead/mesh/triangulate.h"
 
 // Files: read a shape, and write it back with everything else that its file holds.
+#include "knead/io/animation.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/remeshed.h"
 #include "knead/io/shape_file.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "knead/io/shape_file.h"
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "process.h"
 

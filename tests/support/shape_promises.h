@@ -10,7 +10,6 @@
 #include "knead/io/remeshed.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
-#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
 #include "support/split_faces.h"

@@ -8,6 +8,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 #include <random>
 #include <string>
 #include <system_error>
@@ -26,7 +27,7 @@ struct Slot {
   std::atomic<bool> created = false;
   std::array<char, kSize> path{};
 };
-std::array<Slot, 16> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
+std::array<Slot, 1024> slots;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables): for signal handlers
 static_assert(std::atomic<bool>::is_always_lock_free);
 std::atomic<std::size_t> files_in_place = 0;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 static_assert(std::atomic<std::size_t>::is_always_lock_free);
@@ -105,14 +106,6 @@ void write_all(const std::filesystem::path& path, int file, std::string_view byt
   }
 }
 
-void write_directly(const std::filesystem::path& path, std::string_view bytes) {
-  Descriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.number() < 0) fail(path, "cannot be opened for writing", errno);
-  write_all(path, file.number(), bytes);
-  if (!file.close()) fail(path, "cannot be written", errno);
-  ++files_in_place;
-}
-
 // The name in the target's folder under which it is written first.
 std::filesystem::path temporary_path(const std::filesystem::path& target) {
   constexpr std::string_view digits = "0123456789abcdefghijklmnopqrstuvwxyz";
@@ -142,24 +135,60 @@ std::filesystem::path followed_link(const std::filesystem::path& path) {
   return error ? target : whole;
 }
 
+struct AtomicFile::Parts {
+  std::filesystem::path path;       // for messages
+  std::filesystem::path target;     // of the links at its end
+  std::filesystem::path temporary;  // empty: the target is no regular file, and is written directly
+  std::optional<TemporaryName> name;
+  std::optional<Descriptor> file;
+
+  explicit Parts(const std::filesystem::path& of) : path(of), target(followed_link(of)) {
+    struct stat old {};
+    const bool exists = ::stat(target.c_str(), &old) == 0;
+    if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
+    if (exists && !S_ISREG(old.st_mode)) {
+      file.emplace(::open(target.c_str(), O_WRONLY | O_CLOEXEC));
+      if (file->number() < 0) fail(path, "cannot be opened for writing", errno);
+      return;
+    }
+    if (exists && ::access(target.c_str(), W_OK) != 0) fail(path, "cannot be overwritten", errno);
+    temporary = temporary_path(target);
+    name.emplace(temporary);
+    file.emplace(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+    if (file->number() < 0) fail(path, "cannot be created", errno);
+    name->set_created();
+    if (exists) ::fchmod(file->number(), old.st_mode & 07777);  // best effort: the contents matter more
+  }
+};
+
+AtomicFile::AtomicFile(const std::filesystem::path& path) : parts_(std::make_unique<Parts>(path)) {}
+AtomicFile::~AtomicFile() = default;
+AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
+
+void AtomicFile::write(std::string_view bytes) { write_all(parts_->path, parts_->file->number(), bytes); }
+
+void AtomicFile::close() {
+  if (!parts_->file) return;
+  const bool is_synced = parts_->temporary.empty() || ::fsync(parts_->file->number()) == 0;
+  if (!is_synced || !parts_->file->close()) fail(parts_->path, "cannot be written", errno);
+  parts_->file.reset();
+}
+
+void AtomicFile::finish() {
+  close();
+  if (parts_->temporary.empty()) {
+    ++files_in_place;
+    return;
+  }
+  if (::rename(parts_->temporary.c_str(), parts_->target.c_str()) != 0) fail(parts_->path, "cannot be replaced", errno);
+  parts_->name->set_renamed();
+  sync_folder(parts_->target.parent_path());
+}
+
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes) {
-  const std::filesystem::path target = followed_link(path);
-  struct stat old {};
-  const bool exists = ::stat(target.c_str(), &old) == 0;
-  if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
-  if (exists && !S_ISREG(old.st_mode)) return write_directly(path, bytes);
-  if (exists && ::access(target.c_str(), W_OK) != 0) fail(path, "cannot be overwritten", errno);
-  const std::filesystem::path temporary = temporary_path(target);
-  TemporaryName name(temporary);
-  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.number() < 0) fail(path, "cannot be created", errno);
-  name.set_created();
-  if (exists) ::fchmod(file.number(), old.st_mode & 07777);  // best effort: the contents matter more
-  write_all(path, file.number(), bytes);
-  if (::fsync(file.number()) != 0 || !file.close()) fail(path, "cannot be written", errno);
-  if (::rename(temporary.c_str(), target.c_str()) != 0) fail(path, "cannot be replaced", errno);
-  name.set_renamed();
-  sync_folder(target.parent_path());
+  AtomicFile file(path);
+  file.write(bytes);
+  file.finish();
 }
 
 void discard_unfinished_files() noexcept {

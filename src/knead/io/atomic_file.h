@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <memory>
 #include <string_view>
 
 namespace knead {
@@ -13,11 +14,35 @@ namespace knead {
 // regular file (a pipe, a terminal, /dev/null). Throws IoError(write).
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
-// Removes the temporary files of the calls of write_file_atomically that have not returned yet. A signal handler may
-// call this before it ends the program.
+// A file that is written piece by piece, with the promises of write_file_atomically.
+class AtomicFile {
+ public:
+  // Creates the temporary file. Throws IoError(write).
+  explicit AtomicFile(const std::filesystem::path& path);
+
+  // Without finish() before, the old file stays.
+  ~AtomicFile();
+  AtomicFile(AtomicFile&&) noexcept;
+
+  // Appends the bytes. Throws IoError(write).
+  void write(std::string_view bytes);
+
+  // Syncs and closes the temporary file: nothing can be written after it. Throws IoError(write).
+  void close();
+
+  // Closes the file, if that is not done, and puts it in place. Throws IoError(write).
+  void finish();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+// Removes the temporary files of AtomicFile, and of calls of write_file_atomically that have not returned yet. A signal
+// handler may call this before it ends the program.
 void discard_unfinished_files() noexcept;
 
-// Returns how many files write_file_atomically has put in place so far; one that is renamed at this moment may count
+// Returns how many files were put in place so far; one that is renamed at this moment may count
 // twice. A signal handler may call this: a larger number than before means that a file is in place.
 std::size_t count_files_in_place() noexcept;
 

@@ -1,4 +1,4 @@
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include "knead/mesh/edges.h"
-#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
 

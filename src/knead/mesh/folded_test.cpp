@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
 #include "knead/mesh/test_shapes.h"
 

@@ -1,4 +1,4 @@
-// Measures a mesh: counts, topology, volume, area.
+// Measures a mesh: counts, topology, volume, area, and what a deformation turned over.
 #pragma once
 
 #include <cstddef>
@@ -65,5 +65,15 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c);
 // Returns the defects of a mesh, one sentence each, e.g. "1 edge has more than two faces"; empty for a closed, manifold
 // and oriented mesh without degenerate triangles.
 std::vector<std::string> describe_oddities(const Measures& measures);
+
+// Returns the number of flipped triangles. A triangle is flipped if its normal opposes the mean of the vertex normals
+// of its corners (negative dot product) with the positions `after`, but not with `before`. A triangle without area is
+// never flipped. Polygons are cut into triangles with the positions `before`. Both spans hold one position per vertex.
+std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after);
+
+// Returns the number of folded edges. An edge is folded if it has exactly two triangles, these have the same
+// orientation, and the angle between their normals is above 170 degrees. The triangles are those of triangulate(mesh),
+// so an edge may lie inside a polygon. Triangles without area (see is_degenerate) are ignored.
+std::size_t count_folded_edges(const Mesh& mesh);
 
 }  // namespace knead

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "knead/math/parallel.h"
-#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"

@@ -53,15 +53,15 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
 
 GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
   const auto same = [](const SessionStroke& a, const SessionStroke& b) {
-    return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength;
+    return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
+           a.duration == b.duration;
   };
   const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
   GestureChange result;
   result.first_new = static_cast<std::size_t>(a - before.begin());
   if (a == before.end()) return result;
   const auto has_rest = [](const SessionStroke& stroke) {
-    const bool is_plain = stroke.name.empty() && !stroke.off && stroke.strength == 1;
-    return is_plain && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
+    return is_plain(stroke) && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
   };
   if (std::next(a) == before.end() && b != now.end() && has_rest(*a) && has_rest(*b)) {
     result.rest = rest_of_flow(a->stroke, b->stroke);
@@ -81,19 +81,12 @@ std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<Se
   return groups;
 }
 
-namespace {
-
-bool is_plain(const SessionStroke& stroke) {
-  return stroke.name.empty() && !stroke.off && stroke.strength == 1 && !stroke.remesh;
-}
-
-}  // namespace
-
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
     std::optional<Stroke> both;
-    if (!result.empty() && is_plain(result.back()) && is_plain(stroke)) {
+    const auto may_join = [](const SessionStroke& each) { return is_plain(each) && !each.remesh; };
+    if (!result.empty() && may_join(result.back()) && may_join(stroke)) {
       both = joined(result.back().stroke, stroke.stroke);
     }
     if (both) {

@@ -188,6 +188,8 @@ class Replay {
 
 }  // namespace
 
+int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : frames.count + 2 * frames.hold; }
+
 ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
   if (options.remesh.settings) validate(*options.remesh.settings);
   simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault

@@ -31,9 +31,15 @@ struct ReplayFrame {
   const DeformedShape& shape;
 };
 
-// Moments of the deformation, evenly spaced in strokes, the start and the end among them; 1: the end only; 0: none.
+// How the time of an animation runs. Smooth: slowly at its beginning and end (3 t^2 - 2 t^3 of the linear one).
+enum class Ease { linear, smooth };
+
+// Moments of the deformation, evenly spaced in time, the start and the end among them; 1: the end only; 0: none. Every
+// stroke takes its duration, by default as long as any other.
 struct FrameOptions {
   int count = 0;
+  Ease ease = Ease::linear;
+  int hold = 0;  // so many more frames of the start before the others, and of the end after them; 0 or more
   std::function<void(const ReplayFrame&)> deliver{};  // called for one frame after the other
 };
 
@@ -74,6 +80,9 @@ struct ReplayResult {
   std::vector<SessionStroke> resolved;  // the applied strokes as strokes that read no surface, in the session's order
   std::vector<std::string> warnings;    // each with the session's file and line
 };
+
+// Returns how many frames are delivered: count, and those that are held.
+int frame_count(const FrameOptions& frames);
 
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
 // policy, the part and the normals, to the bit. The last frame is the result, and every frame is the result of a replay

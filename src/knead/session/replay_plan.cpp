@@ -22,6 +22,9 @@ double checked_until(const Session& session, const ReplayOptions& options) {
   if (options.frames.count < 0) {
     throw InvalidInput(fmt::format("the number of frames must be 0 or more, got {}", options.frames.count));
   }
+  if (options.frames.hold < 0) {
+    throw InvalidInput(fmt::format("the number of frames to hold must be 0 or more, got {}", options.frames.hold));
+  }
   return until;
 }
 
@@ -42,13 +45,51 @@ PreparedStroke prepare(const Session& session, const SessionStroke& source, bool
   });
 }
 
+// The time that strokes take, each its duration.
+class Timing {
+ public:
+  Timing(const std::vector<const SessionStroke*>& strokes, double until) : until_(until) {
+    for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
+      durations_.push_back(strokes[i]->duration);
+      length_ += durations_.back() * std::min(1.0, until - static_cast<double>(i));
+    }
+  }
+
+  double length() const { return length_; }
+
+  // Returns how many strokes are done at a time.
+  double strokes_at(double time) const {
+    if (time >= length_) return until_;
+    double begin = 0;
+    for (std::size_t i = 0; i < durations_.size(); ++i) {
+      if (time < begin + durations_[i])
+        return std::min(until_, static_cast<double>(i) + (time - begin) / durations_[i]);
+      begin += durations_[i];
+    }
+    return until_;
+  }
+
+ private:
+  std::vector<double> durations_;
+  double until_;
+  double length_ = 0;
+};
+
 // The moments of the frames in strokes of the session, in the order of their delivery.
-std::vector<double> frame_moments(const ReplayOptions& options, double until) {
-  const int count = options.frames.count;
+std::vector<double> frame_moments(const ReplayOptions& options, const std::vector<const SessionStroke*>& strokes,
+                                  double until) {
+  const FrameOptions& frames = options.frames;
+  const Timing timing(strokes, until);
   std::vector<double> moments;
-  for (int k = 0; k < count; ++k) {
-    const double done = k + 1 == count ? until : until * k / (count - 1);
-    moments.push_back(is_backwards(options) ? until - done : done);
+  for (int k = -frames.hold; k < frames.count + frames.hold && frames.count > 0; ++k) {
+    const int moment = std::clamp(k, 0, frames.count - 1);
+    double time = timing.length();
+    if (moment + 1 < frames.count) time = time * moment / (frames.count - 1);
+    if (frames.ease == Ease::smooth) {
+      const double part = time / timing.length();
+      time = timing.length() * (part * part * (3 - 2 * part));
+    }
+    moments.push_back(timing.strokes_at(is_backwards(options) ? timing.length() - time : time));
   }
   return moments;
 }
@@ -101,7 +142,7 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
     }
   }
   plan.needs_reference = plan.needs_reference && differs_from_standard(mesh, session, options);
-  const std::vector<double> moments = frame_moments(options, until);
+  const std::vector<double> moments = frame_moments(options, strokes, until);
   auto moment = moments.begin();
   const std::size_t count = plan.strokes.size();
   for (std::size_t k = 0; k < count; ++k) {

@@ -11,7 +11,6 @@
 #include "knead/io/json.h"
 #include "knead/math/parallel.h"
 #include "knead/mesh/edges.h"
-#include "knead/mesh/flipped.h"
 #include "knead/mesh/measures.h"
 #include "knead/session/stroke_certificate.h"
 #include "knead/tool/strain.h"

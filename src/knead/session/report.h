@@ -32,7 +32,7 @@ ShapeInfo describe(const ShapeFile& file);
 struct SurfaceCheck {
   ShapeInfo info;
   SelfIntersections self_intersections;
-  std::size_t folded_edges = 0;                  // mesh/flipped.h
+  std::size_t folded_edges = 0;                  // mesh/measures.h
   std::optional<std::size_t> flipped_triangles;  // since an earlier shape, if one was given
 };
 

@@ -29,6 +29,7 @@ struct SessionStroke {
   // From 0 to kMostStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
   // From 1 on the stroke goes on beyond its end (prolonged).
   double strength = 1;
+  double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
@@ -46,6 +47,9 @@ struct Session {
 
 // Returns whether a stroke can move anything: it is not off, and its strength is not 0.
 bool is_applied(const SessionStroke& stroke);
+
+// Returns whether a stroke has the default values of all but its tool's own keys.
+bool is_plain(const SessionStroke& stroke);
 
 // Returns the segments of a stroke that reads no surface, as far as its strength applies them; none if it is off.
 // Throws InvalidInput as flow_of(stroke.stroke).
@@ -76,7 +80,7 @@ std::string serialize_session(const Session& session);
 // values are left out.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
-std::string stroke_line(const SessionStroke& stroke);  // with its name, off and strength
+std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength and duration
 
 // Returns the keys of a stroke that apply to it, with all values that are not empty: the defaults too. One JSON object.
 std::string stroke_values(const SessionStroke& stroke);

@@ -156,6 +156,7 @@ std::string stroke_line(const SessionStroke& stroke) {
   if (!stroke.name.empty()) line.add("name", stroke.name);
   if (stroke.off) line.add_text("off", "true");
   if (stroke.strength != 1) line.add("strength", stroke.strength);
+  if (stroke.duration != 1) line.add("duration", stroke.duration);
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto* choice = std::get_if<Choice>(&keys[i].value);
     const bool is_default = choice != nullptr
@@ -175,6 +176,7 @@ std::string stroke_values(const SessionStroke& stroke) {
   line.add("name", stroke.name);
   line.add_text("off", stroke.off ? "true" : "false");
   line.add("strength", stroke.strength);
+  line.add("duration", stroke.duration);
   for (const StrokeKey& key : tool_of(own).keys(own)) {
     const std::string text = text_of(key);
     if (!text.empty()) line.add_text(key.name, text);

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "knead/io/json.h"
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/report.h"
 

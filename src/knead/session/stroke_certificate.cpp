@@ -13,7 +13,7 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
-#include "knead/mesh/flipped.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/surface_tree.h"
 
 namespace knead::session_detail {

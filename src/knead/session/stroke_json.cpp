@@ -115,7 +115,7 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   std::vector<std::string_view> names;
   if (!tool.is_event) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
-  names.insert(names.end(), {"name", "off", "strength"});
+  names.insert(names.end(), {"name", "off", "strength", "duration"});
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
   at_place(place, "", [&] { tool.prepare(stroke, has); });
@@ -137,6 +137,10 @@ double read_strength(const JsonValue& value) {
 void read_common_keys(const JsonObject& line, const Place& place, SessionStroke& stroke) {
   if (line.has("name")) stroke.name = line.at("name").text();
   if (line.has("off")) stroke.off = line.at("off").flag();
+  if (line.has("duration")) {
+    stroke.duration = line.number("duration");
+    if (!(stroke.duration > 0)) line.at("duration").fail("a number above 0");
+  }
   if (!line.has("strength")) return;
   stroke.strength = read_strength(line.at("strength"));
   at_place(place, "\"strength\" asks for too much: ", [&] {

@@ -8,6 +8,10 @@ namespace knead {
 
 bool is_applied(const SessionStroke& stroke) { return !stroke.off && stroke.strength > 0; }
 
+bool is_plain(const SessionStroke& stroke) {
+  return stroke.name.empty() && !stroke.off && stroke.strength == 1 && stroke.duration == 1;
+}
+
 Flow flow_of(const SessionStroke& stroke) {
   if (!is_applied(stroke)) return {};
   if (stroke.strength > 1) return flow_of(prolonged(stroke.stroke, stroke.strength));

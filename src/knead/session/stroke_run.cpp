@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numeric>
 
 #include "knead/flow/masked.h"
 #include "knead/math/box.h"
@@ -79,6 +80,18 @@ void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
   std::erase_if(parts, [](const SessionStroke& each) { return each.strength == 0; });
 }
 
+// Gives each part of a stroke its share of the time, by its segments.
+void share_duration(std::vector<SessionStroke>& parts, double duration) {
+  if (parts.size() == 1) {
+    parts.front().duration = duration;
+    return;
+  }
+  std::vector<double> segments;
+  for (const SessionStroke& part : parts) segments.push_back(static_cast<double>(flow_of(part).segments.size()));
+  const double all = std::accumulate(segments.begin(), segments.end(), 0.0);
+  for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
+}
+
 // Resolves a stroke on a shape, and moves the shape through it, but not through one with a barrel, which is checked
 // first.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
@@ -98,6 +111,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
   std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
   cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
+  share_duration(stroke.outcome.parts, stroke.source->duration);
   stroke.reads_surface = false;
 }
 

@@ -122,12 +122,28 @@ std::size_t Edit::append_accessor(const std::vector<float>& values, std::size_t 
 
 std::size_t Edit::append_elements(std::string_view elements, std::size_t stride, std::size_t target,
                                   const std::string& members) {
+  return append_accessor(fmt::format(R"({{"bufferView":{},{}}})", append_view(elements, stride, target), members));
+}
+
+std::size_t Edit::append_view(std::string_view elements, std::size_t stride, std::size_t target) {
   pad(bin_, '\0');
   const std::size_t begin = bin_.size();
   bin_ += elements;
   const std::size_t view = next_number("bufferViews", unused_.views);
   views_.push_back({view, {begin, bin_.size()}, stride, target});
-  const std::string text = fmt::format(R"({{"bufferView":{},{}}})", view, members);
+  return view;
+}
+
+void Edit::append_animation(const std::string& text) {
+  const Span root = root_span(document_.text);
+  if (const std::optional<Span> animations = member(document_.text, root, "animations")) {
+    patches_.push_back(appended_item(document_.text, *animations, text));
+  } else {
+    patches_.push_back({{root.end - 1, root.end - 1}, fmt::format(R"(,"animations":[{}])", text)});
+  }
+}
+
+std::size_t Edit::append_accessor(const std::string& text) {
   const std::size_t accessor = next_number("accessors", unused_.accessors);
   put("accessors", accessor, text);
   return accessor;
@@ -183,10 +199,11 @@ void Edit::cut_bytes() {
 
 void Edit::put_views() {
   for (const View& view : views_) {
-    const std::string stride = view.stride > 0 ? fmt::format(R"("byteStride":{},)", view.stride) : "";
+    const std::string stride = view.stride > 0 ? fmt::format(R"(,"byteStride":{})", view.stride) : "";
+    const std::string target = view.target > 0 ? fmt::format(R"(,"target":{})", view.target) : "";
     put("bufferViews", view.index,
-        fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{},{}"target":{}}})", view.bytes.begin,
-                    view.bytes.end - view.bytes.begin, stride, view.target));
+        fmt::format(R"({{"buffer":0,"byteOffset":{},"byteLength":{}{}{}}})", view.bytes.begin,
+                    view.bytes.end - view.bytes.begin, stride, target));
   }
 }
 

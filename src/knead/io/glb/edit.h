@@ -45,6 +45,15 @@ class Edit {
   std::size_t append_elements(std::string_view elements, std::size_t stride, std::size_t target,
                               const std::string& members);
 
+  // Appends elements as a new view and returns its index. A target of 0: none is stated.
+  std::size_t append_view(std::string_view elements, std::size_t stride, std::size_t target);
+
+  // Appends an accessor, the text of a JSON object, and returns its index.
+  std::size_t append_accessor(const std::string& text);
+
+  // Appends an animation, the text of a JSON object.
+  void append_animation(const std::string& text);
+
   // Appends a mesh and returns its index.
   std::size_t append_mesh(const std::string& text);
 

@@ -1,0 +1,116 @@
+#include "knead/io/animation.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <utility>
+
+#include "knead/io/animation/writers.h"
+#include "knead/io/authored_normals.h"
+#include "knead/io/text.h"
+#include "knead/math/error.h"
+#include "knead/mesh/normals.h"
+
+namespace knead {
+
+namespace {
+
+using MakeWriter = AnimationFile::Writer (*)(const std::filesystem::path& path, const ShapeFile& source,
+                                             const AnimationOptions& options);
+
+struct AnimationFormat {
+  std::string_view extension;
+  MakeWriter make;
+};
+
+constexpr std::array<AnimationFormat, 5> kFormats{{{".pc2", &io_detail::pc2_writer},
+                                                   {".mdd", &io_detail::mdd_writer},
+                                                   {".glb", &io_detail::glb_writer},
+                                                   {".usda", &io_detail::usda_writer},
+                                                   {".pvd", &io_detail::pvd_writer}}};
+
+std::string lower_extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+const AnimationFormat* format_of_animation(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  for (const AnimationFormat& format : kFormats) {
+    if (format.extension == extension) return &format;
+  }
+  return nullptr;
+}
+
+AnimationFile::Writer make_writer(const std::filesystem::path& path, const ShapeFile& source,
+                                  const AnimationOptions& options) {
+  if (options.frames < 1) {
+    throw InvalidInput(fmt::format("an animation has 1 frame or more, got {}", options.frames));
+  }
+  if (!(options.fps > 0 && std::isfinite(options.fps))) {
+    throw InvalidInput(
+        fmt::format("the frames per second must be a number above 0, got {}", io_detail::shown(options.fps)));
+  }
+  const AnimationFormat* format = format_of_animation(path);
+  if (format == nullptr) {
+    throw InvalidInput(Place{path.string()},
+                       "its extension is that of no animation; use one of .pc2, .mdd, .glb, .usda, .pvd");
+  }
+  return format->make(path, source, options);
+}
+
+}  // namespace
+
+bool is_animation(const std::filesystem::path& path) { return format_of_animation(path) != nullptr; }
+
+std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".glb")
+    return source.format == "gltf" ? std::vector<std::string>{} : conversion_losses(path, source);
+  if (extension == ".pc2" || extension == ".mdd") {
+    return {fmt::format("{} holds positions alone: import the shape from {} first, and give it this cache",
+                        extension.substr(1), source.format)};
+  }
+  std::vector<std::string> losses;
+  for (const Attribute& attribute : source.mesh.attributes) {
+    const bool is_held = extension == ".pvd" ? attribute.domain == Domain::vertex : attribute.name == "normal";
+    const bool is_color = extension == ".usda" && attribute.name == "color" && attribute.domain == Domain::vertex;
+    if (!is_held && !is_color) losses.push_back(fmt::format("\"{}\" is left out", attribute.name));
+  }
+  return losses;
+}
+
+AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile& source,
+                             const AnimationOptions& options)
+    : writer_(make_writer(path, source, options)) {}
+AnimationFile::~AnimationFile() = default;
+AnimationFile::AnimationFile(AnimationFile&&) noexcept = default;
+
+void AnimationFile::add(std::span<const Vec3d> positions) { writer_.add(positions); }
+
+void AnimationFile::finish() { writer_.finish(); }
+
+namespace io_detail {
+
+FrameNormals::FrameNormals(const ShapeFile& source) : source_(source) {
+  const Attribute* authored = source.mesh.find_attribute("normal");
+  is_authored_ = authored != nullptr && authored->domain == Domain::vertex && source.mesh.face_count() > 0;
+  if (is_authored_) return;
+  mesh_.face_begin = source.mesh.face_begin;
+  mesh_.corner_vertex = source.mesh.corner_vertex;
+  mesh_.positions = source.mesh.positions;
+}
+
+std::vector<Vec3d> FrameNormals::at(std::span<const Vec3d> positions) const {
+  if (is_authored_) return moved_normals(source_, positions, {});
+  if (mesh_.face_count() == 0) return {};
+  Mesh moved = mesh_;
+  moved.positions.assign(positions.begin(), positions.end());
+  return vertex_normals(moved);
+}
+
+}  // namespace io_detail
+}  // namespace knead

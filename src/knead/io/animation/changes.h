@@ -1,0 +1,40 @@
+// What differs between a frame and the first one. Internal to the writers of animations.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/math/vec3.h"
+
+namespace knead::io_detail {
+
+// Vectors as floats, three numbers each.
+inline std::vector<float> as_floats(std::span<const Vec3d> vectors) {
+  std::vector<float> floats;
+  floats.reserve(3 * vectors.size());
+  for (const Vec3d& v : vectors) {
+    for (std::size_t axis = 0; axis < 3; ++axis) floats.push_back(static_cast<float>(v[axis]));
+  }
+  return floats;
+}
+
+// The elements that differ, in order, and their new values.
+struct Changes {
+  std::vector<std::uint32_t> elements;
+  std::vector<float> values;  // three for each
+
+  friend bool operator==(const Changes&, const Changes&) = default;
+};
+
+inline Changes changes_between(std::span<const float> before, std::span<const float> after) {
+  Changes changes;
+  for (std::size_t i = 0; i < before.size(); i += 3) {
+    if (before[i] == after[i] && before[i + 1] == after[i + 1] && before[i + 2] == after[i + 2]) continue;
+    changes.elements.push_back(static_cast<std::uint32_t>(i / 3));
+    changes.values.insert(changes.values.end(), {after[i], after[i + 1], after[i + 2]});
+  }
+  return changes;
+}
+
+}  // namespace knead::io_detail
