@@ -184,13 +184,12 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   check_until(options, inputs.session);
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
   if (target.is_animation()) {
+    if (quiet) return inputs;
     if (will_remesh(inputs.shape.mesh, inputs.session, replay)) {
-      throw UsageError(fmt::format(
-          "--output {}: every frame has the faces of the first, but remeshing changes them; give a pattern such as "
-          "F_%04d.ply for a file each, or leave out --remesh and remesh lines",
-          options.output));
+      print_message("note: every frame has the vertices and faces of the remeshed result, without other attributes");
+    } else {
+      print_notes(animation_losses(target.path(0), inputs.shape));
     }
-    if (!quiet) print_notes(animation_losses(target.path(0), inputs.shape));
     return inputs;
   }
   const std::filesystem::path path = format_path(target.path(0), options.format);
@@ -200,6 +199,35 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   if (!quiet) print_notes(losses);
   return inputs;
 }
+
+// All frames in one file.
+class AnimationOutput {
+ public:
+  AnimationOutput(const Inputs& inputs, const ReplayOptions& replay, const Target& target, std::optional<double> fps)
+      : source_(inputs.shape),
+        path_(target.path(0)),
+        options_{target.count(), fps.value_or(24)},
+        is_remeshed_(will_remesh(inputs.shape.mesh, inputs.session, replay)) {
+    if (!is_remeshed_) file_.emplace(path_, source_, options_);
+  }
+
+  void add(const ReplayFrame& frame) {
+    if (!file_) {
+      remeshed_ = parse_shape(serialize_mesh("ply", frame.shape.to_mesh(), {true, {}, {}}), "ply", path_);
+      file_.emplace(path_, remeshed_, options_);
+    }
+    file_->add(frame.shape.positions());
+    if (frame.index + 1 == options_.frames) file_->finish();
+  }
+
+ private:
+  const ShapeFile& source_;
+  std::string path_;
+  AnimationOptions options_;
+  bool is_remeshed_;
+  ShapeFile remeshed_{};
+  std::optional<AnimationFile> file_{};
+};
 
 Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
   Report report = make_report(mesh, certified.result, certified.options, seconds);
@@ -227,9 +255,10 @@ void run_deform(const DeformOptions& options) {
   if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
   replay.remesh.face_labels = face_labels(inputs.shape);
   WriteOptions write_options;
-  std::optional<AnimationFile> animation;
+  std::optional<AnimationOutput> animation;
   if (target.is_animation()) {
-    animation.emplace(target.path(0), inputs.shape, AnimationOptions{target.count(), options.fps.value_or(24)});
+    replay.frames.same_faces = true;
+    animation.emplace(inputs, replay, target, options.fps);
   } else {
     write_options = write_options_for(options, digits, inputs.shape, target);
     replay.remesh.single_precision =
@@ -239,8 +268,7 @@ void run_deform(const DeformOptions& options) {
     const Clock clock;
     const bool is_last = frame.index + 1 == target.count();
     if (animation) {
-      animation->add(frame.shape.positions());
-      if (is_last) animation->finish();
+      animation->add(frame);
     } else {
       if (is_last) end_after_last_shape(target.last_path(), says_more(options));
       write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);

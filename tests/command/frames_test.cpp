@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/shape_file.h"
 #include "process.h"
 
 namespace knead::command_test {
@@ -54,6 +55,55 @@ TEST_F(FramesTest, PatternsNeedOneNumber) {
                                     "F_%04x.ply", "F_%%d.ply", "F_%d.dxf", "F_%-4d.ply", "F_%0123d.ply"}) {
     expect_error(knead({"deform", "a.ply", "s.knead", "-o", pattern, "--frames", "2"}), 2, " --help");
   }
+  EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
+}
+
+// PC2: a header of 32 bytes, and each frame's coordinates as floats.
+TEST_F(FramesTest, OneFileHasTheFramesOfThePattern) {
+  for (const Words& more : {Words{}, Words{"--ease", "smooth", "--hold", "2"}, Words{"--remesh"}}) {
+    Words pattern{"deform", "a.ply", "s.knead", "-q", "--frames", "5", "-o", "F_%d.ply"};
+    Words one{"deform", "a.ply", "s.knead", "-q", "--frames", "5", "-o", "all.pc2"};
+    pattern.insert(pattern.end(), more.begin(), more.end());
+    one.insert(one.end(), more.begin(), more.end());
+    knead_ok(pattern);
+    knead_ok(one);
+    const std::size_t frames = more.size() > 1 ? 9 : 5;
+    const std::string last = "F_" + std::to_string(frames - 1) + ".ply";
+    const bool is_remeshed = more == Words{"--remesh"};
+    const std::size_t size = 3 * sizeof(float) * read_shape(path(is_remeshed ? last : "a.ply")).mesh.vertex_count();
+    const std::string bytes = read("all.pc2");
+    ASSERT_EQ(bytes.size(), 32 + frames * size);
+    for (std::size_t k = is_remeshed ? frames - 1 : 0; k < frames; ++k) {
+      std::string expected;
+      for (const Vec3d& p : read_shape(path("F_" + std::to_string(k) + ".ply")).mesh.positions) {
+        for (const double x : {p.x, p.y, p.z}) {
+          const auto number = static_cast<float>(x);
+          expected.append(reinterpret_cast<const char*>(&number), sizeof number);
+        }
+      }
+      EXPECT_TRUE(bytes.substr(32 + k * size, size) == expected) << k;
+    }
+  }
+}
+
+TEST_F(FramesTest, EveryAnimationIsWritten) {
+  for (const std::string name : {"o.pc2", "o.mdd", "o.glb", "o.usda", "o.pvd"}) {
+    knead_ok({"deform", "a.ply", "s.knead", "-o", name, "--frames", "3", "--fps", "30", "-q"});
+    EXPECT_GT(read(name).size(), 100u) << name;
+  }
+  EXPECT_GT(read("o_0002.vtp").size(), read("a.ply").size());
+}
+
+TEST_F(FramesTest, OptionsOfAnAnimationAreChecked) {
+  const Words start{"deform", "a.ply", "s.knead", "-o", "o.pc2"};
+  for (const Words& wrong :
+       {Words{}, Words{"--frames", "0"}, Words{"--frames", "3", "--fps", "0"}, Words{"--frames", "3", "--fps", "-1"},
+        Words{"--frames", "3", "--hold", "-1"}, Words{"--frames", "3", "--ease", "bouncing"}}) {
+    Words words = start;
+    words.insert(words.end(), wrong.begin(), wrong.end());
+    expect_error(knead(words), 2, " --help");
+  }
+  expect_error(knead({"deform", "a.ply", "s.knead", "-o", "o.ply", "--fps", "30"}), 2, "--frames N");
   EXPECT_EQ(files(), (Words{"a.ply", "s.knead"}));
 }
 

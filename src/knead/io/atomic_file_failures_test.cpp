@@ -14,8 +14,10 @@
 #include <cstdio>
 #include <cstring>
 
+#include "knead/io/animation.h"
 #include "knead/io/atomic_file.h"
 #include "knead/math/error.h"
+#include "knead/mesh/shapes.h"
 #include "support/test_meshes.h"
 
 namespace {
@@ -130,6 +132,37 @@ TEST_F(AtomicFileFailures, EveryCallThatFailsLeavesTheOldFileOrTheNewOne) {
     EXPECT_NE(std::find(failed.begin(), failed.end(), call), failed.end()) << call << " was never called";
   }
   EXPECT_GT(refused, 25);  // a hundred thousand bytes take 25 writes
+}
+
+TEST_F(AtomicFileFailures, AnAnimationIsWholeOrNotThere) {
+  const ShapeFile shape = parse_shape(serialize_mesh("ply", make_shape(ShapeKind::sphere, 642)), "ply", "ball.ply");
+  for (const char* name : {"a.pc2", "a.mdd", "a.glb", "a.usda"}) {
+    const fs::path path = folder_ / name;
+    write_file_atomically(path, "old");
+    int refused = 0;
+    for (int at = 1; at < 1000; ++at) {
+      failure = {true, at};
+      bool written = true;
+      try {
+        AnimationFile file(path, shape, {4, 24});
+        std::vector<Vec3d> positions = shape.mesh.positions;
+        for (int k = 0; k < 4; ++k) {
+          file.add(positions);
+          positions[7].x += 0.1;
+        }
+        file.finish();
+      } catch (const IoError&) {
+        written = false;
+        ++refused;
+      }
+      failure.armed = false;
+      EXPECT_EQ(file_bytes(path) == "old", !written) << name << ": " << failure.last << " failed";
+      EXPECT_EQ(files(), 1) << name << ": " << failure.last << " failed";
+      if (written) break;  // a folder that cannot be synced is no failure
+    }
+    EXPECT_GT(refused, 4) << name;
+    fs::remove(path);
+  }
 }
 
 TEST_F(AtomicFileFailures, AKilledProcessLeavesTheOldFileOrTheNewOne) {

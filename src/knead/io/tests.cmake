@@ -1,4 +1,5 @@
 knead_test(knead_io_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/animation/animation_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/atomic_file_failures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/atomic_file_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/bad_files_test.cpp

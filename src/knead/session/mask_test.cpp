@@ -135,7 +135,8 @@ TEST(SessionMask, FramesAreReplaysUntilThen) {
   const Session session = session_of({half(mesh), kPull});
   ReplayOptions options;
   std::vector<std::vector<Vec3d>> frames;
-  options.frames = {5, [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); }};
+  options.frames = {5, Ease::linear, 0, false,
+                    [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); }};
   const std::vector<Vec3d> end = result_of(mesh, session, options);
   ASSERT_EQ(frames.size(), 5u);
   EXPECT_EQ(frames.front(), mesh.positions);

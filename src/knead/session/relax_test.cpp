@@ -264,7 +264,8 @@ TEST(Relax, PiecesAndFramesGiveTheSameBits) {
 
   ReplayOptions options;
   std::vector<std::vector<Vec3d>> frames;
-  options.frames = {9, [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); }};
+  options.frames = {9, Ease::linear, 0, false,
+                    [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); }};
   EXPECT_TRUE(replay(rough, session_of({whole}), options).shape.positions() == expected.positions);
   ASSERT_EQ(frames.size(), 9U);
   EXPECT_TRUE(frames.front() == rough.positions);

@@ -186,6 +186,58 @@ class Replay {
   ReplayResult result_;
 };
 
+// Vertices cannot be taken back through what is no flow, nor through a part of a stroke that became several.
+void require_way_back(const Session& session, const ReplayOptions& options) {
+  for (const SessionStroke& stroke : session.strokes) {
+    if (!is_applied(stroke) || is_flow(stroke.stroke)) continue;
+    throw InvalidInput(Place{session.name, stroke.line},
+                       "a relax is no flow, so the frames before it cannot have the faces of the result; remove this "
+                       "line, or write a file for each frame");
+  }
+  const bool has_stamp = std::any_of(session.strokes.begin(), session.strokes.end(),
+                                     [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
+  if (options.part.until && has_stamp) {
+    throw InvalidInput(Place{session.name},
+                       "\"until\" cannot cut a session whose strokes read the surface, where frames have the faces of "
+                       "the result; resolve the session first (knead resolve)");
+  }
+}
+
+// Replays once for the result, takes its vertices back to the start, and delivers their way from there.
+ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Session& session,
+                               const ReplayOptions& options) {
+  require_way_back(session, options);
+  ReplayOptions once = options;
+  once.frames = {};
+  ReplayResult result = Replay(mesh, session, once).run();
+  if (result.status != AdvectStatus::done) return result;
+  Session flows;
+  flows.name = session.name;
+  flows.strokes = result.resolved;
+  for (SessionStroke& stroke : flows.strokes) stroke.remesh.reset();
+  ReplayOptions plain = options;
+  plain.remesh = {};
+  plain.normals = {};
+  plain.on_stroke = {};
+  plain.frames = {};
+  plain.part.direction = Direction::backwards;
+  plain.motion.diagonal = options.motion.diagonal.value_or(reference_length(mesh->positions));
+  const auto last = std::make_shared<const Mesh>(result.shape.to_mesh());
+  const ReplayResult back = Replay(last, flows, plain).run();
+  result.status = back.status;
+  if (back.status != AdvectStatus::done) return result;
+  Mesh first = *last;
+  first.positions = back.shape.positions();
+  plain.part.direction = Direction::forwards;
+  plain.frames = options.frames;
+  const int end = frame_count(options.frames) - 1 - options.frames.hold;
+  plain.frames.deliver = [&](const ReplayFrame& frame) {
+    options.frames.deliver({frame.index, frame.index < end ? frame.shape : result.shape});
+  };
+  result.status = Replay(std::make_shared<const Mesh>(std::move(first)), flows, plain).run().status;
+  return result;
+}
+
 }  // namespace
 
 int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : frames.count + 2 * frames.hold; }
@@ -193,7 +245,8 @@ int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : fra
 ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
   if (options.remesh.settings) validate(*options.remesh.settings);
   simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
-  ReplayResult result = Replay(mesh, session, options).run();
+  const bool carries = options.frames.same_faces && options.frames.count > 0 && will_remesh(*mesh, session, options);
+  ReplayResult result = carries ? replay_same_faces(mesh, session, options) : Replay(mesh, session, options).run();
   const std::optional<std::string> ignored = ignored_remesh(*mesh, session, options);
   if (ignored) result.warnings.push_back(*ignored);
   return result;

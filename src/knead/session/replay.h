@@ -40,6 +40,9 @@ struct FrameOptions {
   int count = 0;
   Ease ease = Ease::linear;
   int hold = 0;  // so many more frames of the start before the others, and of the end after them; 0 or more
+  // Of a session that remeshes: every frame has the vertices and faces of the result. The vertices are taken back
+  // through the flow, to their places at each moment. Else each frame has faces of its own.
+  bool same_faces = false;
   std::function<void(const ReplayFrame&)> deliver{};  // called for one frame after the other
 };
 
@@ -86,7 +89,7 @@ int frame_count(const FrameOptions& frames);
 
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
 // policy, the part and the normals, to the bit. The last frame is the result, and every frame is the result of a replay
-// until that moment.
+// until that moment (with FrameOptions::same_faces, up to the tolerance and the faces).
 //
 // A stroke that reads the surface reads it as the standard MotionOptions give it, whatever the options: `resolved` does
 // not depend on them. With other options a second shape is deformed by those, for such sessions.
@@ -96,7 +99,8 @@ int frame_count(const FrameOptions& frames);
 // vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no
 // shape is remeshed backwards.
 //
-// Relax strokes are not in `resolved`, for they are no flows. They are refused backwards and for point clouds.
+// Relax strokes are not in `resolved`, for they are no flows. They are refused backwards, for point clouds, and where
+// frames have the same faces as a remeshed result.
 //
 // Throws InvalidInput where validate(*mesh) does and for options out of range before anything is done, and with the
 // session's line for a stroke that the shape cannot take, perhaps after frames were delivered.

@@ -1,4 +1,4 @@
-// The keys that every stroke may have: name, off and strength.
+// The keys that every stroke may have: name, off, strength and duration.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -200,6 +200,38 @@ TEST_P(StrokeKeys, FramesFollowTheStrength) {
       EXPECT_TRUE(frames[k] == result_of(given, until)) << strength << ", frame " << k;
     }
   }
+}
+
+TEST_P(StrokeKeys, ADurationIsKeptAndMovesNothing) {
+  const Session given = session(line(R"(, "duration": 2.5)"));
+  EXPECT_EQ(given.strokes.front().duration, 2.5);
+  EXPECT_TRUE(parse_session(serialize_session(given), given.name) == given);
+  EXPECT_TRUE(result_of(given) == result_of(line()));
+  EXPECT_EQ(serialize_session(session(line(R"(, "duration": 1)"))), serialize_session(session(line())));
+  for (const char* wrong : {"0", "-1", "\"long\"", "null"}) {
+    EXPECT_THROW(session(line(std::string(R"(, "duration": )") + wrong)), InvalidInput) << wrong;
+  }
+}
+
+// Several strokes that one becomes take its time together.
+TEST_P(StrokeKeys, AResolvedSessionMovesAtTheSameTimes) {
+  const Session given = session(kPull + line(R"(, "duration": 3)"));
+  Session resolved;
+  resolved.strokes = replay(make_shape(ShapeKind::sphere, 1500), given).resolved;
+  double duration = 0;
+  for (const SessionStroke& stroke : resolved.strokes) duration += stroke.duration;
+  EXPECT_NEAR(duration, 4, 1e-12);
+  const auto frames_of = [](const Session& session) {
+    std::vector<std::vector<Vec3d>> frames;
+    ReplayOptions options;
+    options.frames.count = 7;
+    options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
+    replay(make_shape(ShapeKind::sphere, 1500), session, options);
+    return frames;
+  };
+  const auto before = frames_of(given);
+  const auto after = frames_of(resolved);
+  for (std::size_t k = 0; k < before.size(); ++k) EXPECT_LT(distance(before[k], after[k]), 1e-6) << k;
 }
 
 // The workbench of an editor, which applies strokes one by one, has the bits of a replay.

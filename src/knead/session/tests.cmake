@@ -11,6 +11,7 @@ knead_test(knead_session_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/replay_backend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/remesh_limits_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_remeshed_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/frames_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/replay_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/report_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/session_errors_test.cpp
