@@ -109,7 +109,7 @@ class Replay {
     count(run, expected);
     for (const double moment : planned.frames) {
       if (result_.status != AdvectStatus::done) return;
-      const DeformedShape frame = run.frame(moment);
+      const DeformedShape& frame = run.frame(moment);
       if (run.status() == AdvectStatus::done) deliver(frame);
       count(run, 1);
     }

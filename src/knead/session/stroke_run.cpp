@@ -250,15 +250,16 @@ void StrokeRun::warn_of_border() {
 }
 
 // The shape rests between whole segments only: the result is the same whether or not it does.
-DeformedShape StrokeRun::frame(double moment) {
+const DeformedShape& StrokeRun::frame(double moment) {
   const double to = std::min(moment * length(), end());
   advance(options_.backwards ? std::min(std::ceil(to), at_) : std::floor(to));
-  if (status() != AdvectStatus::done) return {};
-  DeformedShape frame = shape_;
-  move_between(at_, to, frame);
+  if (status() != AdvectStatus::done) return frame_;
+  if (!shape_.motion().backend && stroke_.relax == nullptr) shape_.prepare();
+  frame_ = shape_;
+  move_between(at_, to, frame_);
   std::optional<Remeshed> remeshed;
-  follow(to, frame, remeshed);
-  return frame;
+  follow(to, frame_, remeshed);
+  return frame_;
 }
 
 void StrokeRun::leave() {

@@ -53,8 +53,8 @@ class StrokeRun {
   // The same without the check.
   void read();
 
-  // Returns the shape at a moment of the stroke, from 0 to 1.
-  DeformedShape frame(double moment);
+  // Returns the shape at a moment of the stroke, from 0 to 1; the next call changes it.
+  const DeformedShape& frame(double moment);
 
   // Completes the stroke, and remeshes.
   void leave();
@@ -86,6 +86,7 @@ class StrokeRun {
   PreparedStroke stroke_;
   RunOptions options_;
   DeformedShape& shape_;
+  DeformedShape frame_;
   Progress* progress_;
   std::optional<RemeshSettings> settings_;
   double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at

@@ -36,9 +36,9 @@ AnimationFile::Writer cache_writer(const std::filesystem::path& path, const std:
   const auto file = std::make_shared<AtomicFile>(path);
   file->write(header);
   AnimationFile::Writer writer;
-  writer.add = [file, order](std::span<const Vec3d> positions) {
+  writer.add = [file, order, frame = std::string()](std::span<const Vec3d> positions) mutable {
     check_fits_floats(positions);
-    std::string frame(positions.size() * 3 * sizeof(float), '\0');
+    frame.resize(positions.size() * 3 * sizeof(float));
     std::size_t at = 0;
     for (const Vec3d& p : positions) {
       for (std::size_t axis = 0; axis < 3; ++axis, at += sizeof(float)) put_float(frame, at, p[axis], order);
