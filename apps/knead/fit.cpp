@@ -23,11 +23,16 @@ namespace {
 
 // Landmarks must be met to so many times the tolerance of path lines.
 constexpr double kMetTo = 2;
+// With --surface, the greatest mean distance of the surfaces that is no failure, in diagonals.
+constexpr double kMeanDistance = 3e-3;
+// Volumes that differ by more than this fraction hinder a fit.
+constexpr double kVolumeDifference = 1e-3;
 
 struct FitOptions {
   std::string source;
   std::string target;
-  std::string landmarks;
+  std::optional<std::string> landmarks;
+  bool surface = false;
   std::string output;
   bool scale = false;
   std::optional<int> threads;
@@ -67,8 +72,10 @@ std::string line_of(const SurfaceDistance& d) {
 }
 
 std::string summary(const FitOptions& options, const FitReport& report) {
-  std::string text =
-      fmt::format("{}: {}, radius {:.4g}\n", options.output, counted(report.pairs, "pin"), report.radius);
+  std::string text = fmt::format("{}: {}, {} at most, radius {:.4g}\n", options.output,
+                                 counted(report.strokes, "stroke"), counted(report.pins, "pin"), report.radius);
+  if (report.remeshed_strokes > 0)
+    text += fmt::format("remesh   after {}\n", counted(report.remeshed_strokes, "stroke"));
   if (options.scale)
     text += fmt::format("scale    {:.6g}: {} is the scaled source\n", report.scale, scaled_path(options));
   text += fmt::format("before   {} of the source's diagonal from the target\n", line_of(report.before));
@@ -83,13 +90,15 @@ std::string summary(const FitOptions& options, const FitReport& report) {
   return text;
 }
 
-FitReport watched(const FitOptions& options, const Mesh& source, const Mesh& target, const PinsStroke& pins) {
+ShapeFit watched(const FitOptions& options, const Mesh& source, const Mesh& target, ShapeFitOptions fit) {
   Progress progress;
   const CancelOnInterruption cancel(progress);
-  progress.total = source.vertex_count() + pins.points.size();
+  progress.total = fit_work(source, fit);
+  fit.progress = &progress;
+  fit.threads = threads_of(options.threads);
   const ProgressBar bar(progress, progress.total, !options.common.quiet);
   try {
-    return report_fit(source, target, pins, threads_of(options.threads), &progress);
+    return fit_shape(source, target, fit);
   } catch (const Cancelled&) {
     throw Interrupted{};
   }
@@ -103,22 +112,40 @@ void require_fit(const FitOptions& options, const FitReport& report) {
                     options.output, report.landmark_distance));
   }
   if (report.crossings_after > report.crossings_before) {
-    throw QualityError(
-        fmt::format("{}: {} of triangles cross after the fit; apply it with knead deform --remesh, or give more pairs",
-                    options.output, counted(report.crossings_after, "pair")));
+    throw QualityError(fmt::format("{}: {} of triangles cross after the fit; {}give more pairs", options.output,
+                                   counted(report.crossings_after, "pair"),
+                                   options.surface ? "" : "apply it with knead deform --remesh, or "));
   }
+  if (options.surface && report.after.mean > kMeanDistance) {
+    const bool differs = std::abs(report.volume_difference.value_or(0)) > kVolumeDifference;
+    throw QualityError(
+        fmt::format("{}: the surfaces are still {:.2g}% of the diagonal apart; give more pairs of "
+                    "landmarks{}",
+                    options.output, 100 * report.after.mean, differs ? ", or --scale, for the volumes differ" : ""));
+  }
+}
+
+std::string note_of(const FitOptions& options, const FitReport& report) {
+  const std::string pairs = fmt::format("{} of landmarks", counted(report.pairs, "pair"));
+  if (!options.surface) return "a fit by " + pairs;
+  std::string note = report.pairs > 0 ? fmt::format("a fit of surfaces and {}", pairs) : "a fit of surfaces";
+  if (report.remeshed_strokes > 0) note += fmt::format("; {} remeshed", counted(report.remeshed_strokes, "stroke"));
+  return note;
 }
 
 PinsStroke pins_of(const FitOptions& options, LandmarkPairs pairs, const Mesh& source) {
   try {
     return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source.positions));
   } catch (const InvalidInput& error) {
-    throw InvalidInput(Place{options.landmarks},
+    throw InvalidInput(Place{*options.landmarks},
                        fmt::format("the pairs, counted from 0, cannot be pins: {}", error.what()));
   }
 }
 
 void run_fit(const FitOptions& options) {
+  if (!options.landmarks && !options.surface) {
+    throw UsageError("give --landmarks, --surface, or both");
+  }
   constexpr std::string_view extensions[] = {"knead"};
   require_extension(options.output, extensions);
   require_writable(options.output);
@@ -129,16 +156,19 @@ void run_fit(const FitOptions& options) {
   }
   const ShapeFile source = read_shape(options.source);
   const ShapeFile target = read_shape(options.target);
-  LandmarkPairs pairs = read_pairs(options.landmarks, source.mesh, target.mesh);
+  LandmarkPairs pairs;
+  if (options.landmarks) pairs = read_pairs(*options.landmarks, source.mesh, target.mesh);
   Mesh mesh = source.mesh;
   const double scale = options.scale ? scale_to(options, target.mesh, mesh, pairs.source) : 1;
-  const PinsStroke pins = pins_of(options, std::move(pairs), mesh);
-  FitReport report = watched(options, mesh, target.mesh, pins);
+  ShapeFitOptions wanted{.surface = options.surface};
+  if (options.landmarks) wanted.landmarks = pins_of(options, std::move(pairs), mesh);
+  ShapeFit fit = watched(options, mesh, target.mesh, wanted);
+  FitReport& report = fit.report;
   report.scale = scale;
   Session session;
   session.mesh = relative_to(options.scale ? scaled_path(options) : options.source, options.output);
-  session.note = fmt::format("a fit by {} of landmarks", counted(report.pairs, "pair"));
-  session.strokes.push_back({pins});
+  session.note = note_of(options, report);
+  session.strokes = std::move(fit.strokes);
   if (options.scale) write_shape(scaled_path(options), source, mesh.positions);
   end_after_last_output(options.common.json);
   write_file_atomically(options.output, serialize_session(session));
@@ -160,15 +190,17 @@ Subcommand fit_command() {
       {"--landmarks", &options->landmarks,
        "Pairs of points that belong together, a CSV file: "
        "source_x,source_y,source_z,target_x,target_y,target_z, or source_vertex,target_vertex from 0 on",
-       "FILE", OptionKind::required},
+       "FILE"},
+      {"--surface", &options->surface,
+       "Bring the whole surface of the source to the target's, by strokes from coarse to fine"},
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
       {"--scale", &options->scale,
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
       {"--threads", &options->threads, "Number of threads (default: all); does not change the result", "N"},
   };
   add_common_options(described, options->common);
-  return {"fit", "Write a session that takes one shape to another by pairs of landmarks", described,
-          "  knead fit scan.ply pose.ply --landmarks pairs.csv -o fit.knead\n"
+  return {"fit", "Write a session that takes one shape to another, by landmarks or the whole surface", described,
+          "  knead fit scan.ply pose.ply --landmarks pairs.csv --surface -o fit.knead\n"
           "  knead deform scan.ply fit.knead -o fitted.ply\n"
           "  knead fit small.obj large.obj --landmarks pairs.csv --scale --json -o fit.knead",
           [options] { run_fit(*options); }};

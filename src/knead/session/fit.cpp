@@ -7,6 +7,7 @@
 #include "knead/math/parallel.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/mesh/triangulate.h"
+#include "knead/session/fit_shape.h"
 #include "knead/session/report.h"
 #include "knead/tool/strain.h"
 
@@ -93,43 +94,47 @@ PinsStroke landmark_pins(std::vector<Vec3d> from, std::vector<Vec3d> to, double 
   return pins;
 }
 
-FitReport report_fit(const Mesh& source, const Mesh& target, const PinsStroke& pins, int threads, Progress* progress) {
+std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options) {
+  return source.vertex_count() * session_detail::most_strokes(options);
+}
+
+ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options) {
   const double unit = reference_length(source.positions);
-  FitReport report;
-  report.pairs = pins.points.size();
-  report.radius = *pins.radius;
-  report.before = scaled(distance_between(source, target, threads, progress), 1 / unit);
-  const Flow flow = flow_of(pins);
-  AdvectOptions options;
-  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, unit);
-  options.threads = threads;
-  options.progress = progress;
-  Mesh moved = source;
-  std::vector<Vec3d> landmarks = pins.points;
-  for (const std::span<Vec3d> points : {std::span<Vec3d>(moved.positions), std::span<Vec3d>(landmarks)}) {
-    const AdvectStatus status = advect(flow, points, options).status;
-    if (status == AdvectStatus::cancelled) throw Cancelled();
-    if (status == AdvectStatus::step_limit) throw InvalidInput(kStepLimitAdvice);
+  ShapeFit fit;
+  FitReport& report = fit.report;
+  report.before = scaled(distance_between(source, target, options.threads, options.progress), 1 / unit);
+  session_detail::ShapeFitter fitter(source, target, options);
+  fitter.run();
+  fit.strokes = fitter.take_strokes();
+  report.strokes = fit.strokes.size();
+  report.landmark_distance = fitter.landmark_distance() / unit;
+  report.crossings_before = fitter.crossings_before();
+  report.crossings_after = fitter.crossings();
+  if (options.landmarks) report.pairs = options.landmarks->points.size();
+  for (const SessionStroke& stroke : fit.strokes) {
+    const auto& pins = std::get<PinsStroke>(stroke.stroke);
+    report.radius = *pins.radius;
+    report.pins = std::max(report.pins, pins.points.size());
+    report.remeshed_strokes += stroke.remesh ? 1 : 0;
   }
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    report.landmark_distance = std::max(report.landmark_distance, norm(landmarks[i] - pins.to[i]) / unit);
-  }
-  report.after = scaled(distance_between(moved, target, threads, progress), 1 / unit);
+  const DeformedShape& shape = fitter.shape();
+  const Mesh fitted = shape.to_mesh();
+  report.after = scaled(distance_between(fitted, target, options.threads, options.progress), 1 / unit);
   const std::optional<double> volume = volume_of(source);
-  report.volume_error = relative(volume_of(moved), volume);
+  report.volume_error = relative(volume_of(fitted), volume);
   report.volume_difference = relative(volume_of(target), volume);
-  const std::vector<Triangle> triangles = triangulate(source);
-  SelfIntersectionOptions crossing{.threads = threads, .progress = progress};
-  report.crossings_before = self_intersections(triangles, source.positions, crossing).count;
-  report.crossings_after = self_intersections(triangles, moved.positions, crossing).count;
-  if (!triangles.empty()) {
-    report.greatest_stretch = greatest_of(vertex_stretches(triangles, source.positions, moved.positions));
+  if (!shape.triangles().empty()) {
+    const std::vector<Vec3d>& rest = shape.is_remeshed() ? shape.provenance()->rest : source.positions;
+    report.greatest_stretch = greatest_of(vertex_stretches(shape.triangles(), rest, shape.positions()));
   }
-  return report;
+  return fit;
 }
 
 std::string to_json(const FitReport& report) {
   return to_indented_text({{"pairs", report.pairs},
+                           {"strokes", report.strokes},
+                           {"remeshed_strokes", report.remeshed_strokes},
+                           {"pins", report.pins},
                            {"radius", report.radius},
                            {"scale", report.scale},
                            {"landmark_distance", report.landmark_distance},

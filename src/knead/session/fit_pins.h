@@ -1,0 +1,28 @@
+// Pins that take a surface to its matches (knead fit --surface). Internal to the session room.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "knead/session/fit_matches.h"
+#include "knead/tool/stroke.h"
+
+namespace knead::session_detail {
+
+// Landmarks, where they are and where they belong.
+struct FitLandmarks {
+  std::vector<Vec3d> at;
+  std::vector<Vec3d> to;
+};
+
+// Returns pins that are evenly spaced on the samples, the landmarks among them first. Landmarks go to their places. All
+// other pins move as the smoothest divergence-free field of this radius does that brings the matches together: by least
+// squares, so that pins slip along the surface where nothing tells them how to move along it. `smoothness`: what the
+// field's norm counts beside the matches. Motions are so small that no two pins come near each other.
+PinsStroke fit_pins(std::span<const Match> matches, std::span<const SurfaceSample> samples,
+                    const FitLandmarks& landmarks, double radius, double smoothness);
+
+// The distance of neighbouring pins, in radii.
+inline constexpr double kPinSpacing = 0.4;
+
+}  // namespace knead::session_detail
