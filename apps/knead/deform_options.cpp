@@ -24,12 +24,6 @@ Precision precision_named(const std::string& name) {
   throw UsageError(fmt::format("--precision {}: say float or double", name));
 }
 
-Ease ease_named(const std::string& name) {
-  if (name == "linear") return Ease::linear;
-  if (name == "smooth") return Ease::smooth;
-  throw UsageError(fmt::format("--ease {}: say linear or smooth", name));
-}
-
 FrameOptions frame_options(const DeformOptions& options) {
   if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
   if (options.hold.value_or(0) < 0) throw UsageError(fmt::format("--hold {}: give 0 frames or more", *options.hold));
@@ -47,6 +41,12 @@ FrameOptions frame_options(const DeformOptions& options) {
 }
 
 }  // namespace
+
+Ease ease_named(const std::string& name) {
+  if (name == "linear") return Ease::linear;
+  if (name == "smooth") return Ease::smooth;
+  throw UsageError(fmt::format("--ease {}: say linear or smooth", name));
+}
 
 Digits digits_of(const DeformOptions& options) {
   if (options.digits == "auto") return {};

@@ -50,6 +50,9 @@ Digits digits_of(const DeformOptions& options);
 // half a unit of the last is within the tolerance (relative to the diagonal of the box).
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
 
+// Throws UsageError for a name that is none of linear and smooth.
+Ease ease_named(const std::string& name);
+
 // The options of the subcommand, whose values go to `options`.
 std::vector<Option> describe(DeformOptions& options);
 

@@ -1,7 +1,7 @@
 // The build without knead::render.
 #include <stdexcept>
 
-#include "picture.h"
+#include "film.h"
 
 namespace knead::command {
 
@@ -14,6 +14,17 @@ std::optional<render::Matcap> read_material(const std::string& /*name*/) { retur
 render::Background read_background(const std::string& /*name*/) { return {}; }
 
 std::string material_names() { return "clay"; }
+
+render::Image draw_image(const PictureRequest& /*request*/, const std::function<void(double)>& /*progress*/) {
+  require_renderer();
+  return {};
+}
+
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> /*positions*/) { return {}; }
+
+void check_film_output(const std::string& /*output*/) {}
+
+void write_film(const FilmRequest& /*film*/, bool /*quiet*/) { require_renderer(); }
 
 std::string draw_picture(const PictureRequest& /*request*/, const std::function<void(double)>& /*progress*/) {
   require_renderer();

@@ -2,6 +2,7 @@
 #include "picture.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "command.h"
@@ -67,8 +68,9 @@ void set_cameras_of_one_scale(const PictureRequest& request, double aspect, std:
 
 void set_cameras(const PictureRequest& request, double aspect, std::vector<Scene>& scenes) {
   if (request.same_scale) return set_cameras_of_one_scale(request, aspect, scenes);
-  std::vector<Vec3d> points;
+  std::vector<Vec3d> points = request.shown;
   for (const Scene& scene : scenes) {
+    if (!request.shown.empty()) break;
     const std::vector<Vec3d> own = render::scene_points(scene);
     points.insert(points.end(), own.begin(), own.end());
   }
@@ -125,7 +127,7 @@ render::Background read_background(const std::string& name) {
   throw UsageError("--background " + name + ": say white, transparent, light, dark, gradient, or a colour as #303540");
 }
 
-std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress) {
+render::Image draw_image(const PictureRequest& request, const std::function<void(double)>& progress) {
   std::vector<Scene> scenes = scenes_of(request);
   const int count = static_cast<int>(scenes.size());
   const int width = request.width / count;
@@ -137,8 +139,27 @@ std::string draw_picture(const PictureRequest& request, const std::function<void
     options.progress = [&, i](double part) { progress((i + part) / count); };
     images.push_back(render::render(scenes[static_cast<std::size_t>(i)], options));
   }
-  const Image picture = render::side_by_side(images);
+  return render::side_by_side(images);
+}
+
+std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress) {
+  const Image picture = draw_image(request, progress);
   return request.format == ImageFormat::jpeg ? render::encode_jpeg(picture) : render::encode_png(picture);
+}
+
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions) {
+  constexpr int directions = 64;  // evenly over the sphere, on a spiral
+  std::vector<Vec3d> points;
+  for (int k = 0; k < directions && !positions.empty(); ++k) {
+    const double z = 1 - (2 * k + 1.0) / directions;
+    const double angle = 2.399963 * k;  // the golden angle
+    const double r = std::sqrt(1 - z * z);
+    const Vec3d direction{r * std::cos(angle), z, r * std::sin(angle)};
+    points.push_back(*std::max_element(positions.begin(), positions.end(), [&](const Vec3d& a, const Vec3d& b) {
+      return dot(a, direction) < dot(b, direction);
+    }));
+  }
+  return points;
 }
 
 }  // namespace knead::command

@@ -3,11 +3,13 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "knead/math/vec3.h"
 #include "knead/mesh/mesh.h"
+#include "knead/render/image.h"
 #include "knead/render/scene.h"
 #include "knead/render/tool_picture.h"
 
@@ -39,6 +41,7 @@ struct PictureRequest {
   std::vector<Panel> panels;  // side by side, at least one
   std::optional<CutPlane> cut;
   std::optional<CloseUp> close_up;  // empty: shows everything
+  std::vector<Vec3d> shown;         // the points that the camera shows; empty: those of the panels
   Vec3d view{0, 0, -1};             // into the scene
   Vec3d up{0, 1, 0};
   int width = 1600;  // of the whole picture
@@ -66,8 +69,14 @@ std::string material_names();
 // Throws std::runtime_error in a build without a renderer.
 void require_renderer();
 
-// Returns the bytes of an image file. progress: called with the part that is done, from 0 to 1. Throws as
+// Returns the picture. progress: called with the part that is done, from 0 to 1. Throws as
 // require_renderer, and if the machine has no OpenGL 3.3.
+render::Image draw_image(const PictureRequest& request, const std::function<void(double)>& progress);
+
+// Returns the bytes of an image file.
 std::string draw_picture(const PictureRequest& request, const std::function<void(double)>& progress);
+
+// Returns points of a shape that are the farthest in many directions, for PictureRequest::shown.
+std::vector<Vec3d> outermost_points(std::span<const Vec3d> positions);
 
 }  // namespace knead::command

@@ -12,12 +12,15 @@
 #include <vector>
 
 #include "command.h"
+#include "deform_options.h"
+#include "film.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/json.h"
 #include "output.h"
 #include "panels.h"
 #include "picture.h"
 #include "progress_bar.h"
+#include "work.h"
 
 namespace knead::command {
 namespace {
@@ -42,6 +45,11 @@ struct RenderOptions {
   bool flat = false;
   bool wireframe = false;
   bool same_scale = false;
+  std::optional<int> frames;
+  std::optional<int> turntable;
+  double fps = 24;
+  std::string ease = "linear";
+  std::optional<int> hold;
   CommonOptions common;
 };
 
@@ -174,14 +182,14 @@ void set_look(const RenderOptions& options, PictureRequest& request) {
   request.relief = {options.cavity, options.occlusion};
 }
 
-PictureRequest picture_request(const RenderOptions& options) {
+// All but the panels and the format.
+PictureRequest look_of(const RenderOptions& options) {
   PictureRequest request;
   set_size(options, request);
   set_view(options, request);
   set_cut(options, request);
   set_close_up(options, request);
   set_look(options, request);
-  set_format(options, request);
   request.ground = !options.no_ground;
   request.flat = options.flat;
   request.wireframe = options.wireframe;
@@ -215,9 +223,98 @@ std::string draw_watched(const PictureRequest& request, bool quiet) {
   return draw_picture(request, [&](double part) { progress.done = static_cast<std::uint64_t>(part * total); });
 }
 
-void run_render(RenderOptions options) {
+// All pictures are drawn by one camera, which shows every frame.
+FilmRequest film_of_session(const RenderOptions& options, PictureRequest& request) {
+  const auto inputs = std::make_shared<Inputs>(
+      read_inputs(options.panels.shapes.front(), options.panels.format, options.panels.session, options.common.quiet));
+  ReplayOptions replay;
+  replay.frames = {*options.frames, ease_named(options.ease), options.hold.value_or(0)};
+  replay.frames.deliver = [&](const ReplayFrame& frame) {
+    const std::vector<Vec3d> points = outermost_points(frame.shape.positions());
+    request.shown.insert(request.shown.end(), points.begin(), points.end());
+  };
+  replay_watched(inputs->shape.mesh, inputs->session, replay, options.common.quiet);
+  FilmRequest film{options.output, frame_count(replay.frames), options.fps};
+  film.play = [inputs, replay, &request](const auto& draw) mutable {
+    request.panels.resize(1);
+    replay.frames.deliver = [&](const ReplayFrame& frame) {
+      request.panels.front().shape = frame.shape.to_mesh();
+      draw(request);
+    };
+    replay_watched(inputs->shape.mesh, inputs->session, replay, true);
+  };
+  return film;
+}
+
+// The camera goes round the middle of the shapes, at a distance from which all sides are seen whole.
+FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& request) {
+  request.panels = make_panels(options.panels);
+  Box box;
+  for (const Panel& panel : request.panels) {
+    for (const Vec3d& p : panel.shape.positions) box.extend(p);
+  }
+  const Vec3d middle = box.center();
+  const int count = *options.turntable;
+  const auto turn = [count, z_up = options.up == "z"](int k) {
+    const double c = std::cos(2 * std::numbers::pi * k / count);
+    const double s = std::sin(2 * std::numbers::pi * k / count);
+    return z_up ? Mat3d{{c, s, 0}, {-s, c, 0}, {0, 0, 1}} : Mat3d{{c, 0, -s}, {0, 1, 0}, {s, 0, c}};
+  };
+  for (const Panel& panel : request.panels) {
+    for (const Vec3d& p : outermost_points(panel.shape.positions)) {
+      for (int k = 0; k < count; ++k) request.shown.push_back(middle + turn(k) * (p - middle));
+    }
+  }
+  FilmRequest film{options.output, count, options.fps};
+  film.play = [turn, count, view = request.view, up = request.up, &request](const auto& draw) {
+    for (int k = 0; k < count; ++k) {
+      request.view = turn(k) * view;
+      request.up = turn(k) * up;
+      draw(request);
+    }
+  };
+  return film;
+}
+
+void check_film(const RenderOptions& options) {
+  const int count = options.frames.value_or(options.turntable.value_or(1));
+  const char* const name = options.frames ? "--frames" : "--turntable";
+  if (options.frames && options.turntable) {
+    throw UsageError("--frames moves the shape and --turntable the camera; give one of them");
+  }
+  if (count < 1) throw UsageError(fmt::format("{} {}: give 1 or more", name, count));
+  if (!(options.fps > 0 && std::isfinite(options.fps))) {
+    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", options.fps));
+  }
+  if (options.hold.value_or(0) < 0) throw UsageError(fmt::format("--hold {}: give 0 frames or more", *options.hold));
+  if (!options.panels.moments.empty()) throw UsageError(fmt::format("--until: does not work with {}", name));
+  if (options.frames && (options.panels.session.empty() || options.panels.shapes.size() != 1)) {
+    throw UsageError("--frames: give one shape, and its --session");
+  }
+  check_film_output(options.output);
+}
+
+void run_film(RenderOptions options) {
   options.panels = panel_options(options);
-  PictureRequest request = picture_request(options);
+  check_film(options);
+  PictureRequest request = look_of(options);
+  check_streams(options.panels.shapes, options.panels.format);
+  require_renderer();
+  const FilmRequest film = options.frames ? film_of_session(options, request) : film_of_turntable(options, request);
+  write_film(film, options.common.quiet);
+  if (options.common.json) {
+    print(to_indented_text(Json{{"width", request.width}, {"height", request.height}, {"pictures", film.pictures}}));
+  } else if (!options.common.quiet) {
+    print(fmt::format("{}: {} of {} x {} pixels\n", options.output,
+                      counted(static_cast<std::size_t>(film.pictures), "picture"), request.width, request.height));
+  }
+}
+
+void run_render(RenderOptions options) {
+  if (options.frames || options.turntable) return run_film(std::move(options));
+  options.panels = panel_options(options);
+  PictureRequest request = look_of(options);
+  set_format(options, request);
   check_streams(options.panels.shapes, options.panels.format);
   require_renderer();
   require_writable(options.output);
@@ -235,7 +332,17 @@ std::vector<Option> describe(RenderOptions& options) {
   std::vector<Option> result{
       {"SHAPE", &options.panels.shapes, "One or more meshes or point clouds, drawn side by side", "",
        OptionKind::required},
-      {"-o,--output", &options.output, "The .png or .jpg file to write", "FILE", OptionKind::required},
+      {"-o,--output", &options.output,
+       "The .png or .jpg file to write; with --frames or --turntable a .gif, an .mp4 (by ffmpeg), or a pattern with "
+       "one "
+       "%04d for numbered pictures",
+       "FILE", OptionKind::required},
+      {"--frames", &options.frames, "Draw N evenly spaced moments of the session", "N"},
+      {"--turntable", &options.turntable, "Draw N pictures from all around", "N"},
+      {"--fps", &options.fps, "Pictures a second of a .gif or .mp4", "F", OptionKind::with_default},
+      {"--ease", &options.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
+       "linear|smooth", OptionKind::with_default},
+      {"--hold", &options.hold, "So many more frames of the start at the beginning, and of the end at the end", "N"},
       {"--session", &options.panels.session,
        "Draw this session's tools over the first shape: the surface r = inner in red, r = outer in green", "FILE"},
       {"--stroke", &options.panels.stroke, "Draw only the tool of this stroke, counted from 1", "N"},
@@ -282,6 +389,8 @@ Subcommand render_command() {
           "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
           "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
           "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
+          "  knead render hand.ply --session bend.knead --frames 48 --ease smooth --size 480x360 -o bend.gif\n"
+          "  knead render scan.ply --turntable 72 --size 960x720 -o scan.mp4\n"
           "  knead render scan.ply --material jade --cavity --background dark -o jade.png\n"
           "  knead render scan.ply --view -30,15 --size 800x600 --background transparent -o scan.png",
           [options] { run_render(*options); }};

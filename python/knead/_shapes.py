@@ -23,7 +23,7 @@ class Shape:
         import numpy  # not with the module: that takes most of the time of `import knead`
 
         given = numpy.asarray(vertices)
-        if given.dtype.kind not in "fiu" and given.size > 0:
+        if given.dtype.kind not in "fiu":
             raise TypeError(f"vertices must be an array of real numbers, got dtype {given.dtype}")
         array = numpy.array(given, dtype=numpy.float64, order="C")
         if array.shape != self._vertices.shape:

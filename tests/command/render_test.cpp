@@ -1,6 +1,7 @@
 // knead render, where there is a renderer.
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
@@ -266,6 +267,69 @@ TEST_F(RenderTest, JpegShowsTheSame) {
   double sum = 0;
   for (std::size_t i = 0; i < png.pixels.size(); ++i) sum += std::abs(png.pixels[i] - jpeg.pixels[i]);
   EXPECT_LT(sum / static_cast<double>(png.pixels.size()), 3);  // of 255, what the quality leaves
+}
+
+// The pictures of an animated GIF, each of red, green, blue and alpha.
+std::vector<std::vector<std::uint8_t>> pictures_of_gif(const std::string& bytes, int width, int height) {
+  int w = 0;
+  int h = 0;
+  int count = 0;
+  int channels = 0;
+  int* delays = nullptr;
+  std::uint8_t* const pixels =
+      stbi_load_gif_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()), static_cast<int>(bytes.size()), &delays,
+                                &w, &h, &count, &channels, 4);
+  EXPECT_TRUE(pixels != nullptr && w == width && h == height);
+  std::vector<std::vector<std::uint8_t>> pictures;
+  const auto size = static_cast<std::size_t>(4 * width * height);
+  for (std::size_t k = 0; pixels != nullptr && k < static_cast<std::size_t>(count); ++k) {
+    pictures.emplace_back(pixels + k * size, pixels + (k + 1) * size);
+  }
+  stbi_image_free(pixels);
+  std::free(delays);
+  return pictures;
+}
+
+// The same camera for all: the tip is the highest point of the last frame, and above that of the first.
+TEST_F(RenderTest, FramesAreAGifOrNumberedPictures) {
+  const Words words{"render", "a.ply", "--session", "s.knead", "--frames", "4", "--size", "64x48", "--hold", "1"};
+  Words gif = words;
+  gif.insert(gif.end(), {"-o", "f.gif", "-q"});
+  knead_ok(gif);
+  const auto pictures = pictures_of_gif(read("f.gif"), 64, 48);
+  ASSERT_EQ(pictures.size(), 6U);
+  EXPECT_EQ(pictures[0], pictures[1]);
+  EXPECT_NE(pictures[1], pictures[3]);
+  EXPECT_EQ(pictures[4], pictures[5]);
+  Words numbered = words;
+  numbered.insert(numbered.end(), {"-o", "F_%02d.png", "-q"});
+  knead_ok(numbered);
+  for (const char* name : {"F_00.png", "F_05.png"}) EXPECT_TRUE(read(name).starts_with("\x89PNG")) << name;
+  EXPECT_EQ(read("F_00.png"), read("F_01.png"));
+}
+
+TEST_F(RenderTest, ATurntableShowsTheShapeFromAllAround) {
+  knead_ok({"make", "hand", "-n", "8000", "-o", "hand.ply", "-q"});
+  knead_ok({"render", "hand.ply", "--turntable", "4", "--view", "front", "--size", "64x48", "-o", "t.gif", "-q"});
+  const auto pictures = pictures_of_gif(read("t.gif"), 64, 48);
+  ASSERT_EQ(pictures.size(), 4U);
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NE(pictures[k], pictures[(k + 1) % 4]);
+}
+
+TEST_F(RenderTest, FilmsAreChecked) {
+  const Words frames{"render", "a.ply", "--session", "s.knead", "--frames", "2", "-o"};
+  for (const std::string output : {"f.png", "f.bmp", "F_%d.gif", "F_%d_%d.png"}) {
+    Words words = frames;
+    words.push_back(output);
+    expect_error(knead(words), 2, " --help");
+  }
+  expect_error(knead({"render", "a.ply", "--frames", "2", "-o", "f.gif"}), 2, "--session");
+  expect_error(knead({"render", "a.ply", "--turntable", "0", "-o", "f.gif"}), 2, "1 or more");
+  expect_error(knead({"render", "a.ply", "--turntable", "2", "--fps", "0", "-o", "f.gif"}), 2, "above 0");
+  expect_error(knead({"render", "a.ply", "--session", "s.knead", "--frames", "2", "--turntable", "2", "-o", "f.gif"}),
+               2, "one of them");
+  expect_error(knead({"render", "a.ply", "--turntable", "2", "-o", "no/f.gif"}), 5, "knead: no/f.gif: ");
+  EXPECT_EQ(files(), (Words{"a.ply", "probe.png", "s.knead"}));
 }
 
 TEST_F(RenderTest, ErrorsAreThoseOfTheOthers) {

@@ -1,4 +1,5 @@
 knead_test(knead_render_test SOURCES ${PROJECT_SOURCE_DIR}/src/knead/render/render_test.cpp
+                                     ${PROJECT_SOURCE_DIR}/src/knead/render/gif_test.cpp
                                      ${PROJECT_SOURCE_DIR}/src/knead/render/look_test.cpp
                                      ${PROJECT_SOURCE_DIR}/src/knead/render/tool_surface_test.cpp LIBRARIES knead::render)
 target_include_directories(knead_render_test SYSTEM PRIVATE ${KNEAD_STB_INCLUDE_DIR})
