@@ -11,9 +11,9 @@ namespace {
 
 constexpr std::size_t kGrain = 64;
 // Matches count by the square of the cosine between their normals, from this cosine on.
-constexpr double kLeastCosine = 0.3;
+constexpr double kLeastCosine = 0.2;
 // A match counts half where it is so many times farther than the mean one.
-constexpr double kFar = 4;
+constexpr double kFar = 8;
 
 Vec3d unit_or(const Vec3d& v, const Vec3d& otherwise) {
   const double length = norm(v);

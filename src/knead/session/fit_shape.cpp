@@ -21,7 +21,7 @@ constexpr double kMostSurfacePins = 1200;
 constexpr double kEdges = 1.5;
 constexpr double kSamplesOfPin = 10;
 constexpr std::size_t kLeastSamples = 4000;
-constexpr double kSmoothness = 0.02;
+constexpr double kSmoothness = 0.003;
 
 }  // namespace
 
