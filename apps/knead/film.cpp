@@ -18,7 +18,7 @@
 #include "command.h"
 #include "frames.h"
 #include "knead/io/atomic_file.h"
-#include "knead/render/gif.h"
+#include "knead/render/image.h"
 #include "output.h"
 #include "progress_bar.h"
 

@@ -37,6 +37,7 @@ class Stroke:
     name: str
     off: bool
     strength: float
+    duration: float
     def to_dict(self) -> dict[str, Any]: ...
     def replace(self: _S, **keys: Any) -> _S: ...
     def __hash__(self) -> int: ...
@@ -68,6 +69,7 @@ class Implicit(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Paint(Stroke):
@@ -87,6 +89,7 @@ class Paint(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Points(Stroke):
@@ -112,6 +115,7 @@ class Points(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Handles(Stroke):
@@ -135,6 +139,7 @@ class Handles(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Stamp(Stroke):
@@ -158,6 +163,7 @@ class Stamp(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Rotate(Stroke):
@@ -181,6 +187,7 @@ class Rotate(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Stretch(Stroke):
@@ -202,6 +209,7 @@ class Stretch(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Twist(Stroke):
@@ -229,6 +237,7 @@ class Twist(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Bend(Stroke):
@@ -260,6 +269,7 @@ class Bend(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Pins(Stroke):
@@ -275,6 +285,7 @@ class Pins(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Relax(Stroke):
@@ -294,6 +305,7 @@ class Relax(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 class Mask(Stroke):
@@ -311,6 +323,7 @@ class Mask(Stroke):
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,
+        duration: float | None = None,
     ) -> None: ...
 
 Strokes = Session | Stroke | Iterable[Stroke | Mapping[str, Any]]

@@ -1,4 +1,4 @@
-#include "knead/render/gif.h"
+#include "knead/render/image.h"
 
 #include <gtest/gtest.h>
 

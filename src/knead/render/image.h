@@ -1,4 +1,4 @@
-// A picture in memory, and its encoding as PNG or JPEG.
+// A picture in memory, and its encoding as PNG, JPEG or GIF.
 #pragma once
 
 #include <cstdint>
@@ -32,5 +32,16 @@ Image decode_image(const std::string& bytes);
 // Returns the images in a row from left to right, centred vertically. The rest is transparent if any image has a
 // transparent corner, else white. Throws InvalidInput if there are no images.
 Image side_by_side(std::span<const Image> images);
+
+// Return the parts of an animated GIF: a header, the pictures, the end. It is played in a loop. Source: CompuServe,
+// "Graphics Interchange Format, Version 89a" (1990), with the looping extension of Netscape.
+std::string gif_header(int width, int height);
+
+// Returns a picture that is shown for so many hundredths of a second. Only what differs from the picture before it is
+// stored; null: there is none. Of more than 255 colours it keeps 255 by median cut. Transparent pixels become white.
+// Throws InvalidInput for a picture of another size than `before`, or of more than 65535 pixels along a side.
+std::string gif_picture(const Image& image, const Image* before, int hundredths);
+
+std::string gif_end();
 
 }  // namespace knead::render
