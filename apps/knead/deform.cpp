@@ -200,35 +200,6 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   return inputs;
 }
 
-// All frames in one file.
-class AnimationOutput {
- public:
-  AnimationOutput(const Inputs& inputs, const ReplayOptions& replay, const Target& target, std::optional<double> fps)
-      : source_(inputs.shape),
-        path_(target.path(0)),
-        options_{target.count(), fps.value_or(24)},
-        is_remeshed_(will_remesh(inputs.shape.mesh, inputs.session, replay)) {
-    if (!is_remeshed_) file_.emplace(path_, source_, options_);
-  }
-
-  void add(const ReplayFrame& frame) {
-    if (!file_) {
-      remeshed_ = parse_shape(serialize_mesh("ply", frame.shape.to_mesh(), {true, {}, {}}), "ply", path_);
-      file_.emplace(path_, remeshed_, options_);
-    }
-    file_->add(frame.shape.positions());
-    if (frame.index + 1 == options_.frames) file_->finish();
-  }
-
- private:
-  const ShapeFile& source_;
-  std::string path_;
-  AnimationOptions options_;
-  bool is_remeshed_;
-  ShapeFile remeshed_{};
-  std::optional<AnimationFile> file_{};
-};
-
 Report report_of(const Mesh& mesh, const Certified& certified, const ReportSeconds& seconds) {
   Report report = make_report(mesh, certified.result, certified.options, seconds);
   report.certificate = certified.certificate;
@@ -255,10 +226,12 @@ void run_deform(const DeformOptions& options) {
   if (inputs.shape.mesh.face_count() == 0) replay.normals = vertex_normals_of(inputs.shape);
   replay.remesh.face_labels = face_labels(inputs.shape);
   WriteOptions write_options;
-  std::optional<AnimationOutput> animation;
+  std::function<void(const ReplayFrame&)> add_to_animation;
   if (target.is_animation()) {
     replay.frames.same_faces = true;
-    animation.emplace(inputs, replay, target, options.fps);
+    add_to_animation =
+        animation_writer(target.path(0), inputs.shape, will_remesh(inputs.shape.mesh, inputs.session, replay),
+                         {target.count(), options.fps.value_or(24)});
   } else {
     write_options = write_options_for(options, digits, inputs.shape, target);
     replay.remesh.single_precision =
@@ -267,8 +240,8 @@ void run_deform(const DeformOptions& options) {
   const auto write = [&](const ReplayFrame& frame) {
     const Clock clock;
     const bool is_last = frame.index + 1 == target.count();
-    if (animation) {
-      animation->add(frame);
+    if (add_to_animation) {
+      add_to_animation(frame);
     } else {
       if (is_last) end_after_last_shape(target.last_path(), says_more(options));
       write_frame(target.path(frame.index), options.format, inputs.shape, frame.shape, write_options);
@@ -280,7 +253,7 @@ void run_deform(const DeformOptions& options) {
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
   if (!options.frames) write({0, certified.result.shape});
-  if (!animation && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
+  if (!target.is_animation() && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
     copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;
   Report report = report_of(inputs.shape.mesh, certified, seconds);

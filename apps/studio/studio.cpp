@@ -378,9 +378,8 @@ void Studio::export_shape(const std::filesystem::path& path, bool as_double) {
   post([this, path, as_double](Progress& progress) { document_.export_shape(path, as_double, progress); }, "Exporting");
 }
 
-void Studio::export_frames(const std::filesystem::path& pattern, int frames) {
-  post([this, pattern, frames](Progress& progress) { document_.export_frames(pattern, frames, progress); },
-       "Exporting frames");
+void Studio::export_frames(const std::filesystem::path& file, const FrameExport& how) {
+  post([this, file, how](Progress& progress) { document_.export_frames(file, how, progress); }, "Exporting frames");
 }
 
 // The path may be one of those that are erased.

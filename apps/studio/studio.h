@@ -102,7 +102,7 @@ class Studio {
   void open_made(ShapeKind kind, std::size_t vertices);
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double = false);
-  void export_frames(const std::filesystem::path& pattern, int frames);
+  void export_frames(const std::filesystem::path& file, const FrameExport& how);
   const std::vector<std::filesystem::path>& recent() const { return recent_; }
 
   // Unsaved work of an earlier run, and what to do with it.

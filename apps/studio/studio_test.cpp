@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <fstream>
 
 #include "knead/mesh/shapes.h"
 #include "studio_fixture.h"
+#include "support/test_meshes.h"
 
 namespace knead::studio {
 namespace {
@@ -46,6 +48,27 @@ TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
   const ShapeFile source = read_shape(folder_ / "work_shape.ply");
   EXPECT_EQ(read_shape(folder_ / "out.ply").bytes,
             serialize_shape("ply", source, replayed.shape.positions(), {true, {}}));
+}
+
+TEST_F(StudioTest, ExportsTheMotionAsOneFileOrSeveral) {
+  Studio studio(options());
+  run(studio, ball());
+  run(studio, kTools[0].script);
+  const ReplayResult replayed = saved_and_replayed(studio);
+  FrameExport how;
+  how.frames = 4;
+  how.hold = 1;
+  studio.export_frames(folder_ / "motion.pc2", how);
+  run(studio, "");
+  const std::string bytes = file_bytes(folder_ / "motion.pc2");
+  const std::vector<Vec3d> end = replayed.shape.positions();
+  ASSERT_EQ(bytes.size(), 32 + 6 * end.size() * 3 * sizeof(float));
+  float last = 0;
+  std::memcpy(&last, bytes.data() + bytes.size() - sizeof last, sizeof last);
+  EXPECT_EQ(last, static_cast<float>(end.back().z));
+  studio.export_frames(folder_ / "motion.ply", how);
+  run(studio, "");
+  EXPECT_EQ(read_shape(folder_ / "motion_0005.ply").mesh.vertex_count(), end.size());
 }
 
 TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {

@@ -83,6 +83,14 @@ inline constexpr const char* kNumber = "%04d";
 // Returns the name with "_%04d" before its extension, or as it is if it has that.
 std::filesystem::path numbered(const std::filesystem::path& pattern);
 
+// How the motion of a session is exported.
+struct FrameExport {
+  int frames = 24;  // 1 or more
+  int frames_per_second = 24;
+  int hold = 0;            // so many more of the start and of the end
+  bool is_smooth = false;  // begins and ends slowly
+};
+
 class Document {
  public:
   explicit Document(DocumentOptions options);
@@ -113,7 +121,7 @@ class Document {
   // Write files. A notice says when they are done.
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
-  void export_frames(const std::filesystem::path& pattern, int frames, Progress& progress);
+  void export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress);
 
   // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
   // and IoError.

@@ -240,12 +240,10 @@ std::filesystem::path numbered(const std::filesystem::path& pattern) {
   return pattern.parent_path() / (pattern.stem().string() + "_" + kNumber + pattern.extension().string());
 }
 
-// Evenly spaced moments of the whole history.
-void Document::export_frames(const std::filesystem::path& pattern, int frames, Progress& progress) {
+// Moments of the whole history, evenly spaced in time.
+void Document::export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress) {
   if (!history_) return;
   guarded(Subject::exporting, [&] {
-    const std::string text = numbered(pattern).string();
-    const std::size_t at = text.rfind(kNumber);
     Session session;
     session.name = (stamp_folder().parent_path() / "session").string();
     session.strokes = history_->strokes();
@@ -253,7 +251,13 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
     options.progress = &progress;
     options.motion.threads = options_.threads;
     options.remesh.face_labels = face_labels(*source_);
-    options.frames.count = frames;
+    options.frames.count = how.frames;
+    options.frames.ease = how.is_smooth ? Ease::smooth : Ease::linear;
+    options.frames.hold = how.hold;
+    const bool is_one_file = is_animation(file) && file.filename().string().find(kNumber) == std::string::npos;
+    options.frames.same_faces = is_one_file;
+    const std::string text = numbered(file).string();
+    const std::size_t at = text.rfind(kNumber);
     options.frames.deliver = [&](const ReplayFrame& frame) {
       const std::string name = text.substr(0, at) + fmt::format("{:04}", frame.index) + text.substr(at + 4);
       if (frame.shape.is_remeshed()) {
@@ -262,10 +266,16 @@ void Document::export_frames(const std::filesystem::path& pattern, int frames, P
         write_shape(name, *source_, frame.shape.positions());
       }
     };
+    if (is_one_file) {
+      options.frames.deliver =
+          animation_writer(file, *source_, will_remesh(source_->mesh, session, options),
+                           {frame_count(options.frames), static_cast<double>(how.frames_per_second)});
+    }
     progress.total = total_work(source_->mesh, session, options);
     const ReplayResult result = replay(borrow(source_->mesh), session, options);
-    options_.tell({false, result.status == AdvectStatus::done ? fmt::format("Exported {} frames.", frames)
-                                                              : std::string("The export of frames was cancelled.")});
+    options_.tell({false, result.status == AdvectStatus::done
+                              ? fmt::format("Exported {} frames.", frame_count(options.frames))
+                              : std::string("The export of frames was cancelled.")});
   });
 }
 

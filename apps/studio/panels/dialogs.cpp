@@ -211,13 +211,13 @@ void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
         studio.export_shape(*file, dialogs.file.as_double);
         break;
       case FileUse::export_frames:
-        studio.export_frames(*file, dialogs.file.frames);
+        studio.export_frames(*file, dialogs.file.motion);
         break;
       case FileUse::picture:
         picture(*file);
         break;
       case FileUse::turntable:
-        studio.record_turntable(*file, dialogs.file.frames);
+        studio.record_turntable(*file, dialogs.file.pictures);
         break;
     }
   }

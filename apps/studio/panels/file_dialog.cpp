@@ -43,6 +43,7 @@ std::vector<std::string> extensions_of(FileUse use) {
   std::vector<std::string> extensions;
   for (const std::string_view name : shape_extensions()) extensions.push_back(fmt::format(".{}", name));
   if (use == FileUse::open) extensions.emplace_back(".knead");
+  if (use == FileUse::export_frames) extensions.insert(extensions.end(), {".pc2", ".mdd", ".usda", ".pvd"});
   return extensions;
 }
 
@@ -164,6 +165,27 @@ void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
   go_to(dialog, folder);
 }
 
+namespace {
+
+// How the frames are spaced, in one row.
+void draw_motion(FrameExport& motion) {
+  const float width = 7 * ImGui::GetFontSize();
+  ImGui::SetNextItemWidth(width);
+  ImGui::SliderInt("Frames", &motion.frames, 2, 600);
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(width);
+  ImGui::SliderInt("A second", &motion.frames_per_second, 1, 120);
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(width);
+  ImGui::SliderInt("Hold", &motion.hold, 0, 100);
+  help_on_hover("So many more frames of the start and of the end");
+  ImGui::SameLine();
+  ImGui::Checkbox("Smooth", &motion.is_smooth);
+  help_on_hover("Begins and ends slowly");
+}
+
+}  // namespace
+
 std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   const char* const title = title_of(dialog.use);
   if (!dialog.is_open) return std::nullopt;
@@ -183,8 +205,8 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
-  if (is_counted(dialog.use))
-    ImGui::SliderInt(dialog.use == FileUse::turntable ? "Pictures" : "Frames", &dialog.frames, 2, 600);
+  if (dialog.use == FileUse::turntable) ImGui::SliderInt("Pictures", &dialog.pictures, 2, 600);
+  if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion);
   std::optional<fs::path> result;
   if (draw_choice(dialog, chosen)) {
     result = chosen_path(dialog);

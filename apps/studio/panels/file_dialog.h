@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "document/document.h"
 #include "platform/file_list.h"
 #include "platform/gui.h"
 
@@ -22,7 +23,8 @@ struct FileDialog {
   FileList list;
   bool is_sure = false;    // that the file may be replaced
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
-  int frames = 24;         // of export_frames and turntable
+  FrameExport motion;      // of export_frames
+  int pictures = 24;       // of turntable
 };
 
 // `near`: a file or folder to begin at; its name is proposed for what is written.

@@ -98,7 +98,7 @@ TEST(StrokeValues, HoldTheDefaultsToo) {
       parse_stroke(R"({"tool": "implicit", "inner": 0.1, "outer": 0.6, "path": [[0, 1, 0], [0, 1.3, 0]]})", "one");
   EXPECT_EQ(
       stroke_values(stroke),
-      R"({"name": "", "off": false, "strength": 1, "path": [[0, 1, 0], [0, 1.3, 0]], "inner": 0.1, "outer": 0.6, )"
+      R"({"name": "", "off": false, "strength": 1, "duration": 1, "path": [[0, 1, 0], [0, 1.3, 0]], "inner": 0.1, "outer": 0.6, )"
       R"("region": "ball", "time": "swept", "falloff": 4})");
 }
 

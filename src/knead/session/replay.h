@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "knead/io/animation.h"
 #include "knead/session/deformed_shape.h"
 #include "knead/session/session.h"
 
@@ -86,6 +87,12 @@ struct ReplayResult {
 
 // Returns how many frames are delivered: count, and those that are held.
 int frame_count(const FrameOptions& frames);
+
+// Returns a function for FrameOptions::deliver that writes all frames to one file, which appears after the last frame.
+// is_remeshed: will_remesh(...); FrameOptions::same_faces must then be set, and the file has the faces of the result
+// and no other attributes. The source must outlive the function. Throws as AnimationFile.
+std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::path& path, const ShapeFile& source,
+                                                         bool is_remeshed, const AnimationOptions& options);
 
 // Applies a session to a shape, which stays as it is. The result depends only on the mesh, the motion, the remesh
 // policy, the part and the normals, to the bit. The last frame is the result, and every frame is the result of a replay
