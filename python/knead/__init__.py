@@ -13,11 +13,11 @@ Lengths are in the shape's units, angles in degrees. help(knead.deform) says how
 """
 
 from . import _strokes
-from ._deform import Flow, Remeshed, Workbench, certify, deform, remesh, render
+from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_mesh
 from ._session import Session
-from ._shapes import Shape, check, read
+from ._shapes import Shape, check, crossings, read
 from ._strokes import Stroke, stroke
 
 globals().update({cls.__name__: cls for cls in _strokes._classes.values()})
@@ -36,10 +36,13 @@ __all__ = [
     "Stroke",
     "Unavailable",
     "Workbench",
+    "animate",
     "certify",
     "check",
+    "crossings",
     "deform",
     "deform_mesh",
+    "frames",
     "read",
     "remesh",
     "render",

@@ -3,6 +3,7 @@
 import json
 import math
 import operator
+import os
 
 from . import _knead
 from ._session import Session, native_session
@@ -130,6 +131,36 @@ class Flow:
 
     def __repr__(self):
         return f"<knead.Flow: {len(self)} segments>"
+
+
+def _frames(vertices, faces, n, ease, hold):
+    if faces is None and hasattr(vertices, "faces"):
+        faces = vertices.faces
+    return faces, _knead.FrameOptions(operator.index(n), str(ease), operator.index(hold))
+
+
+def frames(vertices, session, n, faces=None, *, ease="linear", hold=0, progress=None, **accuracy):
+    """Returns the vertices at n moments of a session, evenly spaced in time: (n, len, 3) float64.
+
+    The first is the undeformed shape, the last the result. vertices, session, faces, progress: as for deform; a Shape
+    brings its faces. ease: "linear", or "smooth": slowly at both ends. hold: so many more frames of the start and of the
+    end. Strokes take their `duration`. Of a session that remeshes, every frame has the vertices of the result. Keywords:
+    relative_tolerance, precision, integrator, threads, diagonal. Returns None if `progress` returned False. Raises as
+    deform.
+    """
+    faces, how = _frames(vertices, faces, n, ease, hold)
+    return _knead.frames(vertices, native_session(session), faces, _accuracy(**accuracy), how, progress)
+
+
+def animate(path, vertices, session, n, faces=None, *, fps=24, ease="linear", hold=0, progress=None, **accuracy):
+    """Writes the frames that frames() returns to one file: .pc2, .mdd, .glb, .usda or .pvd, whole or not at all.
+
+    fps: frames a second. The file holds a plain mesh; `knead deform --frames` keeps the materials of a glTF file. Returns
+    False if `progress` returned False, and writes nothing then. Raises FileError, and as deform.
+    """
+    faces, how = _frames(vertices, faces, n, ease, hold)
+    native = native_session(session)
+    return _knead.animate(os.fspath(path), vertices, native, faces, _accuracy(**accuracy), how, _number(fps, "fps"), progress)
 
 
 class Remeshed:

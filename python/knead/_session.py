@@ -33,6 +33,19 @@ class Session(collections.abc.MutableSequence):
         self.path = os.fspath(path)
         return self
 
+    @classmethod
+    def parse(cls, text, name="session"):
+        """Returns the session in the text of a .knead file; `name` stands in messages, and stamps are relative to it."""
+        native = _knead.parse_session(str(text), os.fspath(name))
+        self = cls(mesh=native.mesh, note=native.note)
+        self._strokes = [_wrap(s) for s in native.strokes]
+        self.path = os.fspath(name)
+        return self
+
+    def text(self):
+        """Returns the text of a .knead file; parse() gives an equal session."""
+        return self._native().text()
+
     def write(self, path):
         """Writes a .knead file, whole or not at all. Raises FileError."""
         self._native().write(os.fspath(path))

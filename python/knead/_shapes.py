@@ -76,6 +76,14 @@ def read(path):
     return Shape(_knead.read_shape(os.fspath(path)))
 
 
+def crossings(vertices, faces):
+    """Returns the pairs of faces that cross: (k, 2) uint32, the smaller number of a pair first as a rule.
+
+    A face without area is a pair with itself, and a polygon one that crosses itself. More than 10 million pairs: none.
+    """
+    return _knead.crossings(vertices, faces)
+
+
 def check(vertices, faces):
     """Returns what `knead check --json` prints, as a dict: counts, closed, volume, self_intersections and more."""
     return json.loads(_knead.check(vertices, faces))

@@ -54,4 +54,5 @@ PYBIND11_MODULE(_knead, module) {
   add_remesh(module);
   add_render(module);
   add_workbench(module);
+  add_animation(module);
 }

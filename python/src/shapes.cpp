@@ -2,11 +2,15 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
+#include <array>
+#include <cstring>
 #include <filesystem>
 #include <optional>
 
 #include "arrays.h"
 #include "knead/io/shape_file.h"
+#include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/report.h"
 #include "module.h"
@@ -59,6 +63,26 @@ std::string check(const py::object& vertices, const py::object& faces) {
   return json;
 }
 
+// Faces that cross, in pairs.
+py::array_t<std::uint32_t> crossings(const py::object& vertices, const py::object& faces) {
+  const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
+  Progress progress;
+  std::vector<std::array<std::uint32_t, 2>> pairs;
+  run_watched(py::none(), progress, [&] {
+    validate(mesh);
+    std::vector<std::uint32_t> face_of;  // of each triangle
+    for (std::uint32_t f = 0; f < mesh.face_count(); ++f) {
+      face_of.insert(face_of.end(), std::max<std::size_t>(mesh.face(f).size(), 2) - 2, f);
+    }
+    const std::vector<Triangle> triangles = triangulate(mesh);
+    const SelfIntersections found = self_intersections(triangles, mesh.positions);
+    for (const auto& [a, b] : found.pairs) pairs.push_back({face_of.at(a), face_of.at(b)});
+  });
+  py::array_t<std::uint32_t> array({static_cast<py::ssize_t>(pairs.size()), py::ssize_t{2}});
+  if (!pairs.empty()) std::memcpy(array.mutable_data(), pairs.data(), pairs.size() * sizeof pairs[0]);
+  return array;
+}
+
 }  // namespace
 
 void add_shapes(py::module_& module) {
@@ -73,6 +97,7 @@ void add_shapes(py::module_& module) {
       .def("write", &write);
   module.def("read_shape", &read);
   module.def("check", &check);
+  module.def("crossings", &crossings);
 }
 
 }  // namespace knead::python

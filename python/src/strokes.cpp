@@ -138,6 +138,7 @@ void add_strokes(py::module_& module) {
       .def("text", &serialize_session)
       .def("write", &write);
   module.def("read_session", &read_session);
+  module.def("parse_session", &parse_session);
   module.def("tools", &describe_tools);
 }
 

@@ -71,6 +71,9 @@ class Session(MutableSequence[Stroke]):
     ) -> None: ...
     @classmethod
     def read(cls, path: Path) -> Session: ...
+    @classmethod
+    def parse(cls, text: str, name: Path = "session") -> Session: ...
+    def text(self) -> str: ...
     def write(self, path: Path) -> None: ...
     def resolve(self, vertices: Points_, faces: Faces | None, *, threads: int = 0) -> Session: ...
     def __len__(self) -> int: ...
@@ -102,6 +105,31 @@ class Shape:
 
 def read(path: Path) -> Shape: ...
 def check(vertices: Points_, faces: Faces | None) -> dict[str, Any]: ...
+def crossings(vertices: Points_, faces: Faces | None) -> NDArray[np.uint32]: ...
+def frames(
+    vertices: Points_,
+    session: Strokes,
+    n: int,
+    faces: Faces | None = None,
+    *,
+    ease: Literal["linear", "smooth"] = "linear",
+    hold: int = 0,
+    progress: Callable[[float], Any] | None = None,
+    **accuracy: Any,
+) -> NDArray[np.float64]: ...
+def animate(
+    path: Path,
+    vertices: Points_,
+    session: Strokes,
+    n: int,
+    faces: Faces | None = None,
+    *,
+    fps: float = 24,
+    ease: Literal["linear", "smooth"] = "linear",
+    hold: int = 0,
+    progress: Callable[[float], Any] | None = None,
+    **accuracy: Any,
+) -> bool: ...
 def deform(
     vertices: Points_,
     session: Strokes,

@@ -237,13 +237,25 @@ def use_remesh(draw):
     knead.remesh(draw(vertices), draw(faces), draw(st.none() | sessions), max_vertices=2000, **keys)
 
 
+moments = st.integers(-1, 5)
+films = {"ease": st.sampled_from(["linear", "smooth", "", 3]), "hold": st.one_of(st.integers(-1, 2), numbers), **accuracy}
+
+
+def use_animate(draw, folder):
+    name = draw(st.sampled_from(["a.pc2", "a.mdd", "a.glb", "a.usda", "a.pvd", "a.ply", ""]))
+    knead.animate(folder / name, draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films)))
+
+
 USES = {
+    "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
     "check": lambda draw: knead.check(draw(vertices), draw(faces)),
+    "crossings": lambda draw: knead.crossings(draw(vertices), draw(faces)),
     "deform": lambda draw: knead.deform(draw(vertices), draw(sessions), draw(faces), **draw(some({**accuracy, **more}))),
     "deform_mesh": lambda draw: knead.deform_mesh(draw(anything), draw(sessions), **draw(some(accuracy))),
     "files": use_files,
     "flow": use_flow,
+    "frames": lambda draw: knead.frames(draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films))),
     "remesh": use_remesh,
     "render": lambda draw: knead.render(draw(vertices), draw(faces), **draw(some(looks))),
     "session": use_session,

@@ -1,0 +1,96 @@
+// The motion of a session: frames as arrays, and as one file.
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <cstring>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "arrays.h"
+#include "knead/io/animation.h"
+#include "knead/math/error.h"
+#include "module.h"
+#include "options.h"
+#include "work.h"
+
+namespace knead::python {
+namespace {
+
+FrameOptions frame_options(int count, const std::string& ease, int hold) {
+  if (count < 1) throw InvalidInput(fmt::format("the number of frames must be 1 or more, got {}", count));
+  if (ease != "linear" && ease != "smooth") {
+    throw InvalidInput(fmt::format("ease must be \"linear\" or \"smooth\", got \"{}\"", ease));
+  }
+  FrameOptions frames;
+  frames.count = count;
+  frames.ease = ease == "smooth" ? Ease::smooth : Ease::linear;
+  frames.hold = hold;
+  frames.same_faces = true;
+  return frames;
+}
+
+// Replays the session on the mesh, and gives each frame to the function. Returns false where the callback ends it.
+bool play(const Mesh& mesh, const Session& session, ReplayOptions options, const py::object& callback) {
+  Progress progress;
+  options.progress = &progress;
+  ReplayResult replayed;
+  const bool is_done = run_watched(callback, progress, [&] {
+    progress.total = total_work(mesh, session, options);
+    replayed = replay(borrow(mesh), session, options);
+  });
+  if (is_done) require_done(replayed.status, session, replayed.failed_line);
+  return is_done;
+}
+
+py::object frames_of(const py::object& vertices, const Session& session, const py::object& faces,
+                     const Accuracy& accuracy, const FrameOptions& how, const py::object& callback) {
+  const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
+  ReplayOptions options;
+  options.motion = motion_options(accuracy);
+  options.frames = how;
+  std::vector<std::vector<Vec3d>> frames;
+  options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
+  if (!play(mesh, session, options, callback)) return py::none();
+  const std::size_t count = frames.empty() ? 0 : frames.front().size();
+  DoubleArray result({static_cast<py::ssize_t>(frames.size()), static_cast<py::ssize_t>(count), py::ssize_t{3}});
+  double* to = result.mutable_data();
+  for (const std::vector<Vec3d>& frame : frames) {
+    if (count > 0) std::memcpy(to, frame.data(), count * sizeof(Vec3d));
+    to += 3 * count;
+  }
+  return result;
+}
+
+bool animate(const std::filesystem::path& path, const py::object& vertices, const Session& session,
+             const py::object& faces, const Accuracy& accuracy, const FrameOptions& how, double fps,
+             const py::object& callback) {
+  const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
+  const ShapeFile source = parse_shape(serialize_mesh("ply", mesh, {true, {}, {}}), "ply", path.string());
+  ReplayOptions options;
+  options.motion = motion_options(accuracy);
+  options.frames = how;
+  const auto write = animation_writer(path, source, will_remesh(mesh, session, options), {frame_count(how), fps});
+  DeformedShape last;  // written once the callback can no longer say no
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    if (frame.index + 1 < frame_count(how)) {
+      write(frame);
+    } else {
+      last = frame.shape;
+    }
+  };
+  if (!play(mesh, session, options, callback)) return false;
+  write({frame_count(how) - 1, last});
+  return true;
+}
+
+}  // namespace
+
+void add_animation(py::module_& module) {
+  py::class_<FrameOptions>(module, "FrameOptions").def(py::init(&frame_options));
+  module.def("frames", &frames_of);
+  module.def("animate", &animate);
+}
+
+}  // namespace knead::python
