@@ -1,0 +1,345 @@
+"""Operators on the session of the active object."""
+
+import json
+import os
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+from bpy_extras.io_utils import ExportHelper, ImportHelper
+
+from . import rebuild, shape, state
+from .native import knead
+
+_ERRORS = (state.Refusal, ValueError, RuntimeError, OSError)
+
+
+class Plain:
+    """An operator that ends with one sentence where it cannot do its work, and changes nothing then."""
+
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context):
+        try:
+            state.require_mesh(context.object)
+            self.work(context, context.object)
+        except _ERRORS as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class OfSession(Plain):
+    """An operator that needs a session."""
+
+    @classmethod
+    def poll(cls, context):
+        obj = context.object
+        return obj is not None and obj.type == "MESH" and bool(obj.knead.session)
+
+
+class KNEAD_OT_apply_session(Plain, ImportHelper, bpy.types.Operator):
+    """Apply the strokes of a .knead file to the active mesh, after those that it has"""
+
+    bl_idname = "knead.apply_session"
+    bl_label = "Apply Session"
+    filename_ext = ".knead"
+    filter_glob: StringProperty(default="*.knead", options={"HIDDEN"})
+    relative_tolerance: FloatProperty(name="Tolerance", default=1e-5, min=1e-12, max=0.1, precision=8)
+    to: EnumProperty(
+        name="To",
+        items=[("MESH", "Mesh", "The mesh, or its active shape key"), ("SHAPE_KEY", "Shape Key", "A new shape key")],
+    )
+    space: EnumProperty(
+        name="Space",
+        items=[("LOCAL", "Object", "The strokes are in the object's space"), ("WORLD", "World", "In the world's space")],
+    )
+
+    def work(self, context, obj):
+        session = knead.Session.read(self.filepath)
+        rebuild.check_session(session)
+        tolerance = round(self.relative_tolerance, 12)  # the property holds a float: 1e-5 is 9.99999975e-06
+        if self.to == "SHAPE_KEY":
+            self._add_key(obj, session, tolerance)
+            return
+        before = shape.read(obj)
+        faces = shape.faces(obj.data)
+        extends = bool(obj.knead.session) and not state.changed_elsewhere(obj)
+        if extends:
+            state.require_own_key(obj)
+        whole = state.parse(obj.knead.session if extends else "")
+        whole.path = session.path
+        whole.extend(session)
+        frame = state.frame_of(obj.data) if extends else state.frame_for(obj, self.space)
+        base = shape.read_base(obj.data) if extends else before
+        coordinates = rebuild.compute(base, faces, whole, frame, tolerance)
+        if not state.begin(obj, self.space):
+            self.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")
+        state.keep(obj, _with_absolute_stamps(whole), coordinates)
+
+    def _add_key(self, obj, session, tolerance):
+        before = shape.read(obj)
+        frame = state.frame_for(obj, self.space)
+        coordinates = rebuild.compute(before, shape.faces(obj.data), session, frame, tolerance)
+        if obj.data.shape_keys is None:
+            obj.shape_key_add(name="Basis", from_mix=False)
+        key = obj.shape_key_add(name=bpy.path.display_name_from_filepath(self.filepath), from_mix=False)
+        key.data.foreach_set("co", coordinates.ravel())
+        key.value = 1.0
+        obj.data.update()
+
+
+def _with_absolute_stamps(session):
+    """Returns the session with whole paths of the stamps' files, because a text has no folder."""
+    folder = os.path.dirname(os.path.abspath(session.path or "."))
+    changed = [s.replace(mesh=os.path.join(folder, s.mesh)) if s.tool == "stamp" else s for s in session]
+    result = knead.Session(changed, session.mesh, session.note)
+    return result
+
+
+class KNEAD_OT_session_import(Plain, ImportHelper, bpy.types.Operator):
+    """Replace the object's session by a .knead file, from its base positions"""
+
+    bl_idname = "knead.session_import"
+    bl_label = "Import Session"
+    filename_ext = ".knead"
+    filter_glob: StringProperty(default="*.knead", options={"HIDDEN"})
+
+    def work(self, context, obj):
+        session = _with_absolute_stamps(knead.Session.read(self.filepath))
+        _replace(obj, session)
+
+
+class KNEAD_OT_session_export(OfSession, ExportHelper, bpy.types.Operator):
+    """Write the object's session as a .knead file"""
+
+    bl_idname = "knead.session_export"
+    bl_label = "Export Session"
+    bl_options = {"REGISTER"}
+    filename_ext = ".knead"
+    filter_glob: StringProperty(default="*.knead", options={"HIDDEN"})
+
+    def work(self, context, obj):
+        state.parse(obj.knead.session).write(self.filepath)
+
+
+class KNEAD_OT_session_clear(OfSession, bpy.types.Operator):
+    """Forget the session; the mesh stays as it is, or goes back to its base positions"""
+
+    bl_idname = "knead.session_clear"
+    bl_label = "Clear Session"
+    restore: BoolProperty(name="Restore the Mesh", description="Go back to the base positions")
+
+    def work(self, context, obj):
+        if self.restore:
+            state.require_own_key(obj)
+            shape.write(obj, _require_base(obj))
+        shape.remove_base(obj.data)
+        obj.data.knead.session = ""
+        obj.data.knead.result = ""
+
+
+def _require_base(obj):
+    base = shape.read_base(obj.data)
+    if base is None:
+        raise state.Refusal("The base positions are gone, or the mesh has other vertices now; clear the session")
+    return base
+
+
+def _replace(obj, session, discard=False):
+    """Makes the mesh what another session makes of its base."""
+    rebuild.check_session(session)
+    if obj.knead.session:
+        state.require_own_key(obj)
+        if not discard and state.changed_elsewhere(obj):
+            raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
+        base, frame = _require_base(obj), state.frame_of(obj.data)
+    else:
+        base, frame = shape.read(obj), shape.Frame()
+    coordinates = rebuild.compute(base, shape.faces(obj.data), session, frame)
+    if not obj.knead.session:
+        state.begin(obj)
+    state.keep(obj, session, coordinates)
+
+
+class KNEAD_OT_session_rebuild(OfSession, bpy.types.Operator):
+    """Compute the mesh anew from its base positions; Esc stops"""
+
+    bl_idname = "knead.session_rebuild"
+    bl_label = "Rebuild"
+    discard: BoolProperty(name="Discard Other Changes", description="Lose what other tools changed since the last stroke")
+
+    def work(self, context, obj):
+        _replace(obj, state.parse(obj.knead.session), self.discard)
+
+    def invoke(self, context, event):
+        obj = context.object
+        try:
+            state.require_mesh(obj)
+            state.require_own_key(obj)
+            _require_base(obj)
+            if not self.discard and state.changed_elsewhere(obj):
+                raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
+            self._job = rebuild.Job(obj, state.parse(obj.knead.session))
+        except _ERRORS as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        self._obj, self._before = obj, shape.fingerprint(shape.read(obj))
+        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
+        context.window_manager.progress_begin(0, 1)
+        context.window_manager.modal_handler_add(self)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context, event):
+        if event.type == "ESC":
+            self._job.stop()
+            return self._end(context, "stopped; the mesh is as it was")
+        if event.type != "TIMER":
+            return {"RUNNING_MODAL"}
+        context.window_manager.progress_update(self._job.fraction)
+        if self._job.running():
+            return {"RUNNING_MODAL"}
+        if self._job.error is not None:
+            return self._end(context, self._job.error)
+        if shape.fingerprint(shape.read(self._obj)) != self._before:
+            return self._end(context, "the mesh changed during the rebuild and stays as it is")
+        state.keep(self._obj, self._job.session, self._job.coordinates)
+        self._end(context, None)
+        return {"FINISHED"}
+
+    def _end(self, context, why):
+        context.window_manager.event_timer_remove(self._timer)
+        context.window_manager.progress_end()
+        if why is not None:
+            self.report({"WARNING"}, f"Rebuild: {why}")
+        return {"CANCELLED"}
+
+
+class OfStroke(OfSession):
+    """Changes one stroke of the session, and rebuilds."""
+
+    index: IntProperty(name="Stroke", min=0)
+
+    def work(self, context, obj):
+        session = state.parse(obj.knead.session)
+        if self.index >= len(session):
+            raise state.Refusal(f"The session has {len(session)} strokes, no number {self.index + 1}")
+        try:
+            self.change(session)
+            _replace(obj, session)
+        except _ERRORS:
+            state._list_strokes(obj.data.knead)
+            raise
+
+
+class KNEAD_OT_stroke_off(OfStroke, bpy.types.Operator):
+    """Switch a stroke off or on"""
+
+    bl_idname = "knead.stroke_off"
+    bl_label = "Switch Stroke"
+    off: BoolProperty(name="Off")
+
+    def change(self, session):
+        session[self.index] = session[self.index].replace(off=True if self.off else None)
+
+
+class KNEAD_OT_stroke_move(OfStroke, bpy.types.Operator):
+    """Move a stroke to another place of the session"""
+
+    bl_idname = "knead.stroke_move"
+    bl_label = "Move Stroke"
+    to: IntProperty(name="To", min=0)
+
+    def change(self, session):
+        if self.to >= len(session):
+            raise state.Refusal("The stroke is the last one")
+        stroke = session[self.index]
+        del session[self.index]
+        session.insert(self.to, stroke)
+
+
+class KNEAD_OT_stroke_remove(OfStroke, bpy.types.Operator):
+    """Remove a stroke from the session"""
+
+    bl_idname = "knead.stroke_remove"
+    bl_label = "Remove Stroke"
+
+    def change(self, session):
+        del session[self.index]
+
+
+class KNEAD_OT_stroke_edit(OfStroke, bpy.types.Operator):
+    """Edit the keys of a stroke, as a line of a session file"""
+
+    bl_idname = "knead.stroke_edit"
+    bl_label = "Edit Stroke"
+    line: StringProperty(name="Keys", description="The stroke as JSON, as docs/session.md describes it")
+
+    def invoke(self, context, event):
+        session = state.parse(context.object.knead.session)
+        if self.index >= len(session):
+            return {"CANCELLED"}
+        self.line = json.dumps(session[self.index].to_dict())
+        return context.window_manager.invoke_props_dialog(self, width=800)
+
+    def change(self, session):
+        session[self.index] = knead.stroke(json.loads(self.line))
+
+
+class KNEAD_OT_add_mask(Plain, bpy.types.Operator):
+    """Keep a vertex group, or what the sculpt mask and hiding cover, from all strokes after this"""
+
+    bl_idname = "knead.add_mask"
+    bl_label = "Mask"
+    group: StringProperty(name="Vertex Group", description="Empty: the sculpt mask")
+    width: FloatProperty(name="Width", description="How far from what stays the mesh is free again", default=0.1, min=1e-6)
+
+    def work(self, context, obj):
+        group = obj.vertex_groups.get(self.group)
+        if self.group and group is None:
+            raise state.Refusal(f"The object has no vertex group {self.group}")
+        mask = rebuild.mask_stroke(obj, self.width, group)
+        append(self, obj, [mask])
+
+
+class KNEAD_OT_remove_mask(OfSession, bpy.types.Operator):
+    """End the mask for all strokes after this"""
+
+    bl_idname = "knead.remove_mask"
+    bl_label = "End Mask"
+
+    def work(self, context, obj):
+        append(self, obj, [knead.stroke({"mask": None})])
+
+
+def append(operator, obj, strokes):
+    """Adds strokes to the object's session and applies them."""
+    if not state.begin(obj):
+        operator.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")
+    session = state.parse(obj.knead.session)
+    session.extend(strokes)
+    rebuild.apply(obj, session)
+
+
+_CLASSES = (
+    KNEAD_OT_apply_session,
+    KNEAD_OT_session_import,
+    KNEAD_OT_session_export,
+    KNEAD_OT_session_clear,
+    KNEAD_OT_session_rebuild,
+    KNEAD_OT_stroke_off,
+    KNEAD_OT_stroke_move,
+    KNEAD_OT_stroke_remove,
+    KNEAD_OT_stroke_edit,
+    KNEAD_OT_add_mask,
+    KNEAD_OT_remove_mask,
+)
+
+
+def register():
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister():
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

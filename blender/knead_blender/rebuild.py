@@ -1,0 +1,85 @@
+"""Computes what a session makes of a mesh, and runs that in the background."""
+
+import threading
+
+import numpy as np
+
+from . import compat, shape, state
+from .native import knead
+
+
+def check_session(session):
+    """Raises Refusal for sessions that Blender's mesh cannot follow."""
+    if '\n{"remesh"' in session.text():
+        raise state.Refusal("The session remeshes; Blender's mesh keeps its vertices, so use the command knead deform")
+
+
+def compute(base, faces, session, frame, relative_tolerance=1e-5, progress=None):
+    """Returns the float32 coordinates that the session gives for the base ones; None if `progress` ended it."""
+    entered = frame.enter(base)
+    moved = knead.deform(entered, session, faces, relative_tolerance=relative_tolerance, progress=progress)
+    return None if moved is None else frame.leave(moved, entered, base)
+
+
+def apply(obj, session, relative_tolerance=1e-5):
+    """Makes the object's mesh what the session makes of its base, and keeps the session."""
+    check_session(session)
+    base = shape.read_base(obj.data)
+    coordinates = compute(base, shape.faces(obj.data), session, state.frame_of(obj.data), relative_tolerance)
+    state.keep(obj, session, coordinates)
+
+
+def mask_stroke(obj, width, group=None):
+    """Returns the mask that a vertex group, else the sculpt mask, describes: an event for the session.
+
+    Hidden vertices are locked as well. `width` is how far from what stays the mesh is free again.
+    """
+    values = np.zeros(len(obj.data.vertices), np.float32)
+    if group is not None:
+        for vertex in obj.data.vertices:
+            for entry in vertex.groups:
+                if entry.group == group.index:
+                    values[vertex.index] = entry.weight
+    else:
+        data = compat.sculpt_mask(obj.data)
+        if data is not None:
+            data.foreach_get("value", values)
+    hidden = np.empty(len(values), bool)
+    obj.data.vertices.foreach_get("hide", hidden)
+    values[hidden] = 1
+    kept = np.flatnonzero(values > 0)
+    if len(kept) == 0:
+        raise state.Refusal("Nothing is masked; paint a sculpt mask, or name a vertex group with weights")
+    return knead.Mask(vertices=kept.tolist(), values=np.clip(values[kept], 0, 1).astype(float).tolist(), width=width)
+
+
+class Job:
+    """A rebuild in a thread of its own; the GIL is released while the library works."""
+
+    def __init__(self, obj, session):
+        check_session(session)
+        self.session = session
+        self.fraction = 0.0
+        self.coordinates = None
+        self.error = None
+        self._stop = False
+        base, faces, frame = shape.read_base(obj.data), shape.faces(obj.data), state.frame_of(obj.data)
+        self._thread = threading.Thread(target=self._run, args=(base, faces, frame), daemon=True)
+        self._thread.start()
+
+    def _run(self, base, faces, frame):
+        try:
+            self.coordinates = compute(base, faces, self.session, frame, progress=self._progress)
+        except (ValueError, RuntimeError, OSError) as error:
+            self.error = str(error)
+
+    def _progress(self, fraction):
+        self.fraction = fraction
+        return not self._stop
+
+    def running(self):
+        return self._thread.is_alive()
+
+    def stop(self):
+        self._stop = True
+        self._thread.join()
