@@ -109,7 +109,7 @@ class KNEAD_OT_bake(OfSession, bpy.types.Operator):
         modifier.cache_format = "PC2"
         modifier.filepath = path
         modifier.frame_start = start
-        obj.modifiers.move(list(obj.modifiers).index(modifier), 0)
+        bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
 
 
 def register():

@@ -1,0 +1,99 @@
+"""What the tests inside Blender share."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import bpy
+import numpy as np
+
+_scratch = tempfile.TemporaryDirectory()
+
+
+def read_ply(path):
+    """Returns the float32 vertices of a binary PLY file with x, y, z as floats first."""
+    from knead_blender.native import knead
+
+    return knead.read(path).vertices.astype(np.float32)
+
+
+def make_hand():
+    """Adds a procedural hand to an empty scene's collection, and makes it active."""
+    from knead_blender.native import knead
+
+    path = os.path.join(_scratch.name, "hand.ply")
+    if not os.path.exists(path):
+        subprocess.run([os.environ["KNEAD"], "make", "hand", "-n", "5000", "-o", path], check=True, capture_output=True)
+    shape = knead.read(path)
+    mesh = bpy.data.meshes.new("hand")
+    mesh.from_pydata(shape.vertices.tolist(), [], shape.faces.tolist())
+    obj = bpy.data.objects.new("hand", mesh)
+    bpy.context.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def session_file(folder, tip=None):
+    """Returns a session of a pull and a turn at the tip of the longest finger, or at another place."""
+    obj = bpy.context.object
+    if tip is None:
+        tip = max((v.co[:] for v in obj.data.vertices), key=lambda co: co[1])
+        if os.path.exists(os.path.join(folder, "strokes.knead")):
+            return os.path.join(folder, "strokes.knead")
+    tip = [float(x) for x in tip]
+    path = os.path.join(folder, "strokes.knead")
+    pull = {"tool": "implicit", "inner": 0.05, "outer": 0.3, "path": [tip, [tip[0], tip[1] + 0.15, tip[2] + 0.05]]}
+    turn = {"tool": "rotate", "center": tip, "axis": [1, 0, 0], "angle_deg": 30, "inner": 0.1, "outer": 0.4}
+    with open(path, "w") as file:
+        file.write("\n".join(json.dumps(line) for line in ({"knead": 1}, pull, turn)) + "\n")
+    return path
+
+
+def key_values(obj, index):
+    key = obj.data.shape_keys.key_blocks[index]
+    flat = np.empty(3 * len(key.data), np.float32)
+    key.data.foreach_get("co", flat)
+    return flat.reshape(-1, 3)
+
+
+def refuses(case, work, text):
+    """Asserts that an operator ends with an error that holds the text."""
+    with case.assertRaises(RuntimeError) as caught:
+        work()
+    case.assertIn(text, str(caught.exception))
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        bpy.ops.wm.read_factory_settings(use_empty=True)
+        bpy.ops.preferences.addon_enable(module="knead_blender")
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = scratch.name
+
+    def same(self, a, b):
+        np.testing.assert_array_equal(np.asarray(a).view(np.uint32), np.asarray(b).view(np.uint32))
+
+    def vertices(self, obj):
+        flat = np.empty(3 * len(obj.data.vertices), np.float32)
+        obj.data.vertices.foreach_get("co", flat)
+        return flat.reshape(-1, 3)
+
+    def faces(self, obj):
+        return np.array([p.vertices[:] for p in obj.data.polygons], np.int32)
+
+    def evaluated(self, obj, frame):
+        bpy.context.scene.frame_set(frame)
+        mesh = obj.evaluated_get(bpy.context.evaluated_depsgraph_get()).data
+        flat = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", flat)
+        return flat.reshape(-1, 3)
+
+
+def run(case):
+    result = unittest.TextTestRunner(stream=sys.stdout).run(unittest.defaultTestLoader.loadTestsFromTestCase(case))
+    if not result.wasSuccessful():
+        raise SystemExit(1)

@@ -1,0 +1,206 @@
+"""Run inside Blender, with the add-on installed: the operators on sessions beside the command `knead deform`."""
+
+import os
+import struct
+import subprocess
+import sys
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(__file__))
+from support import Case, key_values, make_hand, read_ply, refuses, run, session_file
+
+KNEAD = os.environ["KNEAD"]
+
+
+def deform(vertices, faces, session, folder):
+    """Returns what the command makes of float32 vertices, as float32."""
+    source, result = os.path.join(folder, "in.ply"), os.path.join(folder, "out.ply")
+    with open(source, "wb") as file:
+        file.write(
+            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\n"
+            f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
+        )
+        file.write(np.asarray(vertices, "<f4").tobytes())
+        rows = np.empty(len(faces), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
+        rows["n"], rows["v"] = 3, faces
+        file.write(rows.tobytes())
+    subprocess.run([KNEAD, "deform", source, session, "-o", result], check=True, capture_output=True)
+    return read_ply(result)
+
+
+class Operators(Case):
+    def test_same_bits_as_the_command(self):
+        obj = make_hand()
+        before, faces = self.vertices(obj), self.faces(obj)
+        self.assertEqual(bpy.ops.knead.apply_session(filepath=session_file(self.folder)), {"FINISHED"})
+        after = self.vertices(obj)
+        self.assertTrue((after != before).any())
+        self.same(after, deform(before, faces, session_file(self.folder), self.folder))
+
+    def test_switch_off_move_and_rebuild(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after = self.vertices(obj)
+        for i in range(2):
+            bpy.ops.knead.stroke_off(index=i, off=True)
+        self.same(self.vertices(obj), before)
+        for i in range(2):
+            obj.data.knead.strokes[i].on = True
+        self.same(self.vertices(obj), after)
+        bpy.ops.knead.stroke_move(index=0, to=1)
+        self.assertTrue((self.vertices(obj) != after).any())
+        bpy.ops.knead.stroke_move(index=1, to=0)
+        bpy.ops.knead.session_rebuild()
+        self.same(self.vertices(obj), after)
+        bpy.ops.knead.session_clear(restore=True)
+        self.same(self.vertices(obj), before)
+        self.assertEqual(obj.knead.session, "")
+
+    def test_export_and_import(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after, path = self.vertices(obj), os.path.join(self.folder, "back.knead")
+        bpy.ops.knead.session_export(filepath=path)
+        other = make_hand()
+        bpy.ops.knead.session_import(filepath=path)
+        self.same(self.vertices(other), after)
+        self.assertEqual(other.knead.session, obj.knead.session)
+
+    def test_shape_keys(self):
+        obj = make_hand()
+        before, path = self.vertices(obj), session_file(self.folder)
+        bpy.ops.knead.apply_session(filepath=path, to="SHAPE_KEY")
+        expected = deform(before, self.faces(obj), path, self.folder)
+        self.same(self.vertices(obj), before)
+        self.same(key_values(obj, -1), expected)
+        obj.active_shape_key_index = 1
+        bpy.ops.knead.apply_session(filepath=path)
+        self.same(key_values(obj, -1), deform(expected, self.faces(obj), path, self.folder))
+        self.same(key_values(obj, 0), before)
+        obj.active_shape_key_index = 0
+        refuses(self, bpy.ops.knead.session_rebuild, "belongs to")
+
+    def test_the_world_space_of_a_turned_and_scaled_child(self):
+        obj = make_hand()
+        parent = bpy.data.objects.new("parent", None)
+        bpy.context.collection.objects.link(parent)
+        parent.location, obj.parent = (3, 1, 0), parent
+        obj.rotation_euler, obj.scale = (0.3, 0.2, 1), (2, 1, 0.5)
+        bpy.context.view_layer.update()
+        before, m = self.vertices(obj), np.array(obj.matrix_world, np.float64)
+        tip = (m @ [*before[before[:, 1].argmax()].astype(float), 1])[:3]
+        path = session_file(self.folder, tip)
+        bpy.ops.knead.apply_session(filepath=path, space="WORLD")
+        import knead_blender.native as native
+
+        world = before.astype(float) @ m[:3, :3].T + m[:3, 3]
+        expected = native.knead.deform(world, native.knead.Session.read(path), self.faces(obj))
+        found = self.vertices(obj).astype(float) @ m[:3, :3].T + m[:3, 3]
+        self.assertGreater(np.abs(found - world).max(), 0.01)
+        self.assertLess(np.abs(found - expected).max(), 1e-5)
+        still = (expected == world).all(axis=1)
+        self.same(self.vertices(obj)[still], before[still])
+
+    def test_what_is_refused_changes_nothing(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        bad = os.path.join(self.folder, "bad.knead")
+        with open(bad, "w") as file:
+            file.write('{"knead": 1}\n{"tool": "implicit", "inner": -1}\n')
+        refuses(self, lambda: bpy.ops.knead.apply_session(filepath=bad), "bad.knead:2")
+        bpy.ops.object.mode_set(mode="EDIT")
+        refuses(self, lambda: bpy.ops.knead.apply_session(filepath=session_file(self.folder)), "Tab")
+        bpy.ops.object.mode_set(mode="OBJECT")
+        self.same(self.vertices(obj), before)
+        self.assertEqual(obj.knead.session, "")
+
+    def test_a_mesh_that_was_changed_elsewhere(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        obj.data.vertices[0].co.x += 0.1
+        refuses(self, bpy.ops.knead.session_rebuild, "changed elsewhere")
+        bpy.ops.knead.session_rebuild(discard=True)
+        self.assertFalse(obj.data.vertices[0].co.x == 0.1)
+
+    def test_a_vertex_group_and_the_sculpt_mask_hold(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        group = obj.vertex_groups.new(name="held")
+        held = np.flatnonzero(before[:, 1] > before[:, 1].max() - 0.05)
+        group.add(held.tolist(), 1.0, "REPLACE")
+        bpy.ops.knead.add_mask(group="held", width=0.05)
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after = self.vertices(obj)
+        self.same(after[held], before[held])
+        self.assertTrue((after != before).any())
+
+    def test_attributes_modifiers_and_duplicates_survive(self):
+        obj = make_hand()
+        uv = obj.data.uv_layers.new(name="uv")
+        uv.data[5].uv = (0.25, 0.75)
+        obj.data.color_attributes.new("colour", "BYTE_COLOR", "CORNER")
+        obj.modifiers.new("Subdivision", "SUBSURF")
+        twin = bpy.data.objects.new("twin", obj.data)
+        bpy.context.collection.objects.link(twin)
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        self.assertEqual(tuple(obj.data.uv_layers["uv"].data[5].uv), (0.25, 0.75))
+        self.assertIn("colour", obj.data.color_attributes)
+        self.assertEqual([m.type for m in obj.modifiers], ["SUBSURF"])
+        self.assertEqual(twin.knead.session, obj.knead.session)
+        self.same(self.vertices(twin), self.vertices(obj))
+
+    def test_check(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        bpy.ops.knead.check()
+        self.assertIn("Crossings: 0, before 0", obj.knead.report)
+        self.assertFalse(any(p.select for p in obj.data.polygons))
+        vertices = self.vertices(obj)
+        vertices[vertices[:, 1].argmax(), 1] -= 2  # the tip through the palm
+        obj.data.vertices.foreach_set("co", vertices.ravel())
+        bpy.ops.knead.check()
+        self.assertNotIn("Crossings: 0,", obj.knead.report)
+        self.assertTrue(any(p.select for p in obj.data.polygons))
+
+    def test_bake(self):
+        obj = make_hand()
+        base = self.vertices(obj)
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        end, path = self.vertices(obj), os.path.join(self.folder, "motion.pc2")
+        bpy.ops.knead.bake(frames=5, to="MESH_CACHE", filepath=path)
+        with open(path, "rb") as file:
+            header = struct.unpack("<12siiffi", file.read(32))
+            frames = np.frombuffer(file.read(), "<f4").reshape(5, -1, 3)
+        self.assertEqual(header[2:], (len(base), 0.0, 1.0, 5))
+        self.same(frames[0], base)
+        self.same(frames[-1], end)
+        self.same(self.evaluated(obj, 3), frames[2])
+        obj.modifiers.clear()
+        bpy.ops.knead.bake(frames=5, to="SHAPE_KEYS")
+        self.assertLess(np.abs(self.evaluated(obj, 3) - frames[2]).max(), 1e-6)
+
+    def test_save_and_reopen_and_without_the_addon(self):
+        obj = make_hand()
+        name = obj.name
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after, text = self.vertices(obj), obj.knead.session
+        path = os.path.join(self.folder, "saved.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.preferences.addon_disable(module="knead_blender")
+        self.assertFalse(hasattr(bpy.types.Object, "knead"))
+        bpy.ops.wm.open_mainfile(filepath=path)
+        self.same(self.vertices(bpy.data.objects[name]), after)
+        bpy.ops.wm.save_as_mainfile(filepath=path)
+        bpy.ops.preferences.addon_enable(module="knead_blender")
+        bpy.ops.wm.open_mainfile(filepath=path)
+        obj = bpy.data.objects[name]
+        bpy.context.view_layer.objects.active = obj
+        self.assertEqual(obj.knead.session, text)
+        bpy.ops.knead.session_rebuild()
+        self.same(self.vertices(obj), after)
+
+
+run(Operators)
