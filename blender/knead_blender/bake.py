@@ -1,10 +1,8 @@
 """knead.bake: the motion of a session as shape keys, or as a PC2 file with the modifier Mesh Cache."""
 
 import os
-import struct
 
 import bpy
-import numpy as np
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
 from . import rebuild, shape, state
@@ -12,37 +10,16 @@ from .native import knead
 from .operators import OfSession
 
 
-def frames_of(obj, count, context):
-    """Returns the coordinates at `count` moments, evenly spaced from the base to the end of the session."""
+def frames_of(obj, count):
+    """Returns the coordinates at `count` moments, evenly spaced in time from the base to the end of the session."""
     session = state.parse(obj.knead.session)
     rebuild.check_session(session)
     base = shape.read_base(obj.data)
     if base is None:
         raise state.Refusal("The base positions are gone, or the mesh has other vertices now")
-    faces, frame = shape.faces(obj.data), state.frame_of(obj.data)
+    frame = state.frame_of(obj.data)
     entered = frame.enter(base)
-    strokes = sum(not stroke.off for stroke in session)
-    frames = []
-    for i in range(count):
-        moved = knead.deform(entered, session, faces, until=strokes * i / (count - 1))
-        frames.append(frame.leave(moved, entered, base))
-        context.window_manager.progress_update(i)
-    return frames
-
-
-def write_pc2(path, frames):
-    """Writes frames of float32 positions as a point cache 2, whole or not at all."""
-    scratch = f"{path}.part"
-    try:
-        with open(scratch, "wb") as file:
-            file.write(struct.pack("<12siiffi", b"POINTCACHE2\0", 1, len(frames[0]), 0.0, 1.0, len(frames)))
-            for frame in frames:
-                file.write(np.ascontiguousarray(frame, "<f4").tobytes())
-        os.replace(scratch, path)
-    except OSError:
-        if os.path.exists(scratch):
-            os.remove(scratch)
-        raise
+    return [frame.leave(moved, entered, base) for moved in knead.frames(entered, session, count, shape.faces(obj.data))]
 
 
 class KNEAD_OT_bake(OfSession, bpy.types.Operator):
@@ -67,16 +44,12 @@ class KNEAD_OT_bake(OfSession, bpy.types.Operator):
         if self.to == "SHAPE_KEYS" and obj.data.shape_keys is not None:
             raise state.Refusal("The mesh has shape keys; bake to a mesh cache, or remove them first")
         path = self._path(obj) if self.to == "MESH_CACHE" else None
-        context.window_manager.progress_begin(0, self.frames)
-        try:
-            frames = frames_of(obj, self.frames, context)
-        finally:
-            context.window_manager.progress_end()
+        frames = frames_of(obj, self.frames)
         start = context.scene.frame_start
         if path is None:
             self._add_keys(obj, frames, start)
         else:
-            write_pc2(path, frames)
+            knead.write_frames(path, frames)
             self._add_modifier(obj, path, start)
         context.scene.frame_end = max(context.scene.frame_end, start + len(frames) - 1)
 

@@ -17,17 +17,10 @@ def _triangles(mesh):
 
 
 def _crossing_faces(mesh, coordinates, triangles):
-    """Returns the polygons whose triangles overlap others that share no vertex with them, by Blender's search tree."""
-    from mathutils.bvhtree import BVHTree
-
-    tree = BVHTree.FromPolygons(coordinates.tolist(), triangles.tolist(), all_triangles=True)
-    pairs = np.array(tree.overlap(tree), np.int64).reshape(-1, 2)
-    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
-    first, second = triangles[pairs[:, 0]], triangles[pairs[:, 1]]
-    apart = (first[:, :, None] != second[:, None, :]).all(axis=(1, 2))
+    """Returns the polygons that cross others."""
     polygons = np.empty(len(triangles), np.int32)
     mesh.loop_triangles.foreach_get("polygon_index", polygons)
-    return np.unique(polygons[pairs[apart].ravel()])
+    return np.unique(polygons[knead.crossings(coordinates, triangles).ravel()])
 
 
 class KNEAD_OT_check(Plain, bpy.types.Operator):
@@ -68,12 +61,14 @@ def _lines(before, now):
 
 
 def _select(mesh, chosen):
+    corners = np.empty(len(mesh.loops), np.int32)
+    mesh.loops.foreach_get("vertex_index", corners)
+    totals = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", totals)
     vertices = np.zeros(len(mesh.vertices), bool)
-    edges = np.zeros(len(mesh.edges), bool)
-    for polygon in np.flatnonzero(chosen):
-        vertices[list(mesh.polygons[polygon].vertices)] = True
+    vertices[corners[np.repeat(chosen, totals)]] = True
     mesh.vertices.foreach_set("select", vertices)
-    mesh.edges.foreach_set("select", edges)
+    mesh.edges.foreach_set("select", np.zeros(len(mesh.edges), bool))
     mesh.polygons.foreach_set("select", chosen)
     mesh.update()
 

@@ -56,25 +56,11 @@ class KNEAD_OT_apply_session(Plain, ImportHelper, bpy.types.Operator):
 
     def work(self, context, obj):
         session = knead.Session.read(self.filepath)
-        rebuild.check_session(session)
         tolerance = round(self.relative_tolerance, 12)  # the property holds a float: 1e-5 is 9.99999975e-06
         if self.to == "SHAPE_KEY":
             self._add_key(obj, session, tolerance)
             return
-        before = shape.read(obj)
-        faces = shape.faces(obj.data)
-        extends = bool(obj.knead.session) and not state.changed_elsewhere(obj)
-        if extends:
-            state.require_own_key(obj)
-        whole = state.parse(obj.knead.session if extends else "")
-        whole.path = session.path
-        whole.extend(session)
-        frame = state.frame_of(obj.data) if extends else state.frame_for(obj, self.space)
-        base = shape.read_base(obj.data) if extends else before
-        coordinates = rebuild.compute(base, faces, whole, frame, tolerance)
-        if not state.begin(obj, self.space):
-            self.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")
-        state.keep(obj, _with_absolute_stamps(whole), coordinates)
+        append(self, obj, _with_absolute_stamps(session), self.space, tolerance)
 
     def _add_key(self, obj, session, tolerance):
         before = shape.read(obj)
@@ -147,7 +133,6 @@ def _require_base(obj):
 
 def _replace(obj, session, discard=False):
     """Makes the mesh what another session makes of its base."""
-    rebuild.check_session(session)
     if obj.knead.session:
         state.require_own_key(obj)
         if not discard and state.changed_elsewhere(obj):
@@ -311,13 +296,22 @@ class KNEAD_OT_remove_mask(OfSession, bpy.types.Operator):
         append(self, obj, [knead.stroke({"mask": None})])
 
 
-def append(operator, obj, strokes):
-    """Adds strokes to the object's session and applies them."""
-    if not state.begin(obj):
-        operator.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")
-    session = state.parse(obj.knead.session)
-    session.extend(strokes)
-    rebuild.apply(obj, session)
+def append(operator, obj, strokes, space="LOCAL", tolerance=1e-5):
+    """Applies strokes after those of the object's session. Where that fails, nothing has changed."""
+    extends = bool(obj.knead.session) and shape.read_base(obj.data) is not None and not state.changed_elsewhere(obj)
+    if extends:
+        state.require_own_key(obj)
+        state.require_space(obj.data, space)
+    whole = state.parse(obj.knead.session if extends else "")
+    whole.extend(strokes)
+    frame = state.frame_of(obj.data) if extends else state.frame_for(obj, space)
+    base = shape.read_base(obj.data) if extends else shape.read(obj)
+    coordinates = rebuild.compute(base, shape.faces(obj.data), whole, frame, tolerance)
+    if not extends:
+        if obj.knead.session:
+            operator.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")
+        state.begin(obj, space)
+    state.keep(obj, whole, coordinates)
 
 
 _CLASSES = (

@@ -16,17 +16,10 @@ def check_session(session):
 
 def compute(base, faces, session, frame, relative_tolerance=1e-5, progress=None):
     """Returns the float32 coordinates that the session gives for the base ones; None if `progress` ended it."""
+    check_session(session)
     entered = frame.enter(base)
     moved = knead.deform(entered, session, faces, relative_tolerance=relative_tolerance, progress=progress)
     return None if moved is None else frame.leave(moved, entered, base)
-
-
-def apply(obj, session, relative_tolerance=1e-5):
-    """Makes the object's mesh what the session makes of its base, and keeps the session."""
-    check_session(session)
-    base = shape.read_base(obj.data)
-    coordinates = compute(base, shape.faces(obj.data), session, state.frame_of(obj.data), relative_tolerance)
-    state.keep(obj, session, coordinates)
 
 
 def mask_stroke(obj, width, group=None):

@@ -18,8 +18,13 @@ def parse(text):
 
 def _toggle(stroke, context):
     mesh = stroke.id_data
-    if not mesh.knead.is_listing:
-        index = list(mesh.knead.strokes).index(stroke)
+    if mesh.knead.is_listing:
+        return
+    index = list(mesh.knead.strokes).index(stroke)
+    obj = context.object  # the panel may show another object's mesh
+    if obj is None or obj.data != mesh:
+        obj = next(each for each in context.scene.objects if each.data == mesh)
+    with context.temp_override(object=obj, active_object=obj):
         bpy.ops.knead.stroke_off("EXEC_DEFAULT", True, index=index, off=not stroke.on)
 
 
@@ -111,27 +116,21 @@ def require_own_key(obj):
         raise Refusal(f"The session belongs to {name}; make that active, or clear the session")
 
 
-def begin(obj, space="LOCAL"):
-    """Prepares the mesh for more strokes: the base positions, and the frame.
+def require_space(mesh, space):
+    """Raises Refusal for strokes in the world's space after others in the object's own."""
+    if space == "WORLD" and mesh.knead.space != "WORLD":
+        raise Refusal("The session is in the object's own space; clear it before one in the world's space")
 
-    Returns False if the mesh was changed elsewhere since its last stroke; the session then begins anew.
-    """
+
+def begin(obj, space="LOCAL"):
+    """Begins a session: keeps the base positions, the shape key and the frame."""
     data = obj.data.knead
-    base = shape.read_base(obj.data)
-    if data.session and base is not None:
-        require_own_key(obj)
-        if not changed_elsewhere(obj):
-            if space == "WORLD" and data.space != "WORLD":
-                raise Refusal("The session is in the object's own space; clear it before one in the world's space")
-            return True
-    fresh = not data.session
     data.session = ""
     data.key = shape.key_name(obj)
     data.space = space
     if space == "WORLD":
         data.frame = [x for row in obj.matrix_world for x in row]
     shape.write_base(obj.data, shape.read(obj))
-    return fresh
 
 
 def keep(obj, session, coordinates):

@@ -82,6 +82,11 @@ class Case(unittest.TestCase):
         obj.data.vertices.foreach_get("co", flat)
         return flat.reshape(-1, 3)
 
+    def base(self, obj):
+        flat = np.empty(3 * len(obj.data.vertices), np.float32)
+        obj.data.attributes["knead_base"].data.foreach_get("vector", flat)
+        return flat.reshape(-1, 3)
+
     def faces(self, obj):
         return np.array([p.vertices[:] for p in obj.data.polygons], np.int32)
 

@@ -1,5 +1,6 @@
 """Run inside Blender, with the add-on installed: the operators on sessions beside the command `knead deform`."""
 
+import json
 import os
 import struct
 import subprocess
@@ -117,13 +118,55 @@ class Operators(Case):
         self.same(self.vertices(obj), before)
         self.assertEqual(obj.knead.session, "")
 
+    def test_a_refused_stroke_leaves_the_session(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after, text, base = self.vertices(obj), obj.knead.session, self.base(obj)
+        surface = os.path.join(self.folder, "surface.knead")
+        with open(surface, "w") as file:
+            file.write('{"knead": 1}\n{"tool": "handles", "full_vertices": [999999], "zero_vertices": [1], ')
+            file.write('"motion": {"translate": [0, 0.1, 0]}}\n')
+        refuses(self, lambda: bpy.ops.knead.apply_session(filepath=surface), "999999")
+        self.same(self.vertices(obj), after)
+        self.same(self.base(obj), base)
+        self.assertEqual(obj.knead.session, text)
+        refuses(self, lambda: bpy.ops.knead.apply_session(filepath=session_file(self.folder), space="WORLD"), "own space")
+
+    def test_strokes_are_edited_and_removed(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        first = json.loads(obj.knead.session.splitlines()[1])
+        bpy.ops.knead.stroke_remove(index=1)
+        self.assertEqual(len(obj.data.knead.strokes), 1)
+        bpy.ops.knead.stroke_edit(index=0, line=json.dumps({**first, "strength": 0}))
+        self.same(self.vertices(obj), self.base(obj))
+        refuses(self, lambda: bpy.ops.knead.stroke_edit(index=0, line='{"tool": "none"}'), "none")
+        refuses(self, lambda: bpy.ops.knead.stroke_remove(index=5), "no number 6")
+
+    def test_the_list_of_an_object_that_is_not_active(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after, other = self.vertices(obj), make_hand()
+        for stroke in obj.data.knead.strokes:
+            stroke.on = False
+        self.same(self.vertices(obj), self.base(obj))
+        self.same(self.vertices(other), self.base(obj))
+        self.assertTrue((after != self.base(obj)).any())
+
     def test_a_mesh_that_was_changed_elsewhere(self):
         obj = make_hand()
         bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        after = self.vertices(obj)
         obj.data.vertices[0].co.x += 0.1
         refuses(self, bpy.ops.knead.session_rebuild, "changed elsewhere")
+        self.assertNotEqual(obj.data.vertices[0].co.x, after[0, 0])
         bpy.ops.knead.session_rebuild(discard=True)
-        self.assertFalse(obj.data.vertices[0].co.x == 0.1)
+        self.same(self.vertices(obj), after)
+        obj.data.vertices[0].co.x += 0.1
+        changed = self.vertices(obj)
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))  # begins anew
+        self.same(self.vertices(obj), deform(changed, self.faces(obj), session_file(self.folder), self.folder))
+        self.assertEqual(len(obj.data.knead.strokes), 2)
 
     def test_a_vertex_group_and_the_sculpt_mask_hold(self):
         obj = make_hand()
@@ -141,13 +184,13 @@ class Operators(Case):
         obj = make_hand()
         uv = obj.data.uv_layers.new(name="uv")
         uv.data[5].uv = (0.25, 0.75)
-        obj.data.color_attributes.new("colour", "BYTE_COLOR", "CORNER")
+        obj.data.color_attributes.new("colour", "BYTE_COLOR", "CORNER").data[7].color = (0.5, 0, 0, 1)
         obj.modifiers.new("Subdivision", "SUBSURF")
         twin = bpy.data.objects.new("twin", obj.data)
         bpy.context.collection.objects.link(twin)
         bpy.ops.knead.apply_session(filepath=session_file(self.folder))
         self.assertEqual(tuple(obj.data.uv_layers["uv"].data[5].uv), (0.25, 0.75))
-        self.assertIn("colour", obj.data.color_attributes)
+        self.assertAlmostEqual(obj.data.color_attributes["colour"].data[7].color[0], 0.5, places=2)
         self.assertEqual([m.type for m in obj.modifiers], ["SUBSURF"])
         self.assertEqual(twin.knead.session, obj.knead.session)
         self.same(self.vertices(twin), self.vertices(obj))
@@ -163,7 +206,10 @@ class Operators(Case):
         obj.data.vertices.foreach_set("co", vertices.ravel())
         bpy.ops.knead.check()
         self.assertNotIn("Crossings: 0,", obj.knead.report)
-        self.assertTrue(any(p.select for p in obj.data.polygons))
+        from knead_blender.native import knead
+
+        crossing = np.unique(knead.crossings(vertices, self.faces(obj)))
+        self.assertEqual([p.index for p in obj.data.polygons if p.select], crossing.tolist())
 
     def test_bake(self):
         obj = make_hand()

@@ -13,7 +13,7 @@ Lengths are in the shape's units, angles in degrees. help(knead.deform) says how
 """
 
 from . import _strokes
-from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render
+from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_mesh
 from ._session import Session
@@ -47,5 +47,6 @@ __all__ = [
     "remesh",
     "render",
     "stroke",
+    "write_frames",
     *(cls.__name__ for cls in _strokes._classes.values()),
 ]

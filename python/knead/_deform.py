@@ -163,6 +163,11 @@ def animate(path, vertices, session, n, faces=None, *, fps=24, ease="linear", ho
     return _knead.animate(os.fspath(path), vertices, native, faces, _accuracy(**accuracy), how, _number(fps, "fps"), progress)
 
 
+def write_frames(path, frames, faces=None, *, fps=24):
+    """Writes frames, an array (n, len, 3) or a sequence of (len, 3), to one file as animate() does."""
+    _knead.write_frames(os.fspath(path), list(frames), faces, _number(fps, "fps"))
+
+
 class Remeshed:
     """A remeshed shape.
 

@@ -85,12 +85,30 @@ bool animate(const std::filesystem::path& path, const py::object& vertices, cons
   return true;
 }
 
+void write_frames(const std::filesystem::path& path, const py::list& frames, const py::object& faces, double fps) {
+  std::vector<Points> all;
+  for (const py::handle frame : frames) {
+    all.push_back(points_from(py::reinterpret_borrow<py::object>(frame), fmt::format("frames[{}]", all.size())));
+    if (all.back().span().size() == all.front().span().size()) continue;
+    throw InvalidInput(fmt::format("frames[{}] has {} vertices, the first one {}", all.size() - 1,
+                                   all.back().span().size(), all.front().span().size()));
+  }
+  if (all.empty()) throw InvalidInput("frames is empty; give 1 or more");
+  const ShapeFile source =
+      parse_shape(serialize_mesh("ply", mesh_from(all.front(), faces), {true, {}, {}}), "ply", path.string());
+  const py::gil_scoped_release released;
+  AnimationFile file(path, source, {static_cast<int>(all.size()), fps});
+  for (const Points& frame : all) file.add(frame.span());
+  file.finish();
+}
+
 }  // namespace
 
 void add_animation(py::module_& module) {
   py::class_<FrameOptions>(module, "FrameOptions").def(py::init(&frame_options));
   module.def("frames", &frames_of);
   module.def("animate", &animate);
+  module.def("write_frames", &write_frames);
 }
 
 }  // namespace knead::python

@@ -117,6 +117,7 @@ def frames(
     progress: Callable[[float], Any] | None = None,
     **accuracy: Any,
 ) -> NDArray[np.float64]: ...
+def write_frames(path: Path, frames: ArrayLike, faces: Faces | None = None, *, fps: float = 24) -> None: ...
 def animate(
     path: Path,
     vertices: Points_,

@@ -37,6 +37,16 @@ def test_files_are_those_of_the_command(files, sphere, session, name, tmp_path):
     assert ours == (tmp_path / name).read_bytes()
 
 
+def test_frames_of_ones_own(sphere, session, tmp_path):
+    frames = knead.frames(sphere, session, 3)
+    knead.write_frames(tmp_path / "ours.glb", frames, sphere.faces)
+    assert knead.animate(tmp_path / "theirs.glb", sphere, session, 3)
+    assert (tmp_path / "ours.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
+    for wrong in ([], [frames[0], frames[0][1:]]):
+        with pytest.raises(knead.InvalidInput, match="frames"):
+            knead.write_frames(tmp_path / "a.pc2", wrong)
+
+
 def test_nothing_is_written_where_progress_says_no(sphere, session, tmp_path):
     assert not knead.animate(tmp_path / "a.pc2", sphere, session, 3, progress=lambda _: False)
     with pytest.raises(knead.InvalidInput, match="pc2"):

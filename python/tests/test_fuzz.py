@@ -246,6 +246,11 @@ def use_animate(draw, folder):
     knead.animate(folder / name, draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films)))
 
 
+def use_write_frames(draw, folder):
+    frames = st.one_of(st.lists(vertices, max_size=3), anything)
+    knead.write_frames(folder / draw(st.sampled_from(["a.pc2", "a.glb", "a.usda", "a.x"])), draw(frames), draw(faces), fps=draw(numbers))
+
+
 USES = {
     "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
@@ -262,6 +267,7 @@ USES = {
     "shape": use_shape,
     "stroke": use_stroke,
     "tool": use_tool,
+    "write_frames": use_write_frames,
     "workbench": use_workbench,
 }
 
