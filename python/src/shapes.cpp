@@ -58,7 +58,7 @@ std::string check(const py::object& vertices, const py::object& faces) {
   std::string json;
   run_watched(py::none(), progress, [&] {
     validate(mesh);
-    json = to_json(check_surface(mesh, describe(mesh)));
+    json = to_json(check_surface(mesh, describe(mesh), &progress));
   });
   return json;
 }
@@ -75,7 +75,7 @@ py::array_t<std::uint32_t> crossings(const py::object& vertices, const py::objec
       face_of.insert(face_of.end(), std::max<std::size_t>(mesh.face(f).size(), 2) - 2, f);
     }
     const std::vector<Triangle> triangles = triangulate(mesh);
-    const SelfIntersections found = self_intersections(triangles, mesh.positions);
+    const SelfIntersections found = self_intersections(triangles, mesh.positions, {.progress = &progress});
     for (const auto& [a, b] : found.pairs) pairs.push_back({face_of.at(a), face_of.at(b)});
   });
   py::array_t<std::uint32_t> array({static_cast<py::ssize_t>(pairs.size()), py::ssize_t{2}});

@@ -124,9 +124,9 @@ std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces)
 
 // Two triangles of faces that are the same before and after cross in both, or in none. So only pairs with another one
 // are searched afterwards.
-void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance, int threads,
-                   Certificate& certificate) {
-  SelfIntersectionOptions options{.threads = threads};
+void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance,
+                   const ReplayOptions& replay, Certificate& certificate) {
+  SelfIntersectionOptions options{.threads = replay.motion.threads, .progress = replay.progress};
   const SelfIntersections first = self_intersections(triangulate(before), before.positions, options);
   const ChangedFaces changed = changed_faces(before, after, provenance);
   const std::vector<bool> gone = of_triangles(before, changed.before);
@@ -197,7 +197,7 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
   Certificate certificate;
   certificate.volume_error_integration = drift_;
   const std::array<std::function<void()>, 3> works{
-      [&] { add_crossings(before, after, result.shape.provenance(), options_.motion.threads, certificate); },
+      [&] { add_crossings(before, after, result.shape.provenance(), options_, certificate); },
       [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), certificate); },
       [&] {
         certificate.flipped_triangles = result.shape.is_remeshed()
@@ -205,7 +205,10 @@ Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float
                                             : count_flipped(before, before.positions, after.mesh.positions);
         add_angles(before, after, certificate);
       }};
-  parallel_for(works.size(), 1, options_.motion.threads, [&](std::size_t i, std::size_t) { works[i](); });
+  parallel_for(works.size(), 1, options_.motion.threads, [&](std::size_t i, std::size_t) {
+    stop_if_cancelled(options_.progress);
+    works[i]();
+  });
   certificate.motion_outside = motion_outside_;
   certificate.strokes = strokes_;
   add_distances(strokes_, certificate);

@@ -37,8 +37,8 @@ struct SurfaceCheck {
 };
 
 // Looks for what is wrong with a surface. `info` describes it; a note is added where the count of intersections needs
-// one.
-SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info);
+// one. progress: cancels the search for intersections, which then throws Cancelled.
+SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress = nullptr);
 
 // Return one JSON object, indented, with a line end.
 std::string to_json(const ShapeInfo& info);

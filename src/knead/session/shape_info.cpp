@@ -64,9 +64,9 @@ ShapeInfo describe(const ShapeFile& file) {
   return info;
 }
 
-SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info) {
+SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* progress) {
   SurfaceCheck check;
-  check.self_intersections = self_intersections(triangulate(mesh), mesh.positions);
+  check.self_intersections = self_intersections(triangulate(mesh), mesh.positions, {.progress = progress});
   check.folded_edges = count_folded_edges(mesh);
   const std::size_t count = check.self_intersections.count;
   if (!check.self_intersections.complete) {

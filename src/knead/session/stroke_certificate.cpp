@@ -112,6 +112,7 @@ double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, c
   integration.integrator = options.motion.integrator;
   const Flow flow = for_members(stroke.flow);
   integration.threads = options.motion.threads;
+  integration.progress = options.progress;
   std::vector<Vec3d> sample;
   for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
   std::vector<double> drifts = volume_drifts(flow, sample, integration);
@@ -156,7 +157,10 @@ void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, doubl
   back.tolerance = kBackTolerance * length;
   back.precision = Precision::float64;
   back.threads = options.motion.threads;
-  if (advect(inverse(for_members(stroke.flow)), points, back).status != AdvectStatus::done) {
+  back.progress = options.progress;
+  const AdvectStatus status = advect(inverse(for_members(stroke.flow)), points, back).status;
+  if (status == AdvectStatus::cancelled) throw Cancelled();
+  if (status != AdvectStatus::done) {
     throw InvalidInput(
         "the certificate cannot be made because a path line runs to infinity backwards; leave --check out");
   }
@@ -224,12 +228,13 @@ std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vect
 
 // From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
 // the surface is searched.
-std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points, int threads,
-                                      double length) {
+std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points,
+                                      const ReplayOptions& options, double length) {
   std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
   const auto search = [&](std::span<const Triangle> triangles, double distance) {
     const SurfaceTree tree(triangles, stroke.before.positions());
-    parallel_for(nearest.size(), kGrain, threads, [&](std::size_t begin, std::size_t end) {
+    parallel_for(nearest.size(), kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
+      stop_if_cancelled(options.progress);
       for (std::size_t i = begin; i < end; ++i) {
         if (!nearest[i]) nearest[i] = tree.closest(points.back[i], distance);
       }
@@ -281,7 +286,7 @@ StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>&
   const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, length);
   result.points = points.back.size();
   if (points.back.empty()) return result;
-  const std::vector<Vec3d> offsets = offsets_to_surface(stroke, points, options.motion.threads, length);
+  const std::vector<Vec3d> offsets = offsets_to_surface(stroke, points, options, length);
   const std::vector<double> after = distances_after(stroke, points, offsets, options, length);
   double squares = 0;
   double back_squares = 0;
