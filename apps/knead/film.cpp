@@ -31,7 +31,7 @@ bool is_pattern(const std::string& output) { return output.find('%') != std::str
 
 std::string kind_of(const std::string& output) {
   constexpr std::string_view kinds[] = {"gif", "mp4", "png", "jpg", "jpeg"};
-  const std::string kind = require_extension(output, kinds);
+  std::string kind = require_extension(output, kinds);
   const bool is_film = kind == "gif" || kind == "mp4";
   if (is_film != is_pattern(output)) return kind;
   throw UsageError(fmt::format(
@@ -104,6 +104,7 @@ class Encoder {
   Encoder& operator=(const Encoder&) = delete;
   ~Encoder() { end(); }
 
+  // NOLINTNEXTLINE(readability-make-member-function-const): it changes the film
   void add(const render::Image& image) {
     const std::uint8_t* at = image.pixels.data();
     std::size_t left = image.pixels.size();
@@ -133,6 +134,7 @@ class Encoder {
     posix_spawn_file_actions_adddup2(&actions, in[0], 0);
     posix_spawn_file_actions_adddup2(&actions, out[1], 1);
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     const int error = ::posix_spawn(&process_, program.c_str(), &actions, nullptr, arguments.data(), environ);
@@ -211,19 +213,19 @@ void check_film_output(const std::string& output) {
   require_writable(is_pattern(output) ? frame_path(parse_frame_pattern(output), 0) : output);
 }
 
-void write_film(const FilmRequest& request, bool quiet) {
-  Film film(request);
+void write_film(const FilmRequest& film, bool quiet) {
+  Film output(film);
   constexpr std::uint64_t each = 1000;
   Progress progress;
-  const ProgressBar bar(progress, each * static_cast<std::uint64_t>(request.pictures), !quiet);
+  const ProgressBar bar(progress, each * static_cast<std::uint64_t>(film.pictures), !quiet);
   std::uint64_t done = 0;
-  request.play([&](const PictureRequest& picture) {
-    film.add(draw_image(picture, [&](double part) {
+  film.play([&](const PictureRequest& picture) {
+    output.add(draw_image(picture, [&](double part) {
       progress.done = done + static_cast<std::uint64_t>(part * static_cast<double>(each));
     }));
     done += each;
   });
-  film.finish();
+  output.finish();
 }
 
 }  // namespace knead::command

@@ -94,7 +94,7 @@ std::string extension_of(const fs::path& path) {
 }  // namespace
 
 std::string require_extension(const fs::path& path, std::span<const std::string_view> extensions) {
-  const std::string extension = extension_of(path);
+  std::string extension = extension_of(path);
   std::string supported;
   for (const std::string_view each : extensions) {
     if (extension == each) return extension;

@@ -133,10 +133,10 @@ class Flow:
         return f"<knead.Flow: {len(self)} segments>"
 
 
-def _frames(vertices, faces, n, ease, hold):
+def _frames(vertices, faces, n, ease, hold, fps=24):
     if faces is None and hasattr(vertices, "faces"):
         faces = vertices.faces
-    return faces, _knead.FrameOptions(operator.index(n), str(ease), operator.index(hold))
+    return faces, _knead.Timing(operator.index(n), str(ease), operator.index(hold), _number(fps, "fps"))
 
 
 def frames(vertices, session, n, faces=None, *, ease="linear", hold=0, progress=None, **accuracy):
@@ -158,9 +158,8 @@ def animate(path, vertices, session, n, faces=None, *, fps=24, ease="linear", ho
     fps: frames a second. The file holds a plain mesh; `knead deform --frames` keeps the materials of a glTF file. Returns
     False if `progress` returned False, and writes nothing then. Raises FileError, and as deform.
     """
-    faces, how = _frames(vertices, faces, n, ease, hold)
-    native = native_session(session)
-    return _knead.animate(os.fspath(path), vertices, native, faces, _accuracy(**accuracy), how, _number(fps, "fps"), progress)
+    faces, how = _frames(vertices, faces, n, ease, hold, fps)
+    return _knead.animate(os.fspath(path), vertices, native_session(session), faces, _accuracy(**accuracy), how, progress)
 
 
 def write_frames(path, frames, faces=None, *, fps=24):

@@ -18,7 +18,13 @@
 namespace knead::python {
 namespace {
 
-FrameOptions frame_options(int count, const std::string& ease, int hold) {
+// What an animation is made of.
+struct Timing {
+  FrameOptions frames;
+  double fps = 24;
+};
+
+Timing timing(int count, const std::string& ease, int hold, double fps) {
   if (count < 1) throw InvalidInput(fmt::format("the number of frames must be 1 or more, got {}", count));
   if (ease != "linear" && ease != "smooth") {
     throw InvalidInput(fmt::format("ease must be \"linear\" or \"smooth\", got \"{}\"", ease));
@@ -28,7 +34,7 @@ FrameOptions frame_options(int count, const std::string& ease, int hold) {
   frames.ease = ease == "smooth" ? Ease::smooth : Ease::linear;
   frames.hold = hold;
   frames.same_faces = true;
-  return frames;
+  return {frames, fps};
 }
 
 // Replays the session on the mesh, and gives each frame to the function. Returns false where the callback ends it.
@@ -45,11 +51,11 @@ bool play(const Mesh& mesh, const Session& session, ReplayOptions options, const
 }
 
 py::object frames_of(const py::object& vertices, const Session& session, const py::object& faces,
-                     const Accuracy& accuracy, const FrameOptions& how, const py::object& callback) {
+                     const Accuracy& accuracy, const Timing& how, const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
   ReplayOptions options;
   options.motion = motion_options(accuracy);
-  options.frames = how;
+  options.frames = how.frames;
   std::vector<std::vector<Vec3d>> frames;
   options.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
   if (!play(mesh, session, options, callback)) return py::none();
@@ -64,24 +70,24 @@ py::object frames_of(const py::object& vertices, const Session& session, const p
 }
 
 bool animate(const std::filesystem::path& path, const py::object& vertices, const Session& session,
-             const py::object& faces, const Accuracy& accuracy, const FrameOptions& how, double fps,
-             const py::object& callback) {
+             const py::object& faces, const Accuracy& accuracy, const Timing& how, const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
   const ShapeFile source = parse_shape(serialize_mesh("ply", mesh, {true, {}, {}}), "ply", path.string());
   ReplayOptions options;
   options.motion = motion_options(accuracy);
-  options.frames = how;
-  const auto write = animation_writer(path, source, will_remesh(mesh, session, options), {frame_count(how), fps});
+  options.frames = how.frames;
+  const auto write =
+      animation_writer(path, source, will_remesh(mesh, session, options), {frame_count(how.frames), how.fps});
   DeformedShape last;  // written once the callback can no longer say no
   options.frames.deliver = [&](const ReplayFrame& frame) {
-    if (frame.index + 1 < frame_count(how)) {
+    if (frame.index + 1 < frame_count(how.frames)) {
       write(frame);
     } else {
       last = frame.shape;
     }
   };
   if (!play(mesh, session, options, callback)) return false;
-  write({frame_count(how) - 1, last});
+  write({frame_count(how.frames) - 1, last});
   return true;
 }
 
@@ -105,7 +111,7 @@ void write_frames(const std::filesystem::path& path, const py::list& frames, con
 }  // namespace
 
 void add_animation(py::module_& module) {
-  py::class_<FrameOptions>(module, "FrameOptions").def(py::init(&frame_options));
+  py::class_<Timing>(module, "Timing").def(py::init(&timing));
   module.def("frames", &frames_of);
   module.def("animate", &animate);
   module.def("write_frames", &write_frames);

@@ -41,15 +41,18 @@ class AnimationFile {
   // Throws IoError(write) if no file can be made there. Throws InvalidInput for options out of range, an extension that
   // is none of these, and a source that the format cannot hold.
   AnimationFile(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options);
-  ~AnimationFile();
-  AnimationFile(AnimationFile&&) noexcept;
+  AnimationFile(const AnimationFile&) = delete;
+  AnimationFile& operator=(const AnimationFile&) = delete;
+  AnimationFile(AnimationFile&&) noexcept = default;
+  AnimationFile& operator=(AnimationFile&&) noexcept = default;
+  ~AnimationFile() = default;
 
   // Adds the next frame: a position for each vertex of the source. Throws IoError(write), and InvalidInput for
   // positions that the format cannot hold.
-  void add(std::span<const Vec3d> positions);
+  void add(std::span<const Vec3d> positions) { writer_.add(positions); }
 
   // Puts the file in place. All frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
-  void finish();
+  void finish() { writer_.finish(); }
 
   // What a format does with the frames.
   struct Writer {

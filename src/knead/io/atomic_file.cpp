@@ -164,6 +164,7 @@ struct AtomicFile::Parts {
 AtomicFile::AtomicFile(const std::filesystem::path& path) : parts_(std::make_unique<Parts>(path)) {}
 AtomicFile::~AtomicFile() = default;
 AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
+AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
 
 void AtomicFile::write(std::string_view bytes) { write_all(parts_->path, parts_->file->number(), bytes); }
 

@@ -22,7 +22,10 @@ class AtomicFile {
 
   // Without finish() before, the old file stays.
   ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
   AtomicFile(AtomicFile&&) noexcept;
+  AtomicFile& operator=(AtomicFile&&) noexcept;
 
   // Appends the bytes. Throws IoError(write).
   void write(std::string_view bytes);

@@ -17,7 +17,7 @@ constexpr std::uint8_t kStays = 255;
 using Rgb = std::array<std::uint8_t, 3>;
 
 struct CountedColor {
-  Rgb color;
+  Rgb color{};
   std::size_t count = 0;
 };
 
@@ -115,6 +115,7 @@ Palette palette_of(const std::vector<Rgb>& pixels) {
     ++counted.count;
   }
   std::vector<CountedColor> colors;
+  colors.reserve(counts.size());
   for (const auto& [key, counted] : counts) colors.push_back(counted);
   std::sort(colors.begin(), colors.end(), [](const auto& a, const auto& b) { return a.color < b.color; });
   std::vector<ColorBox> boxes;
@@ -285,6 +286,7 @@ std::string gif_picture(const Image& image, const Image* before, int hundredths)
     for (const std::uint8_t c : color) bytes += static_cast<char>(c);
   }
   std::vector<std::uint8_t> numbers;
+  numbers.reserve(stays.size());
   std::size_t next = 0;
   for (const bool stay : stays) numbers.push_back(stay ? kStays : palette.number.at(key_of(pixels[next++])));
   append_compressed(bytes, numbers);

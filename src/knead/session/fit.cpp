@@ -124,7 +124,8 @@ ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions
   report.volume_error = relative(volume_of(fitted), volume);
   report.volume_difference = relative(volume_of(target), volume);
   if (!shape.triangles().empty()) {
-    const std::vector<Vec3d>& rest = shape.is_remeshed() ? shape.provenance()->rest : source.positions;
+    const Provenance* const provenance = shape.provenance();
+    const std::vector<Vec3d>& rest = provenance != nullptr ? provenance->rest : source.positions;
     report.greatest_stretch = greatest_of(vertex_stretches(shape.triangles(), rest, shape.positions()));
   }
   return fit;

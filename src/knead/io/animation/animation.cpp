@@ -86,12 +86,6 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
 AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile& source,
                              const AnimationOptions& options)
     : writer_(make_writer(path, source, options)) {}
-AnimationFile::~AnimationFile() = default;
-AnimationFile::AnimationFile(AnimationFile&&) noexcept = default;
-
-void AnimationFile::add(std::span<const Vec3d> positions) { writer_.add(positions); }
-
-void AnimationFile::finish() { writer_.finish(); }
 
 namespace io_detail {
 

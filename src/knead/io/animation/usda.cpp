@@ -115,7 +115,7 @@ struct Stage {
     for (std::size_t k = 0; k < normals.size(); ++k) {
       std::vector<float> now = first_normals;
       for (std::size_t i = 0; i < normals[k].elements.size(); ++i) {
-        std::copy_n(&normals[k].values[3 * i], 3, &now[3 * normals[k].elements[i]]);
+        std::copy_n(&normals[k].values[3 * i], 3, &now[std::size_t{3} * normals[k].elements[i]]);
       }
       file.write(fmt::format("        {}: {},\n", k, tuples(now)));
     }
