@@ -69,6 +69,7 @@ py::object frames_of(const py::object& vertices, const Session& session, const p
   return result;
 }
 
+// NOLINTNEXTLINE(readability-function-size): the arguments of Python's function
 bool animate(const std::filesystem::path& path, const py::object& vertices, const Session& session,
              const py::object& faces, const Accuracy& accuracy, const Timing& how, const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);

@@ -49,9 +49,11 @@ class AnimationFile {
 
   // Adds the next frame: a position for each vertex of the source. Throws IoError(write), and InvalidInput for
   // positions that the format cannot hold.
+  // NOLINTNEXTLINE(readability-make-member-function-const): it changes the file
   void add(std::span<const Vec3d> positions) { writer_.add(positions); }
 
   // Puts the file in place. All frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
+  // NOLINTNEXTLINE(readability-make-member-function-const)
   void finish() { writer_.finish(); }
 
   // What a format does with the frames.
