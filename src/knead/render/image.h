@@ -42,6 +42,7 @@ std::string gif_header(int width, int height);
 // Throws InvalidInput for a picture of another size than `before`, or of more than 65535 pixels along a side.
 std::string gif_picture(const Image& image, const Image* before, int hundredths);
 
+// Returns the end of the file.
 std::string gif_end();
 
 }  // namespace knead::render
