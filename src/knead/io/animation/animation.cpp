@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
@@ -89,21 +90,34 @@ AnimationFile::AnimationFile(const std::filesystem::path& path, const ShapeFile&
 
 namespace io_detail {
 
+bool has_vertex_normals(const ShapeFile& source) {
+  const Attribute* normals = source.mesh.find_attribute("normal");
+  return normals != nullptr && normals->domain == Domain::vertex && source.mesh.face_count() > 0;
+}
+
 FrameNormals::FrameNormals(const ShapeFile& source) : source_(source) {
-  const Attribute* authored = source.mesh.find_attribute("normal");
-  is_authored_ = authored != nullptr && authored->domain == Domain::vertex && source.mesh.face_count() > 0;
-  if (is_authored_) return;
-  mesh_.face_begin = source.mesh.face_begin;
-  mesh_.corner_vertex = source.mesh.corner_vertex;
-  mesh_.positions = source.mesh.positions;
+  if (has_vertex_normals(source)) {
+    first_ = moved_normals(source, source.mesh.positions, {});
+  } else if (source.mesh.face_count() > 0) {
+    first_ = vertex_normals(source.mesh);
+  }
 }
 
 std::vector<Vec3d> FrameNormals::at(std::span<const Vec3d> positions) const {
-  if (is_authored_) return moved_normals(source_, positions, {});
-  if (mesh_.face_count() == 0) return {};
-  Mesh moved = mesh_;
-  moved.positions.assign(positions.begin(), positions.end());
-  return vertex_normals(moved);
+  if (has_vertex_normals(source_)) return moved_normals(source_, positions, {});
+  const Mesh& mesh = source_.mesh;
+  std::vector<bool> touched(mesh.vertex_count());  // the vertices of faces that moved
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    const auto has_moved = [&](std::uint32_t v) { return positions[v] != mesh.positions[v]; };
+    if (std::none_of(face.begin(), face.end(), has_moved)) continue;
+    for (const std::uint32_t v : face) touched[v] = true;
+  }
+  std::vector<Vec3d> normals = vertex_normals(mesh, positions, touched);
+  for (std::size_t v = 0; v < first_.size(); ++v) {
+    if (!touched[v]) normals[v] = first_[v];
+  }
+  return first_.empty() ? first_ : normals;
 }
 
 }  // namespace io_detail

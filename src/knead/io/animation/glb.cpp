@@ -227,15 +227,29 @@ struct Frames {
   const ShapeFile& source;
   AtomicFile file;
   Base base;
-  FrameNormals frame_normals;
+  FrameNormals frame_normals;  // of the base if its normals are authored, else of the source
   double fps = 24;
-  std::vector<Vec3d> first_normals{};
   std::vector<Vec3d> before{};  // the last frame
   std::vector<Target> targets{};
   std::vector<std::optional<std::size_t>> shown{};
 
   Frames(const std::filesystem::path& path, const ShapeFile& of, double frames_per_second)
-      : source(of), file(path), base(base_of(of)), frame_normals(base.shape), fps(frames_per_second) {}
+      : source(of),
+        file(path),
+        base(base_of(of)),
+        frame_normals(has_own_normals() ? base.shape : of),
+        fps(frames_per_second) {}
+
+  bool has_own_normals() const { return base.original.empty() || source.mesh.find_attribute("normal") != nullptr; }
+
+  // A normal for each vertex of the base.
+  std::vector<Vec3d> expanded(const std::vector<Vec3d>& normals) const {
+    if (has_own_normals() || normals.empty()) return normals;
+    std::vector<Vec3d> result;
+    result.reserve(base.original.size());
+    for (const std::uint32_t v : base.original) result.push_back(normals[v]);
+    return result;
+  }
 
   void add(std::span<const Vec3d> positions) {
     check_fits_floats(positions);
@@ -246,7 +260,7 @@ struct Frames {
       shown.push_back(shown.back());
     } else {
       shown.emplace_back(targets.size());
-      targets.push_back(target_of(now));
+      targets.push_back(target_of(now, expanded(frame_normals.at(has_own_normals() ? now : positions))));
     }
     before = now;
   }
@@ -261,10 +275,9 @@ struct Frames {
     return result;
   }
 
-  Target target_of(std::span<const Vec3d> now) {
+  Target target_of(std::span<const Vec3d> now, const std::vector<Vec3d>& normals) const {
     const std::vector<Vec3d>& start = base.shape.mesh.positions;
-    if (first_normals.empty()) first_normals = frame_normals.at(start);
-    const std::vector<Vec3d> normals = frame_normals.at(now);
+    const std::vector<Vec3d> first_normals = expanded(frame_normals.first());
     Target target;
     for (const Block& block : layout_of<Layout>(base.shape).blocks) {
       const glb::Placement& placement = block.placement;

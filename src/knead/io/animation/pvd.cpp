@@ -5,6 +5,7 @@
 #include <bit>
 #include <memory>
 
+#include "knead/io/animation/changes.h"
 #include "knead/io/animation/writers.h"
 #include "knead/io/atomic_file.h"
 
@@ -40,7 +41,7 @@ class PolyData {
 
   template <class T>
   void add(std::string_view name, std::size_t components, const std::vector<T>& values) {
-    const char* const type = std::is_same_v<T, double> ? "Float64" : std::is_same_v<T, float> ? "Float32" : "Int64";
+    const char* const type = std::is_same_v<T, double> ? "Float64" : std::is_same_v<T, float> ? "Float32" : "UInt32";
     xml_ += fmt::format(
         "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n", type,
         escaped(name), components, data_.size());
@@ -73,12 +74,12 @@ std::vector<double> numbers_of(std::span<const Vec3d> vectors) {
 
 // Polygons, or for a point cloud a cell for each point.
 void add_cells(PolyData& data, const Mesh& mesh) {
-  std::vector<std::int64_t> connectivity(mesh.corner_vertex.begin(), mesh.corner_vertex.end());
-  std::vector<std::int64_t> offsets(mesh.face_begin.begin() + 1, mesh.face_begin.end());
+  std::vector<std::uint32_t> connectivity = mesh.corner_vertex;
+  std::vector<std::uint32_t> offsets(mesh.face_begin.begin() + 1, mesh.face_begin.end());
   const bool is_cloud = mesh.face_count() == 0;
-  for (std::size_t v = 0; is_cloud && v < mesh.vertex_count(); ++v) {
-    connectivity.push_back(static_cast<std::int64_t>(v));
-    offsets.push_back(static_cast<std::int64_t>(v + 1));
+  for (std::uint32_t v = 0; is_cloud && v < mesh.vertex_count(); ++v) {
+    connectivity.push_back(v);
+    offsets.push_back(v + 1);
   }
   data.begin(is_cloud ? "Verts" : "Polys");
   data.add("connectivity", 1, connectivity);
@@ -92,9 +93,9 @@ std::string poly_data(const ShapeFile& source, std::span<const Vec3d> positions,
   data.begin("PointData");
   std::vector<Vec3d> displacement(positions.begin(), positions.end());
   for (std::size_t v = 0; v < displacement.size(); ++v) displacement[v] -= mesh.positions[v];
-  data.add("displacement", 3, numbers_of(displacement));
+  data.add("displacement", 3, as_floats(displacement));
   const std::vector<Vec3d> directions = normals.at(positions);
-  if (!directions.empty()) data.add("normal", 3, numbers_of(directions));
+  if (!directions.empty()) data.add("normal", 3, as_floats(directions));
   for (const Attribute& attribute : mesh.attributes) {
     if (attribute.domain != Domain::vertex || (attribute.name == "normal" && !directions.empty())) continue;
     data.add(attribute.name, static_cast<std::size_t>(attribute.components),

@@ -84,7 +84,6 @@ struct Stage {
   AtomicFile file;
   FrameNormals frame_normals;
   int frames = 0;
-  std::vector<float> first_normals{};
   std::vector<Changes> normals{};  // of each frame
   std::vector<std::array<float, 6>> extents{};
 
@@ -92,9 +91,7 @@ struct Stage {
     check_fits_floats(positions);
     const std::vector<float> points = as_floats(positions);
     file.write(fmt::format("        {}: {},\n", frames++, tuples(points)));
-    const std::vector<float> now = as_floats(frame_normals.at(positions));
-    if (first_normals.empty()) first_normals = now;
-    normals.push_back(changes_between(first_normals, now));
+    normals.push_back(changes_between(as_floats(frame_normals.first()), as_floats(frame_normals.at(positions))));
     const Box box = bounding_box(positions);
     const std::vector<float> corners = as_floats(std::array{box.min, box.max});
     extents.emplace_back();
@@ -103,7 +100,7 @@ struct Stage {
 
   void finish() {
     file.write("    }\n");
-    if (!first_normals.empty()) write_normals();
+    if (!frame_normals.first().empty()) write_normals();
     std::string text = "    float3[] extent.timeSamples = {\n";
     for (std::size_t k = 0; k < extents.size(); ++k) text += fmt::format("        {}: {},\n", k, tuples(extents[k]));
     file.write(text + "    }\n}\n");
@@ -113,7 +110,7 @@ struct Stage {
   void write_normals() {
     file.write("    normal3f[] normals.timeSamples = {\n");
     for (std::size_t k = 0; k < normals.size(); ++k) {
-      std::vector<float> now = first_normals;
+      std::vector<float> now = as_floats(frame_normals.first());
       for (std::size_t i = 0; i < normals[k].elements.size(); ++i) {
         std::copy_n(&normals[k].values[3 * i], 3, &now[std::size_t{3} * normals[k].elements[i]]);
       }

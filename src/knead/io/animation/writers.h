@@ -21,18 +21,21 @@ AnimationFile::Writer usda_writer(const std::filesystem::path& path, const Shape
 AnimationFile::Writer pvd_writer(const std::filesystem::path& path, const ShapeFile& source,
                                  const AnimationOptions& options);
 
-// The normals of the source's vertices when they are at the positions: the authored ones, turned, else the surface's.
-// Empty for a source without faces and normals.
+// Whether the source has a normal of its own for each vertex, and faces.
+bool has_vertex_normals(const ShapeFile& source);
+
+// The normals of the source's vertices when they are at the positions: its own ones, turned, else the surface's. Empty
+// for a source without faces.
 class FrameNormals {
  public:
   explicit FrameNormals(const ShapeFile& source);
 
+  const std::vector<Vec3d>& first() const { return first_; }
   std::vector<Vec3d> at(std::span<const Vec3d> positions) const;
 
  private:
   const ShapeFile& source_;
-  bool is_authored_ = false;  // with a normal for each vertex
-  Mesh mesh_;                 // the faces, if none are authored
+  std::vector<Vec3d> first_;  // before anything moves
 };
 
 }  // namespace knead::io_detail
