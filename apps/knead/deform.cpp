@@ -27,8 +27,8 @@ namespace {
 class Target {
  public:
   Target(const DeformOptions& options, const FrameOptions& frames) : path_(options.output) {
-    const bool is_one_file = knead::is_animation(path_) && path_.find('%') == std::string::npos;
-    if (!options.frames) {
+    const bool is_one_file = knead::is_animation(path_) && !is_pattern(path_);
+    if (!options.frames.frames) {
       if (is_one_file && !is_shape_file(path_)) {
         throw UsageError(fmt::format("--output {}: an animation; say how many frames it has, with --frames N", path_));
       }
@@ -91,9 +91,9 @@ std::string summary(const DeformOptions& options, const Target& target, const Re
   std::string text =
       fmt::format("{}: {} of {} vertices moved by {} ({})\n", target.last_path(), report.moved_vertices,
                   report.vertices, counted(report.strokes, "stroke"), counted(report.segments, "segment"));
-  if (options.frames && target.is_animation()) {
+  if (options.frames.frames && target.is_animation()) {
     text += fmt::format("frames   {}\n", target.count());
-  } else if (options.frames) {
+  } else if (options.frames.frames) {
     text += fmt::format("frames   {}, from {}\n", target.count(), target.path(0));
   }
   text += fmt::format("steps    {:.3g} per vertex on average, {} at most\n", report.steps_mean, report.steps_max);
@@ -231,7 +231,7 @@ void run_deform(const DeformOptions& options) {
     replay.frames.same_faces = true;
     add_to_animation =
         animation_writer(target.path(0), inputs.shape, will_remesh(inputs.shape.mesh, inputs.session, replay),
-                         {target.count(), options.fps.value_or(24)});
+                         {target.count(), options.frames.frames_per_second()});
   } else {
     write_options = write_options_for(options, digits, inputs.shape, target);
     replay.remesh.single_precision =
@@ -248,11 +248,11 @@ void run_deform(const DeformOptions& options) {
     }
     seconds.write += clock.seconds();
   };
-  if (options.frames) replay.frames.deliver = write;
+  if (options.frames.frames) replay.frames.deliver = write;
   const Clock deforming;
   const Certified certified = replay_certified(inputs, replay, options.check, bounds, quiet);
   seconds.deform = deforming.seconds() - seconds.write;
-  if (!options.frames) write({0, certified.result.shape});
+  if (!options.frames.frames) write({0, certified.result.shape});
   if (!target.is_animation() && !is_stream(target.path(0)) && format_of(target.path(0)) == "obj")
     copy_materials(options, inputs.shape, target.path(0));
   if (!is_reported(options)) return;

@@ -24,29 +24,7 @@ Precision precision_named(const std::string& name) {
   throw UsageError(fmt::format("--precision {}: say float or double", name));
 }
 
-FrameOptions frame_options(const DeformOptions& options) {
-  if (options.frames.value_or(1) < 1) throw UsageError(fmt::format("--frames {}: give 1 or more", *options.frames));
-  if (options.hold.value_or(0) < 0) throw UsageError(fmt::format("--hold {}: give 0 frames or more", *options.hold));
-  if (const double fps = options.fps.value_or(1); !(fps > 0) || !std::isfinite(fps)) {
-    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", fps));
-  }
-  FrameOptions frames;
-  frames.count = options.frames.value_or(0);
-  frames.ease = ease_named(options.ease);
-  frames.hold = options.hold.value_or(0);
-  if (frames.count == 0 && (options.fps || options.hold || frames.ease != Ease::linear)) {
-    throw UsageError("--fps, --ease and --hold are for --frames N; give it too, or leave them out");
-  }
-  return frames;
-}
-
 }  // namespace
-
-Ease ease_named(const std::string& name) {
-  if (name == "linear") return Ease::linear;
-  if (name == "smooth") return Ease::smooth;
-  throw UsageError(fmt::format("--ease {}: say linear or smooth", name));
-}
 
 Digits digits_of(const DeformOptions& options) {
   if (options.digits == "auto") return {};
@@ -92,7 +70,7 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.motion.threads = threads_of(options.threads);
   if (options.inverse) replay.part.direction = Direction::backwards;
   replay.part.until = options.until;
-  replay.frames = frame_options(options);
+  replay.frames = frame_options(options.frames);
   replay.remesh.settings = settings_of(options.remesh);
   return replay;
 }
@@ -133,17 +111,13 @@ std::vector<Option> describe(DeformOptions& options) {
                known_bounds(),
            "LIST"},
           {"--until", &options.until, "Stop after S strokes; 2.5 stops halfway through the third", "S"},
-          {"--frames", &options.frames,
+          {"--frames", &options.frames.frames,
            "Write N evenly spaced moments, including start and end; -o is then an animation (.pc2, .mdd, .glb, .usda, "
            ".pvd), or a pattern with one %04d for a file each",
            "N"},
-          {"--fps", &options.fps, "Frames a second of an animation (default: 24)", "F"},
-          {"--ease", &options.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
-           "linear|smooth", OptionKind::with_default},
-          {"--hold", &options.hold, "So many more frames of the start at the beginning, and of the end at the end",
-           "N"},
           {"--report", &options.report, "Write a JSON report to this file; - means standard output", "FILE"},
       });
+  add_time_options(result, options.frames);
   add_format_option(result, options.format);
   add_common_options(result, options.common);
   return result;

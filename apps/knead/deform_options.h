@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "command.h"
+#include "frames.h"
 #include "knead/session/replay.h"
 #include "remesh_options.h"
 #include "streams.h"
@@ -26,10 +27,7 @@ struct DeformOptions {
   std::optional<std::string> require;
   RemeshFlags remesh;
   std::optional<double> until;
-  std::optional<int> frames;
-  std::optional<double> fps;
-  std::string ease = "linear";
-  std::optional<int> hold;
+  FrameFlags frames;
   std::string report;
   std::string digits = "auto";
   StreamFormat format;
@@ -49,9 +47,6 @@ Digits digits_of(const DeformOptions& options);
 // Returns WriteOptions::decimals for an output like the source. Automatic: as many as the source's coordinates have, if
 // half a unit of the last is within the tolerance (relative to the diagonal of the box).
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
-
-// Throws UsageError for a name that is none of linear and smooth.
-Ease ease_named(const std::string& name);
 
 // The options of the subcommand, whose values go to `options`.
 std::vector<Option> describe(DeformOptions& options);

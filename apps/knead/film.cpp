@@ -27,8 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-bool is_pattern(const std::string& output) { return output.find('%') != std::string::npos; }
-
 std::string kind_of(const std::string& output) {
   constexpr std::string_view kinds[] = {"gif", "mp4", "png", "jpg", "jpeg"};
   std::string kind = require_extension(output, kinds);

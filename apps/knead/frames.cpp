@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "command.h"
 
 namespace knead::command {
@@ -28,6 +30,42 @@ Conversion conversion_at(std::string_view rest) {
 }
 
 }  // namespace
+
+void add_time_options(std::vector<Option>& options, FrameFlags& flags) {
+  options.insert(
+      options.end(),
+      {{"--fps", &flags.fps, "Frames a second of an animation or film (default: 24)", "F"},
+       {"--ease", &flags.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
+        "linear|smooth", OptionKind::with_default},
+       {"--hold", &flags.hold, "So many more frames of the start at the beginning, and of the end at the end", "N"}});
+}
+
+void check_fps(const FrameFlags& flags) {
+  if (const double fps = flags.frames_per_second(); !(fps > 0) || !std::isfinite(fps)) {
+    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", fps));
+  }
+}
+
+FrameOptions frame_options(const FrameFlags& flags) {
+  check_fps(flags);
+  if (flags.ease != "linear" && flags.ease != "smooth") {
+    throw UsageError(fmt::format("--ease {}: say linear or smooth", flags.ease));
+  }
+  FrameOptions frames;
+  frames.count = flags.frames.value_or(0);
+  frames.ease = flags.ease == "smooth" ? Ease::smooth : Ease::linear;
+  frames.hold = flags.hold.value_or(0);
+  if (flags.frames && (frames.count < 1 || frames.count > kMostFrames)) {
+    throw UsageError(fmt::format("--frames {}: give 1 to {}", frames.count, kMostFrames));
+  }
+  if (frames.hold < 0 || frames.hold > kMostFrames) {
+    throw UsageError(fmt::format("--hold {}: give 0 to {} frames", frames.hold, kMostFrames));
+  }
+  if (!flags.frames && (flags.fps || flags.hold || frames.ease != Ease::linear)) {
+    throw UsageError("--fps, --ease and --hold are for --frames N; give it too, or leave them out");
+  }
+  return frames;
+}
 
 FramePattern parse_frame_pattern(const std::string& text) {
   FramePattern pattern;

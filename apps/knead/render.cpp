@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "command.h"
-#include "deform_options.h"
 #include "film.h"
+#include "frames.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/json.h"
 #include "output.h"
@@ -45,11 +45,8 @@ struct RenderOptions {
   bool flat = false;
   bool wireframe = false;
   bool same_scale = false;
-  std::optional<int> frames;
+  FrameFlags frames;
   std::optional<int> turntable;
-  double fps = 24;
-  std::string ease = "linear";
-  std::optional<int> hold;
   CommonOptions common;
 };
 
@@ -228,13 +225,13 @@ FilmRequest film_of_session(const RenderOptions& options, PictureRequest& reques
   const auto inputs = std::make_shared<Inputs>(
       read_inputs(options.panels.shapes.front(), options.panels.format, options.panels.session, options.common.quiet));
   ReplayOptions replay;
-  replay.frames = {*options.frames, ease_named(options.ease), options.hold.value_or(0)};
+  replay.frames = frame_options(options.frames);
   replay.frames.deliver = [&](const ReplayFrame& frame) {
     const std::vector<Vec3d> points = outermost_points(frame.shape.positions());
     request.shown.insert(request.shown.end(), points.begin(), points.end());
   };
   replay_watched(inputs->shape.mesh, inputs->session, replay, options.common.quiet);
-  FilmRequest film{options.output, frame_count(replay.frames), options.fps};
+  FilmRequest film{options.output, frame_count(replay.frames), options.frames.frames_per_second()};
   film.play = [inputs, replay, &request](const auto& draw) mutable {
     request.panels.resize(1);
     replay.frames.deliver = [&](const ReplayFrame& frame) {
@@ -265,7 +262,7 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
       for (int k = 0; k < count; ++k) request.shown.push_back(middle + turn(k) * (p - middle));
     }
   }
-  FilmRequest film{options.output, count, options.fps};
+  FilmRequest film{options.output, count, options.frames.frames_per_second()};
   film.play = [turn, count, view = request.view, up = request.up, &request](const auto& draw) {
     for (int k = 0; k < count; ++k) {
       request.view = turn(k) * view;
@@ -277,18 +274,21 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
 }
 
 void check_film(const RenderOptions& options) {
-  const int count = options.frames.value_or(options.turntable.value_or(1));
-  const char* const name = options.frames ? "--frames" : "--turntable";
-  if (options.frames && options.turntable) {
+  const FrameFlags& frames = options.frames;
+  const char* const name = options.turntable ? "--turntable" : "--frames";
+  if (frames.frames && options.turntable) {
     throw UsageError("--frames moves the shape and --turntable the camera; give one of them");
   }
-  if (count < 1) throw UsageError(fmt::format("{} {}: give 1 or more", name, count));
-  if (!(options.fps > 0 && std::isfinite(options.fps))) {
-    throw UsageError(fmt::format("--fps {}: give a number above 0, such as 24", options.fps));
+  if (options.turntable) {
+    if (*options.turntable < 1 || *options.turntable > kMostFrames) {
+      throw UsageError(fmt::format("--turntable {}: give 1 to {}", *options.turntable, kMostFrames));
+    }
+    check_fps(frames);
+  } else {
+    frame_options(frames);
   }
-  if (options.hold.value_or(0) < 0) throw UsageError(fmt::format("--hold {}: give 0 frames or more", *options.hold));
   if (!options.panels.moments.empty()) throw UsageError(fmt::format("--until: does not work with {}", name));
-  if (options.frames && (options.panels.session.empty() || options.panels.shapes.size() != 1)) {
+  if (frames.frames && (options.panels.session.empty() || options.panels.shapes.size() != 1)) {
     throw UsageError("--frames: give one shape, and its --session");
   }
   check_film_output(options.output);
@@ -300,7 +300,8 @@ void run_film(RenderOptions options) {
   PictureRequest request = look_of(options);
   check_streams(options.panels.shapes, options.panels.format);
   require_renderer();
-  const FilmRequest film = options.frames ? film_of_session(options, request) : film_of_turntable(options, request);
+  const FilmRequest film =
+      options.frames.frames ? film_of_session(options, request) : film_of_turntable(options, request);
   write_film(film, options.common.quiet);
   if (options.common.json) {
     print(to_indented_text(Json{{"width", request.width}, {"height", request.height}, {"pictures", film.pictures}}));
@@ -311,7 +312,8 @@ void run_film(RenderOptions options) {
 }
 
 void run_render(RenderOptions options) {
-  if (options.frames || options.turntable) return run_film(std::move(options));
+  if (options.frames.frames || options.turntable) return run_film(std::move(options));
+  frame_options(options.frames);
   options.panels = panel_options(options);
   PictureRequest request = look_of(options);
   set_format(options, request);
@@ -337,12 +339,8 @@ std::vector<Option> describe(RenderOptions& options) {
        "one "
        "%04d for numbered pictures",
        "FILE", OptionKind::required},
-      {"--frames", &options.frames, "Draw N evenly spaced moments of the session", "N"},
+      {"--frames", &options.frames.frames, "Draw N evenly spaced moments of the session", "N"},
       {"--turntable", &options.turntable, "Draw N pictures from all around", "N"},
-      {"--fps", &options.fps, "Pictures a second of a .gif or .mp4", "F", OptionKind::with_default},
-      {"--ease", &options.ease, "How time runs over the frames: linear, or smooth (slowly at both ends)",
-       "linear|smooth", OptionKind::with_default},
-      {"--hold", &options.hold, "So many more frames of the start at the beginning, and of the end at the end", "N"},
       {"--session", &options.panels.session,
        "Draw this session's tools over the first shape: the surface r = inner in red, r = outer in green", "FILE"},
       {"--stroke", &options.panels.stroke, "Draw only the tool of this stroke, counted from 1", "N"},
@@ -375,6 +373,7 @@ std::vector<Option> describe(RenderOptions& options) {
       {"--same-scale", &options.same_scale,
        "Centre each shape in its own panel, all at one scale; without this, all panels share one camera"},
   };
+  add_time_options(result, options.frames);
   add_format_option(result, options.panels.format);
   add_common_options(result, options.common);
   return result;

@@ -2,11 +2,11 @@
 
 bl_info = {
     "name": "Knead",
-    "description": "Pull, twist and bend meshes without loss of volume and without crossings",
+    "description": "Applies sessions of strokes that keep the volume",
     "author": "The Knead authors",
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
-    "location": "3D View > Sidebar > Knead, and the tool bar",
+    "location": "3D View > Sidebar > Knead",
     "category": "Sculpting",
 }
 

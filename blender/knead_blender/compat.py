@@ -1,16 +1,5 @@
 """Everything that differs between Blender 3.4 and 4.x."""
 
-import bpy
-
-
-def is_new():
-    return bpy.app.version >= (4, 0, 0)
-
-
-def flat_shader_name():
-    """Returns the name of the shader that draws 3D lines in one colour."""
-    return "UNIFORM_COLOR" if is_new() else "3D_UNIFORM_COLOR"
-
 
 def sculpt_mask(mesh):
     """Returns the data of the sculpt mask, each with .value, or None. Since 4.1 it is a named attribute."""
@@ -19,5 +8,3 @@ def sculpt_mask(mesh):
         return attribute.data
     layers = getattr(mesh, "vertex_paint_masks", None)
     return layers[0].data if layers else None
-
-

@@ -25,7 +25,11 @@ struct Timing {
 };
 
 Timing timing(int count, const std::string& ease, int hold, double fps) {
-  if (count < 1) throw InvalidInput(fmt::format("the number of frames must be 1 or more, got {}", count));
+  if (count < 1 || count > kMostFrames || hold < 0 || hold > kMostFrames) {
+    throw InvalidInput(
+        fmt::format("the number of frames must be from 1 to {0}, and hold from 0 to {0}; got {1} and {2}", kMostFrames,
+                    count, hold));
+  }
   if (ease != "linear" && ease != "smooth") {
     throw InvalidInput(fmt::format("ease must be \"linear\" or \"smooth\", got \"{}\"", ease));
   }

@@ -77,11 +77,7 @@ class PinEquations {
     for (const Pair& pair : pairs_) {
       const Vec3d between =
           (places_[pair.first] - places_[pair.second]) + (motions_[pair.first] - motions_[pair.second]) * t;
-      const Vec3d y = between / radius_;
-      const double r = norm(y);
-      const double rest = std::max(1 - r, 0.0);
-      const double fourth = (rest * rest) * (rest * rest);
-      blocks_.push_back(Mat3d{} * (fourth * (1 + 4 * r - 20 * (r * r))) + outer_product(y, y) * (15 * fourth));
+      blocks_.push_back(pin_kernel(between / radius_));
     }
   }
 

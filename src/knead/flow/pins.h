@@ -4,10 +4,12 @@
 // being the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "knead/flow/segment.h"
+#include "knead/math/mat3.h"
 #include "knead/math/progress.h"
 
 namespace knead::detail {
@@ -28,6 +30,14 @@ struct PinPiece {
 // so near each other that the equations cannot be solved. Time: for n pins of which each has k others in its reach
 // about n k^2, for each of 5 to 17 times of a piece.
 std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress = nullptr);
+
+// Psi at y, in radii: what a pin that moves by a makes of it there is Psi a. Zero from a radius on.
+inline Mat3d pin_kernel(const Vec3d& y) {
+  const double r = norm(y);
+  const double rest = std::max(1 - r, 0.0);
+  const double fourth = (rest * rest) * (rest * rest);
+  return Mat3d{} * (fourth * (1 + 4 * r - 20 * (r * r))) + outer_product(y, y) * (15 * fourth);
+}
 
 inline constexpr double kPinShare = 0.1;
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "knead/flow/pins.h"
+
 namespace knead::session_detail {
 
 namespace {
@@ -23,15 +25,6 @@ double dot_of(const Vectors& a, const Vectors& b) {
   double sum = 0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += dot(a[i], b[i]);
   return sum;
-}
-
-// Psi(x) a, x in radii (method, section 9).
-Vec3d velocity(const Vec3d& x, const Vec3d& a) {
-  const double r2 = norm2(x);
-  if (!(r2 < 1)) return {0, 0, 0};
-  const double r = std::sqrt(r2);
-  const double rest2 = (1 - r) * (1 - r);
-  return (a * (1 + 4 * r - 20 * r2) + x * (15 * dot(x, a))) * (rest2 * rest2);
 }
 
 // Farthest points: each the sample that is farthest from all before it, until none is farther than the spacing.
@@ -104,14 +97,16 @@ class FieldFit {
   FieldFit(const Vectors& pins, double radius, double smoothness)
       : pins_(pins), cells_(pins, radius), smoothness_(smoothness), diagonal_(pins.size(), smoothness) {
     for (const Vec3d& pin : pins) {
-      cells_.for_near(pin, [&](std::uint32_t other, const Vec3d& x) { neighbors_.push_back({other, x}); });
+      cells_.for_near(pin, [&](std::uint32_t other, const Vec3d& x) {
+        neighbors_.push_back({other, detail::pin_kernel(x)});
+      });
       neighbors_end_.push_back(neighbors_.size());
     }
   }
 
   void add(const Match& match) {
     cells_.for_near(match.at, [&](std::uint32_t pin, const Vec3d& x) {
-      const Vec3d entry = velocity(x, match.direction);
+      const Vec3d entry = detail::pin_kernel(x) * match.direction;
       entries_.push_back({pin, entry});
       diagonal_[pin] += match.weight * norm2(entry) / 3;
     });
@@ -119,13 +114,14 @@ class FieldFit {
   }
 
   // Returns v at the pins, by conjugate gradients.
-  Vectors solve() const {
+  Vectors solve(const Progress* progress) const {
     Vectors a(pins_.size());
     Vectors rest = right_side();
     Vectors direction = better(rest);
     double now = dot_of(rest, direction);
     const double enough = kEnough * kEnough * now;
     for (int round = 0; round < kMostRounds && now > enough; ++round) {
+      stop_if_cancelled(progress);
       const Vectors image = product(direction);
       const double step = now / dot_of(direction, image);
       for (std::size_t i = 0; i < a.size(); ++i) {
@@ -145,6 +141,10 @@ class FieldFit {
     std::uint32_t pin = 0;
     Vec3d vector;
   };
+  struct Neighbor {
+    std::uint32_t pin = 0;
+    Mat3d kernel;  // Psi from one to the other
+  };
   struct Row {
     std::size_t end = 0;  // of its entries
     double weight = 0;
@@ -156,7 +156,7 @@ class FieldFit {
     Vectors result(a.size());
     std::size_t at = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      for (; at < neighbors_end_[i]; ++at) result[i] += velocity(neighbors_[at].vector, a[neighbors_[at].pin]);
+      for (; at < neighbors_end_[i]; ++at) result[i] += neighbors_[at].kernel * a[neighbors_[at].pin];
     }
     return result;
   }
@@ -202,7 +202,7 @@ class FieldFit {
   PinCells cells_;
   double smoothness_;
   std::vector<double> diagonal_;
-  std::vector<Entry> neighbors_;  // of each pin in turn: the pin, and the offset in radii
+  std::vector<Neighbor> neighbors_;  // of each pin in turn
   std::vector<std::size_t> neighbors_end_;
   std::vector<Entry> entries_;
   std::vector<Row> rows_;
@@ -224,14 +224,15 @@ double allowed(const Vectors& pins, const Vectors& motions, std::size_t free, do
 }  // namespace
 
 PinsStroke fit_pins(std::span<const Match> matches, std::span<const SurfaceSample> samples,
-                    const FitLandmarks& landmarks, double radius, double smoothness) {
+                    const FitLandmarks& landmarks, const PinFieldOptions& options) {
   PinsStroke stroke;
+  const double radius = options.radius;
   stroke.radius = radius;
   stroke.points = spaced(samples, landmarks.at, kPinSpacing * radius);
   const std::size_t held = landmarks.at.size();
   const double share =
       static_cast<double>(stroke.points.size()) / static_cast<double>(std::max<std::size_t>(1, matches.size()));
-  FieldFit field(stroke.points, radius, smoothness);
+  FieldFit field(stroke.points, radius, options.smoothness);
   for (const Match& match : matches) field.add({match.at, match.direction, match.by, match.weight * share});
   for (std::size_t i = 0; i < held; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -240,7 +241,7 @@ PinsStroke fit_pins(std::span<const Match> matches, std::span<const SurfaceSampl
       field.add({landmarks.at[i], direction, (landmarks.to[i] - landmarks.at[i])[axis], kLandmarkWeight});
     }
   }
-  const Vectors motions = field.solve();
+  const Vectors motions = field.solve(options.progress);
   const double scale = allowed(stroke.points, motions, held, radius);
   stroke.to = landmarks.to;
   for (std::size_t i = held; i < stroke.points.size(); ++i) {

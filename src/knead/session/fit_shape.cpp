@@ -103,7 +103,7 @@ void ShapeFitter::fit_level(double radius, std::size_t last_stroke) {
     const Moment before = moment();
     const double distance = matches_.mean_distance;
     if (distance <= kDefaultRelativeTolerance * shape_.reference_length()) return;
-    const PinsStroke pins = fit_pins(matches_.all, samples_, landmarks_, radius, kSmoothness);
+    const PinsStroke pins = fit_pins(matches_.all, samples_, landmarks_, {radius, kSmoothness, options_.progress});
     if (pins.points.size() == landmarks_.at.size()) return;  // which leave no room for others
     apply(pins);
     look();

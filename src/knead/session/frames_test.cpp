@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -104,8 +105,10 @@ TEST(Frames, TheStartAndTheEndAreHeld) {
   expect_moments(timed_session({""}), {1, Ease::smooth, 1}, {1, 1, 1});
   EXPECT_EQ(frame_count({0, Ease::linear, 5}), 0);
   ReplayOptions options;
-  options.frames = {3, Ease::linear, -1};
-  EXPECT_THROW(replay(ball(), timed_session({""}), options), InvalidInput);
+  for (const int hold : {-1, kMostFrames + 1, std::numeric_limits<int>::max()}) {
+    options.frames = {3, Ease::linear, hold};
+    EXPECT_THROW(replay(ball(), timed_session({""}), options), InvalidInput) << hold;
+  }
 }
 
 TEST(Frames, ARemeshedResultIsTakenBackWithItsFaces) {
@@ -135,7 +138,22 @@ TEST(Frames, ARemeshedResultIsTakenBackWithItsFaces) {
   for (const Vec3d& p : frames[0]) EXPECT_NEAR(norm(p), 1 - 0.005, 0.0075);
 }
 
-TEST(Frames, ARelaxHasNoWayBack) {
+TEST(Frames, UntilCutsARemeshedSessionOnlyWhereItsStrokesAreThoseApplied) {
+  ReplayOptions options;
+  options.remesh.settings = RemeshSettings{};
+  options.frames.count = 3;
+  options.frames.same_faces = true;
+  options.part.until = 1.5;
+  const std::vector<Positions> frames = frames_of(ball(), timed_session({"", ""}), options);
+  ReplayOptions end = options;
+  end.frames = {};
+  EXPECT_EQ(frames.back(), replay(ball(), timed_session({"", ""}), end).shape.positions());
+  Session with_nothing = timed_session({"", ""});
+  with_nothing.strokes.front().strength = 0;
+  EXPECT_THROW(replay(ball(), with_nothing, options), InvalidInput);
+}
+
+TEST(Frames, ARelaxHasNoInverse) {
   const Session session =
       session_of({std::string(kStrokes[0]) + "}", R"({"relax": {"points": [[0, 0, 1.2]], "radius": 0.3}})"});
   ReplayOptions options;

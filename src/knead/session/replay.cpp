@@ -186,27 +186,29 @@ class Replay {
   ReplayResult result_;
 };
 
-// Vertices cannot be taken back through what is no flow, nor through a part of a stroke that became several.
-void require_way_back(const Session& session, const ReplayOptions& options) {
+// Vertices cannot be taken back through what is no flow. Where the strokes that are applied are not those of the
+// session, one for one, `until` would mean another moment.
+void require_inverse(const Session& session, const ReplayOptions& options) {
   for (const SessionStroke& stroke : session.strokes) {
     if (!is_applied(stroke) || is_flow(stroke.stroke)) continue;
     throw InvalidInput(Place{session.name, stroke.line},
                        "a relax is no flow, so the frames before it cannot have the faces of the result; remove this "
                        "line, or write a file for each frame");
   }
-  const bool has_stamp = std::any_of(session.strokes.begin(), session.strokes.end(),
-                                     [](const SessionStroke& stroke) { return reads_surface(stroke.stroke); });
-  if (options.part.until && has_stamp) {
+  const bool is_one_for_one = std::all_of(
+      session.strokes.begin(), session.strokes.end(),
+      [](const SessionStroke& stroke) { return stroke.off || (is_applied(stroke) && !reads_surface(stroke.stroke)); });
+  if (options.part.until && !is_one_for_one) {
     throw InvalidInput(Place{session.name},
-                       "\"until\" cannot cut a session whose strokes read the surface, where frames have the faces of "
-                       "the result; resolve the session first (knead resolve)");
+                       "where frames have the faces of the result, \"until\" cannot cut a session with strokes of "
+                       "strength 0 or that read the surface; resolve the session first (knead resolve)");
   }
 }
 
-// Replays once for the result, takes its vertices back to the start, and delivers their way from there.
+// Replays once for the result, takes its vertices back to the start, and follows them from there.
 ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Session& session,
                                const ReplayOptions& options) {
-  require_way_back(session, options);
+  require_inverse(session, options);
   ReplayOptions once = options;
   once.frames = {};
   ReplayResult result = Replay(mesh, session, once).run();
@@ -225,6 +227,7 @@ ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Se
   const auto last = std::make_shared<const Mesh>(result.shape.to_mesh());
   const ReplayResult back = Replay(last, flows, plain).run();
   result.status = back.status;
+  result.failed_line = back.failed_line;
   if (back.status != AdvectStatus::done) return result;
   Mesh first = *last;
   first.positions = back.shape.positions();

@@ -32,6 +32,9 @@ struct ReplayFrame {
   const DeformedShape& shape;
 };
 
+// The most frames, and the most that are held at each end.
+inline constexpr int kMostFrames = 1'000'000;
+
 // How the time of an animation runs. Smooth: slowly at its beginning and end (3 t^2 - 2 t^3 of the linear one).
 enum class Ease { linear, smooth };
 

@@ -19,11 +19,10 @@ double checked_until(const Session& session, const ReplayOptions& options) {
     throw InvalidInput(
         fmt::format("\"until\" must be from 0 to the session's number of strokes ({}), got {}", strokes, until));
   }
-  if (options.frames.count < 0) {
-    throw InvalidInput(fmt::format("the number of frames must be 0 or more, got {}", options.frames.count));
-  }
-  if (options.frames.hold < 0) {
-    throw InvalidInput(fmt::format("the number of frames to hold must be 0 or more, got {}", options.frames.hold));
+  for (const int number : {options.frames.count, options.frames.hold}) {
+    if (number >= 0 && number <= kMostFrames) continue;
+    throw InvalidInput(
+        fmt::format("the numbers of frames, and of those to hold, must be from 0 to {}, got {}", kMostFrames, number));
   }
   return until;
 }
@@ -51,6 +50,7 @@ class Timing {
   Timing(const std::vector<const SessionStroke*>& strokes, double until) : until_(until) {
     for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
       durations_.push_back(strokes[i]->duration);
+      ends_.push_back((ends_.empty() ? 0 : ends_.back()) + durations_.back());
       length_ += durations_.back() * std::min(1.0, until - static_cast<double>(i));
     }
   }
@@ -60,17 +60,15 @@ class Timing {
   // Returns how many strokes are done at a time.
   double strokes_at(double time) const {
     if (time >= length_) return until_;
-    double begin = 0;
-    for (std::size_t i = 0; i < durations_.size(); ++i) {
-      if (time < begin + durations_[i])
-        return std::min(until_, static_cast<double>(i) + (time - begin) / durations_[i]);
-      begin += durations_[i];
-    }
-    return until_;
+    const auto end = std::upper_bound(ends_.begin(), ends_.end(), time);
+    const auto i = static_cast<std::size_t>(end - ends_.begin());
+    const double begin = i == 0 ? 0 : ends_[i - 1];
+    return std::min(until_, static_cast<double>(i) + (time - begin) / durations_[i]);
   }
 
  private:
   std::vector<double> durations_;
+  std::vector<double> ends_;  // of the strokes, in time
   double until_;
   double length_ = 0;
 };
