@@ -1,22 +1,25 @@
-// Moving points and replaying a session: what the faces, the report and the copies of a replay cost.
-//   deform_bench                 a local pull on a ball of 438,000 vertices; medians of nine runs in turn
-//   deform_bench SHAPE SESSION   for bench/python_bench.py: reads the name of a job from each line of standard input
-//   and
-//                                prints its milliseconds, and those of processor time
-// The job `advect` moves the points in place by the session's flow, as Python's knead.deform does; `replay` applies the
-// session to the mesh.
+// Moving points, replaying a session, and its frames: what the faces, the report, the copies and the files cost.
+//   deform_bench [SHAPE]         a local pull on a shape, or on a ball of 438,000 vertices; medians of nine runs
+//   deform_bench SHAPE SESSION   for bench/python_bench.py: reads names of jobs from standard input, a line each
+// With a session it prints the milliseconds of each job, and those of processor time. The job `advect` moves the points
+// in place by the session's flow, as Python's knead.deform does; `replay` applies the session to the mesh.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <filesystem>
+#include <functional>
 #include <iostream>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "knead/io/atomic_file.h"
 #include "knead/io/shape_file.h"
+#include "knead/math/box.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
 
@@ -70,22 +73,45 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-void compare() {
+// The pull of python_bench.py.
+Session local_pull(const Mesh& mesh) {
+  const double diagonal = bounding_box(mesh.positions).diagonal();
+  const Vec3d tip = *std::max_element(mesh.positions.begin(), mesh.positions.end(),
+                                      [](const Vec3d& a, const Vec3d& b) { return a.y < b.y; });
+  ImplicitStroke pull{{tip, tip + Vec3d{0, 0.08 * diagonal, 0}}, 0.02 * diagonal, 0.12 * diagonal};
   Session session;
-  ImplicitStroke pull;
-  pull.path = {{0, 1, 0}, {0, 1.3, 0}};
-  pull.inner = 0.07;
-  pull.outer = 0.4;
-  session.strokes = {{pull}};
-  Jobs jobs(make_shape(ShapeKind::sphere, 438'000), std::move(session));
+  session.strokes = {{std::move(pull)}};
+  return session;
+}
+
+void compare(const ShapeFile& shape) {
+  const Session session = local_pull(shape.mesh);
+  Jobs jobs(shape.mesh, session);
+  const std::filesystem::path path = std::filesystem::temp_directory_path() / fmt::format("knead_{}.pc2", ::getpid());
+  const std::string bytes(32 + 24 * shape.mesh.vertex_count() * 3 * sizeof(float), 'x');
   std::vector<double> advected;
   std::vector<double> replayed;
+  std::vector<double> framed;
+  std::vector<double> animated;
+  std::vector<double> written;
+  const auto frames = [&](const std::function<void(const ReplayFrame&)>& deliver) {
+    ReplayOptions options;
+    options.frames.count = 24;
+    options.frames.deliver = deliver;
+    knead::replay(borrow(shape.mesh), session, options);
+  };
   for (int round = 0; round < 9; ++round) {
     advected.push_back(jobs.advect().milliseconds);
     replayed.push_back(jobs.replay().milliseconds);
+    framed.push_back(timed([&] { frames([](const ReplayFrame&) {}); }).milliseconds);
+    animated.push_back(timed([&] { frames(animation_writer(path, shape, false, {24, 24})); }).milliseconds);
+    written.push_back(timed([&] { write_file_atomically(path, bytes); }).milliseconds);
   }
-  fmt::print("a local pull on 438,000 vertices: advect {:.1f} ms, replay {:.1f} ms\n", median(advected),
-             median(replayed));
+  std::filesystem::remove(path);
+  fmt::print(
+      "a local pull on {} vertices: advect {:.1f} ms, replay {:.1f} ms, 24 frames {:.1f} ms, as PC2 {:.1f} ms; writing "
+      "so many bytes {:.1f} ms\n",
+      shape.mesh.vertex_count(), median(advected), median(replayed), median(framed), median(animated), median(written));
 }
 
 }  // namespace
@@ -94,7 +120,8 @@ int main(int argc, char** argv) {
   if (argc == 3) {
     answer_lines({read_shape(argv[1]).mesh, read_session(argv[2])});
   } else {
-    compare();
+    compare(argc == 2 ? read_shape(argv[1])
+                      : parse_shape(serialize_mesh("ply", make_shape(ShapeKind::sphere, 438'000)), "ply", "ball"));
   }
   return 0;
 }

@@ -3,7 +3,7 @@
     PYTHONPATH=build/release/python python3 bench/python_bench.py [SHAPE] [--repeats 5] [--library deform_bench]
 
 SHAPE: a closed mesh; a ball of 437,000 vertices if none is given. --library: the program of `./dev bench` that does the
-same job without Python; its times stand in rows of their own. Needs scipy.
+same job without Python; its times stand in rows of their own. Needs scipy; libigl is used where it is installed.
 """
 
 import argparse
@@ -144,6 +144,19 @@ class Library:
         return ask
 
 
+def print_igl(v):
+    """Prints what libigl's own Kelvinlets take for a few vertices: it integrates each by itself."""
+    try:
+        import igl
+    except ImportError:
+        return
+    tip, push, _, outer = measures(v)
+    near = v[np.argsort(np.linalg.norm(v - tip, axis=1))[:200]]
+    begin = time.perf_counter()
+    igl.kelvinlets(near, tip, push, np.zeros((3, 3)), outer / 3, 1.0)
+    print(f"igl.kelvinlets: {1000 * (time.perf_counter() - begin) / len(near):.1f} ms for each of {len(near)} vertices")
+
+
 def timed(job):
     begin = time.perf_counter(), time.process_time()
     result = job()
@@ -184,6 +197,7 @@ def main():
         error = after["volume"] / before["volume"] - 1
         crossings = after["self_intersections"] - before["self_intersections"]
         print(f"| {name} | {wall:.1f} | {processor:.1f} | {error:+.1e} | {crossings} |", flush=True)
+    print_igl(v)
 
 
 if __name__ == "__main__":

@@ -324,7 +324,7 @@ TEST_F(RenderTest, FilmsAreChecked) {
     expect_error(knead(words), 2, " --help");
   }
   expect_error(knead({"render", "a.ply", "--frames", "2", "-o", "f.gif"}), 2, "--session");
-  expect_error(knead({"render", "a.ply", "--turntable", "0", "-o", "f.gif"}), 2, "1 or more");
+  expect_error(knead({"render", "a.ply", "--turntable", "0", "-o", "f.gif"}), 2, "give 1 to");
   expect_error(knead({"render", "a.ply", "--turntable", "2", "--fps", "0", "-o", "f.gif"}), 2, "above 0");
   expect_error(knead({"render", "a.ply", "--session", "s.knead", "--frames", "2", "--turntable", "2", "-o", "f.gif"}),
                2, "one of them");

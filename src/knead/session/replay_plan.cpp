@@ -22,7 +22,7 @@ double checked_until(const Session& session, const ReplayOptions& options) {
   for (const int number : {options.frames.count, options.frames.hold}) {
     if (number >= 0 && number <= kMostFrames) continue;
     throw InvalidInput(
-        fmt::format("the numbers of frames, and of those to hold, must be from 0 to {}, got {}", kMostFrames, number));
+        fmt::format("the number of frames, and of those to hold, must be from 0 to {}, got {}", kMostFrames, number));
   }
   return until;
 }

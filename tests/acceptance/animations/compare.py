@@ -1,7 +1,7 @@
 """Writes every session of examples/ as an animation of each format, opens the files in other programs, and compares each
 frame with the files that `--frames N -o F_%04d.ply` writes. Run by hand:
 
-    KNEAD=build/release/knead python3 tests/acceptance/animations/compare.py [--frames 5] [SESSION...]
+    KNEAD=build/release/knead python3 tests/acceptance/animations/compare.py [--frames 5] [--vertices 6000] [SESSION...]
 
 Each reader is used where it is there: Blender (PC2, MDD, glTF) as the program `blender`, OpenUSD (`pip install usd-core`),
 VTK (`pip install pyvista`), three.js and Khronos' validator (`npm install three gltf-validator` in the folder NODE_FOLDER).
@@ -30,11 +30,11 @@ def knead(*words, folder):
     return subprocess.run([KNEAD, *map(str, words)], cwd=folder, capture_output=True, text=True)
 
 
-def provide(name, folder):
+def provide(name, folder, vertices):
     """Makes the shape of that name, or takes a real mesh. Returns whether it is there."""
     kind = pathlib.Path(name).stem.split("_")[0]
     if kind in KINDS and "50k" not in name:
-        return knead("make", kind, "-n", 6000, "-q", "-o", name, folder=folder).returncode == 0
+        return knead("make", kind, "-n", vertices, "-q", "-o", name, folder=folder).returncode == 0
     if (MESHES / name).exists():
         shutil.copy(MESHES / name, folder / name)
     return (folder / name).exists()
@@ -93,12 +93,18 @@ def read_three(folder, frames):
     yield "three.js", np.fromfile(folder / "three.bin", "<f4").reshape(frames, -1, 3)
 
 
-def compare(path, frames, programs):
+def volume_error(folder, frames):
+    """The greatest difference of a frame's volume from the first one's; of an open shape 0."""
+    volumes = [json.loads(knead("info", f"F_{k:04d}.ply", "--json", folder=folder).stdout)["volume"] for k in range(frames)]
+    return max(abs(volume / volumes[0] - 1) for volume in volumes) if volumes[0] else 0.0
+
+
+def compare(path, frames, vertices, programs):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         shutil.copy(path, folder / path.name)
         meshes = [json.loads(line).get("mesh") for line in path.read_text().splitlines()]
-        if not all(provide(mesh, folder) for mesh in filter(None, meshes)):
+        if not all(provide(mesh, folder, vertices) for mesh in filter(None, meshes)):
             return {"skipped": "a mesh is absent"}
         words = ["deform", meshes[0], path.name, "--frames", frames, "-q", "-o"]
         made = knead(*words, "F_%04d.ply", folder=folder)
@@ -112,7 +118,7 @@ def compare(path, frames, programs):
         shutil.copy(folder / f"F_{0:04d}.ply", folder / "start.ply")
         size = np.linalg.norm(np.ptp(expected[0], axis=0))
         same_faces = all(len(e) == len(expected[0]) for e in expected)
-        errors = {}
+        errors = {"volume": volume_error(folder, frames)}
         for program in (read_caches, *programs):
             for what, shown in program(folder, frames):
                 if len(shown) != frames or (same_faces and len(shown[0]) < len(expected[0])):
@@ -140,15 +146,16 @@ def available():
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--frames", type=int, default=5)
+    parser.add_argument("--vertices", type=int, default=6000, help="of procedural shapes")
     parser.add_argument("sessions", nargs="*", type=pathlib.Path)
     options = parser.parse_args()
     programs = available()
     worst = 0
     for path in options.sessions or sorted((ROOT / "examples").rglob("*.knead")):
-        errors = compare(path, options.frames, programs)
+        errors = compare(path, options.frames, options.vertices, programs)
         print(path.name, {key: value if isinstance(value, str) else float(f"{value:.2g}") for key, value in errors.items()},
               flush=True)  # fmt: skip
-        worst = max([worst, *(value for value in errors.values() if not isinstance(value, str))])
+        worst = max([worst, *(v for key, v in errors.items() if key not in ("skipped", "volume"))])
     print(f"greatest difference: {worst:.2g} of the diagonal")
     return 0 if worst < 5e-7 else 1
 
