@@ -34,8 +34,9 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
 // .pvd   ParaView's time series: OUT.pvd and a file OUT_0000.vtp for each frame, positions as doubles, with the
 //        displacement since the first frame.
 //
-// The files appear when finish() returns, whole, and not at all without it (AtomicFile). Memory: one frame; for .glb
-// and .usda 24 bytes for each vertex that differs from the first frame, frame by frame.
+// The files appear when finish() returns, whole, and not at all without it (AtomicFile). Memory: two frames; for
+// .glb also 32 bytes for each vertex that differs from the first frame, frame by frame, and some copies of the file;
+// for .usda 16 bytes for each normal that differs.
 class AnimationFile {
  public:
   // Throws IoError(write) if no file can be made there. Throws InvalidInput for options out of range, an extension that

@@ -93,15 +93,8 @@ class Morpher {
   // frames: the target that each frame shows; nothing for the first frame's shape.
   std::string run(const std::vector<std::optional<std::size_t>>& frames, double fps) {
     if (targets_.empty()) return std::string(document_.bytes);
-    std::map<std::size_t, std::vector<std::vector<std::size_t>>> instances;  // of a mesh: the blocks of each node
-    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
-      const Block& block = layout_.blocks[b];
-      auto& nodes = instances[block.mesh];
-      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != block.node) nodes.emplace_back();
-      nodes.back().push_back(b);
-    }
     const std::map<std::size_t, std::size_t> placed = glb::count_placements(document_);
-    for (const auto& [mesh, nodes] : instances) {
+    for (const auto& [mesh, nodes] : glb::blocks_by_node(layout_)) {
       // Nodes that share a mesh move differently, so that each gets its own.
       const bool is_shared = placed.at(mesh) > 1;
       for (const std::vector<std::size_t>& blocks : nodes) add_targets(mesh, blocks, is_shared);
@@ -132,9 +125,7 @@ class Morpher {
     const std::size_t node = layout_.blocks[blocks.front()].node;
     nodes_.push_back(node);
     if (!is_shared) return edit_.patch(patches);
-    for (Patch& patch : patches) patch.span = {patch.span.begin - span.begin, patch.span.end - span.begin};
-    const std::string_view text = document_.text.substr(span.begin, span.end - span.begin);
-    edit_.set_node_mesh(node, edit_.append_mesh(patched(text, std::move(patches))));
+    edit_.copy_mesh(node, mesh, std::move(patches));
   }
 
   std::string targets_text(std::size_t b) {

@@ -60,6 +60,9 @@ class Edit {
   // Makes a node place another mesh.
   void set_node_mesh(std::size_t node, std::size_t mesh);
 
+  // Gives a node a mesh of its own: a copy with these patches, which are within the text of the old one.
+  void copy_mesh(std::size_t node, std::size_t mesh, std::vector<Patch> patches);
+
   // The file. Throws InvalidInput where it would exceed 4 GiB.
   std::string finish();
 

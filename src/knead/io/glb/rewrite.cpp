@@ -150,14 +150,8 @@ class Rewriter {
         edit_(document, layout_) {}
 
   std::string run() {
-    std::map<std::size_t, std::vector<std::vector<std::size_t>>> instances;  // of a mesh: the blocks of each node
-    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
-      auto& nodes = instances[layout_.blocks[b].mesh];
-      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
-      nodes.back().push_back(b);
-    }
     const std::map<std::size_t, std::size_t> placed = count_placements(document_);
-    for (const auto& [mesh, nodes] : instances) rewrite_mesh(nodes, placed.at(mesh) > nodes.size());
+    for (const auto& [mesh, nodes] : blocks_by_node(layout_)) rewrite_mesh(nodes, placed.at(mesh) > nodes.size());
     for (const auto& [accessor, blocks] : claims_) rewrite_accessor(accessor, blocks);
     return edit_.finish();
   }
@@ -183,19 +177,16 @@ class Rewriter {
 
   void copy_mesh(const std::vector<std::size_t>& blocks) {
     const Block& first = layout_.blocks[blocks.front()];
-    const Span span = edit_.item("meshes", first.mesh);
     std::vector<Patch> patches;
     for (const std::size_t b : blocks) {
       for (const Change& change : changes_[b]) {
         const std::size_t accessor = edit_.append_accessor(change.values, change.components);
-        for (Patch& patch : edit_.attribute_patches(first.mesh, layout_.blocks[b].primitives, change.key, accessor)) {
-          patch.span = {patch.span.begin - span.begin, patch.span.end - span.begin};
-          patches.push_back(std::move(patch));
-        }
+        const std::vector<Patch> own =
+            edit_.attribute_patches(first.mesh, layout_.blocks[b].primitives, change.key, accessor);
+        patches.insert(patches.end(), own.begin(), own.end());
       }
     }
-    const std::string_view text = document_.text.substr(span.begin, span.end - span.begin);
-    edit_.set_node_mesh(first.node, edit_.append_mesh(patched(text, std::move(patches))));
+    edit_.copy_mesh(first.node, first.mesh, std::move(patches));
   }
 
   void rewrite_accessor(std::size_t index, const std::vector<Claim>& claims) {

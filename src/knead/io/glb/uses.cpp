@@ -139,6 +139,16 @@ bool ByteReaders::others_read(std::size_t accessor) const {
   return false;
 }
 
+std::map<std::size_t, std::vector<std::vector<std::size_t>>> blocks_by_node(const Layout& layout) {
+  std::map<std::size_t, std::vector<std::vector<std::size_t>>> result;
+  for (std::size_t b = 0; b < layout.blocks.size(); ++b) {
+    auto& nodes = result[layout.blocks[b].mesh];
+    if (nodes.empty() || layout.blocks[nodes.back().front()].node != layout.blocks[b].node) nodes.emplace_back();
+    nodes.back().push_back(b);
+  }
+  return result;
+}
+
 std::map<std::size_t, std::size_t> count_placements(const Document& document) {
   std::map<std::size_t, std::size_t> count;
   const Value root = document.root();

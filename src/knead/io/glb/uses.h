@@ -25,6 +25,9 @@ bool is_understood(const std::string& extension);
 // Returns the uses of each accessor, by accessor.
 std::map<std::size_t, std::vector<AccessorUse>> find_uses(const Document& document);
 
+// Returns for each mesh of the file that has vertices the blocks of each node that places it.
+std::map<std::size_t, std::vector<std::vector<std::size_t>>> blocks_by_node(const Layout& layout);
+
 // Returns how many nodes place each mesh, in all scenes.
 std::map<std::size_t, std::size_t> count_placements(const Document& document);
 
