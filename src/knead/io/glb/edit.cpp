@@ -171,15 +171,12 @@ std::size_t Edit::append_mesh(const std::string& text) {
   return array("meshes").count++;
 }
 
-void Edit::set_node_mesh(std::size_t node, std::size_t mesh) {
-  patches_.push_back({*member(document_.text, item("nodes", node), "mesh"), std::to_string(mesh)});
-}
-
 void Edit::copy_mesh(std::size_t node, std::size_t mesh, std::vector<Patch> patches) {
   const Span span = item("meshes", mesh);
   for (Patch& patch : patches) patch.span = {patch.span.begin - span.begin, patch.span.end - span.begin};
   const std::string_view text = document_.text.substr(span.begin, span.end - span.begin);
-  set_node_mesh(node, append_mesh(patched(text, std::move(patches))));
+  const std::size_t own = append_mesh(patched(text, std::move(patches)));
+  patches_.push_back({*member(document_.text, item("nodes", node), "mesh"), std::to_string(own)});
 }
 
 // Bytes that only views with new numbers held go, and what follows them moves forward.

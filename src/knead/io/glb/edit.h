@@ -54,12 +54,6 @@ class Edit {
   // Appends an animation, the text of a JSON object.
   void append_animation(const std::string& text);
 
-  // Appends a mesh and returns its index.
-  std::size_t append_mesh(const std::string& text);
-
-  // Makes a node place another mesh.
-  void set_node_mesh(std::size_t node, std::size_t mesh);
-
   // Gives a node a mesh of its own: a copy with these patches, which are within the text of the old one.
   void copy_mesh(std::size_t node, std::size_t mesh, std::vector<Patch> patches);
 
@@ -67,6 +61,8 @@ class Edit {
   std::string finish();
 
  private:
+  std::size_t append_mesh(const std::string& text);  // returns its index
+
   struct Array {
     const char* key;
     Span span;

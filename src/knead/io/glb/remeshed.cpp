@@ -126,11 +126,7 @@ class Remesher {
   }
 
   void find_instances() {
-    for (std::size_t b = 0; b < layout_.blocks.size(); ++b) {
-      auto& nodes = meshes_[layout_.blocks[b].mesh].nodes;
-      if (nodes.empty() || layout_.blocks[nodes.back().front()].node != layout_.blocks[b].node) nodes.emplace_back();
-      nodes.back().push_back(b);
-    }
+    for (auto& [mesh, nodes] : blocks_by_node(layout_)) meshes_[mesh].nodes = nodes;
     const std::map<std::size_t, std::size_t> placed = count_placements(document_);
     for (auto& [mesh, instances] : meshes_) {
       const auto& nodes = instances.nodes;
@@ -163,9 +159,7 @@ class Remesher {
       if (is_free) {
         edit_.patch({primitives});
       } else {
-        const Patch within{{list.begin - span.begin, list.end - span.begin}, primitives.text};
-        const std::string_view text = document_.text.substr(span.begin, span.end - span.begin);
-        edit_.set_node_mesh(layout_.blocks[blocks.front()].node, edit_.append_mesh(patched(text, {within})));
+        edit_.copy_mesh(layout_.blocks[blocks.front()].node, mesh, {primitives});
       }
       is_free = false;
     }
