@@ -215,13 +215,14 @@ void write_film(const FilmRequest& film, bool quiet) {
   Film output(film);
   constexpr std::uint64_t each = 1000;
   Progress progress;
-  const ProgressBar bar(progress, each * static_cast<std::uint64_t>(film.pictures), !quiet);
+  ProgressBar bar(progress, each * static_cast<std::uint64_t>(film.pictures), !quiet, film.pictures);
   std::uint64_t done = 0;
   film.play([&](const PictureRequest& picture) {
     output.add(draw_image(picture, [&](double part) {
       progress.done = done + static_cast<std::uint64_t>(part * static_cast<double>(each));
     }));
     done += each;
+    bar.count_frame();
   });
   output.finish();
 }

@@ -35,7 +35,9 @@ void show(std::string_view text) {
   std::fflush(stderr);
 }
 
-void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total) {
+}  // namespace
+
+void ProgressBar::tick(const std::stop_token& stop, const Progress& progress, std::uint64_t total, int frames) const {
   std::mutex mutex;
   std::condition_variable_any wake;
   std::unique_lock lock(mutex);
@@ -47,17 +49,16 @@ void tick(const std::stop_token& stop, const Progress& progress, std::uint64_t t
   std::string line;
   while (!stop.stop_requested()) {
     line = bar_line(progress.done, total);
+    if (frames > 0) line += fmt::format("  {} of {} frames", frames_done_.load(), frames);
     show(line);
     sleep(100ms);
   }
   show(fmt::format("\r{:{}}\r", "", line.size()));
 }
 
-}  // namespace
-
-ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted) {
+ProgressBar::ProgressBar(const Progress& progress, std::uint64_t total, bool wanted, int frames) {
   if (!wanted || !is_able_terminal()) return;
-  ticker_ = std::jthread([&progress, total](const std::stop_token& stop) { tick(stop, progress, total); });
+  ticker_ = std::jthread([=, this, &progress](const std::stop_token& stop) { tick(stop, progress, total, frames); });
 }
 
 }  // namespace knead::command

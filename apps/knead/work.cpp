@@ -52,7 +52,13 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   {
     const CancelOnInterruption cancel(progress);
     progress.total = total_work(mesh, session, options);
-    const ProgressBar bar(progress, progress.total, !quiet);
+    ProgressBar bar(progress, progress.total, !quiet, frame_count(options.frames));
+    if (const auto deliver = options.frames.deliver) {
+      options.frames.deliver = [&bar, deliver](const ReplayFrame& frame) {
+        deliver(frame);
+        bar.count_frame();
+      };
+    }
     result = replay(borrow(mesh), session, options);
   }
   if (progress.cancel) throw Interrupted{};

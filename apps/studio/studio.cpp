@@ -409,6 +409,12 @@ void Studio::look_at(std::optional<std::size_t> entries) {
   post([this, entries](Progress& progress) { document_.look_at(entries, progress); }, "Making the earlier shape");
 }
 
+void Studio::look_at_frame(const FrameExport& how, int frame) {
+  if (gesture_) end(false);
+  const auto look = [this, how, frame](Progress& progress) { document_.look_at_frame(how, frame, progress); };
+  worker_->post_latest(look, "Making the frames");
+}
+
 void Studio::count_crossings() {
   post([this](Progress& progress) { document_.count_crossings(progress); }, "Counting crossings");
 }

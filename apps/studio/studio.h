@@ -123,6 +123,7 @@ class Studio {
   // Returns the handle of the selected entry that the pointer is on, or drags.
   std::optional<LayerHandle> pointed_handle() const;
   void look_at(std::optional<std::size_t> entries);
+  void look_at_frame(const FrameExport& how, int frame);  // from 0; look_at shows the present shape again
   void count_crossings();
   void remesh_last();  // applies the last stroke again, and remeshes it
 

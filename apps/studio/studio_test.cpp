@@ -71,6 +71,44 @@ TEST_F(StudioTest, ExportsTheMotionAsOneFileOrSeveral) {
   EXPECT_EQ(read_shape(folder_ / "motion_0005.ply").mesh.vertex_count(), end.size());
 }
 
+TEST_F(StudioTest, LooksAtTheFramesThatItWouldExport) {
+  for (const bool has_worker : {false, true}) {
+    Studio studio(options(has_worker));
+    run(studio, ball());
+    run(studio, kTools[0].script);
+    run(studio, kTools[10].script);
+    const std::vector<Vec3d> present = positions(studio);
+    saved_and_replayed(studio);
+    const Session session = read_session(folder_ / "work.knead");
+    FrameExport how;
+    how.frames = 5;
+    how.is_smooth = true;
+    ReplayOptions replayed;
+    replayed.frames.count = how.frames;
+    replayed.frames.ease = Ease::smooth;
+    std::vector<std::vector<Vec3d>> frames;
+    replayed.frames.deliver = [&](const ReplayFrame& frame) { frames.push_back(frame.shape.positions()); };
+    replay(read_shape(folder_ / "work_shape.ply").mesh, session, replayed);
+    for (const int k : {3, 0, 4, 1}) {
+      studio.look_at_frame(how, k);
+      run(studio, "");
+      EXPECT_TRUE(positions(studio) == frames[static_cast<std::size_t>(k)]) << k;
+      EXPECT_TRUE(studio.shown().looked_at);
+    }
+    studio.look_at(std::nullopt);
+    run(studio, "");
+    EXPECT_TRUE(positions(studio) == present);
+    EXPECT_FALSE(studio.shown().looked_at);
+    studio.look_at_frame(how, 2);
+    run(studio, R"({"key": "Ctrl+Z"})");  // what is changed afterwards has other frames
+    studio.look_at_frame(how, how.frames - 1);
+    run(studio, "");
+    EXPECT_FALSE(positions(studio) == present);
+    EXPECT_EQ(errors(studio), "");
+    studio.close();
+  }
+}
+
 TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
   Studio studio(options());
   run(studio, ball());

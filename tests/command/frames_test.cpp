@@ -120,6 +120,12 @@ TEST_F(FramesTest, ProgressBarOnATerminalOnly) {
   EXPECT_NE(bar.find("\r["), std::string::npos) << bar;
   EXPECT_EQ(bar.find('\x1b'), std::string::npos) << bar;
   EXPECT_TRUE(bar.ends_with("\r")) << bar;
+  EXPECT_EQ(bar.find("frames"), std::string::npos) << bar;
+  Words frames = words;
+  frames[4] = "b_%04d.ply";
+  frames.insert(frames.end(), {"--frames", "3"});
+  const std::string counted = knead(frames, terminal).err;
+  EXPECT_NE(counted.find(" of 3 frames"), std::string::npos) << counted;
   terminal.environment = {"TERM=dumb"};
   EXPECT_EQ(knead(words, terminal).err, "");
   EXPECT_EQ(knead(words).err, "");

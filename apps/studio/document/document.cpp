@@ -62,6 +62,7 @@ void Document::show_state() {
   shown_.start = history_->base();
   shown_.before_stroke = history_->state_before();
   shown_.looked_at.reset();
+  motion_.reset();
   shown_.history = history_->done();
   shown_.redoable = history_->redoable();
   if (!shown_.history.empty()) shown_.live_steps = shown_.history.back()->steps;

@@ -16,6 +16,7 @@
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/journal.h"
+#include "knead/session/replay.h"
 #include "knead/session/workbench.h"
 
 namespace knead::studio {
@@ -89,6 +90,8 @@ struct FrameExport {
   int frames_per_second = 24;
   int hold = 0;            // so many more of the start and of the end
   bool is_smooth = false;  // begins and ends slowly
+
+  friend bool operator==(const FrameExport&, const FrameExport&) = default;
 };
 
 class Document {
@@ -122,6 +125,10 @@ class Document {
   void save(const std::filesystem::path& path);
   void export_shape(const std::filesystem::path& path, bool as_double, Progress& progress);
   void export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress);
+
+  // Shows a frame (from 0) of those that would be exported, without those that are held. The first call makes all of
+  // them, fewer where they would take more than half a GB; then each is shown at once, until anything else is.
+  void look_at_frame(const FrameExport& how, int frame, Progress& progress);
 
   // Writes a closed shape and its mirror images to the folder of stamps and returns it as a stamp. Throws InvalidInput
   // and IoError.
@@ -165,13 +172,23 @@ class Document {
   bool guarded(const std::function<void()>& work) const { return guarded(Subject::strokes, work); }
   std::filesystem::path stamp_folder() const;
   Session to_session(const std::filesystem::path& path) const;
+  Session history_session() const;
+  ReplayOptions motion_of(const FrameExport& how, Progress& progress) const;
+  bool make_frames(const FrameExport& how, Progress& progress);
+
+  // Frames of the motion, evenly spaced in time.
+  struct Motion {
+    FrameExport how;
+    std::vector<ShapeState> frames;
+  };
 
   DocumentOptions options_;
   std::shared_ptr<const ShapeFile> source_;
   std::optional<Workbench> history_;
   std::optional<Journal> journal_;
   DocumentState shown_;
-  bool is_measurable_ = false;  // closed and oriented
+  std::optional<Motion> motion_;  // while it is looked at
+  bool is_measurable_ = false;    // closed and oriented
   PickerPool pickers_;
   bool picker_is_stale_ = false;
   bool volume_is_stale_ = false;

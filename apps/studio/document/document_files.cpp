@@ -217,13 +217,10 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
       std::vector<Vec3d> normals;
       if (source_->mesh.face_count() == 0) normals = vertex_normals_of(*source_);
       if (!normals.empty()) {
-        Session session;
-        session.name = (stamp_folder().parent_path() / "session").string();
-        session.strokes = history_->strokes();
         ReplayOptions options;
         options.normals = std::move(normals);
         options.progress = &progress;
-        normals = replay(borrow(source_->mesh), session, options).shape.normals();
+        normals = replay(borrow(source_->mesh), history_session(), options).shape.normals();
       }
       stop_if_cancelled(&progress);
       write_shape(path, *source_, state.positions.copy(), {as_double, normals});
@@ -240,20 +237,31 @@ std::filesystem::path numbered(const std::filesystem::path& pattern) {
   return pattern.parent_path() / (pattern.stem().string() + "_" + kNumber + pattern.extension().string());
 }
 
-// Moments of the whole history, evenly spaced in time.
+// Its stamps are those of the journal.
+Session Document::history_session() const {
+  Session session;
+  session.name = (stamp_folder().parent_path() / "session").string();
+  session.strokes = history_->strokes();
+  return session;
+}
+
+// How the motion of the whole history is replayed.
+ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) const {
+  ReplayOptions options;
+  options.progress = &progress;
+  options.motion.threads = options_.threads;
+  options.remesh.face_labels = face_labels(*source_);
+  options.frames.count = how.frames;
+  options.frames.ease = how.is_smooth ? Ease::smooth : Ease::linear;
+  options.frames.hold = how.hold;
+  return options;
+}
+
 void Document::export_frames(const std::filesystem::path& file, const FrameExport& how, Progress& progress) {
   if (!history_) return;
   guarded(Subject::exporting, [&] {
-    Session session;
-    session.name = (stamp_folder().parent_path() / "session").string();
-    session.strokes = history_->strokes();
-    ReplayOptions options;
-    options.progress = &progress;
-    options.motion.threads = options_.threads;
-    options.remesh.face_labels = face_labels(*source_);
-    options.frames.count = how.frames;
-    options.frames.ease = how.is_smooth ? Ease::smooth : Ease::linear;
-    options.frames.hold = how.hold;
+    const Session session = history_session();
+    ReplayOptions options = motion_of(how, progress);
     const bool is_one_file = is_animation(file) && file.filename().string().find(kNumber) == std::string::npos;
     options.frames.same_faces = is_one_file;
     const std::string text = numbered(file).string();
@@ -276,6 +284,39 @@ void Document::export_frames(const std::filesystem::path& file, const FrameExpor
     options_.tell({false, result.status == AdvectStatus::done
                               ? fmt::format("Exported {} frames.", frame_count(options.frames))
                               : std::string("The export of frames was cancelled.")});
+  });
+}
+
+bool Document::make_frames(const FrameExport& how, Progress& progress) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 29;
+  const std::size_t bytes = sizeof(Vec3d) * std::max<std::size_t>(source_->mesh.vertex_count(), 1);
+  ReplayOptions options = motion_of(how, progress);
+  options.frames.hold = 0;
+  options.frames.count =
+      static_cast<int>(std::min(static_cast<std::size_t>(how.frames), std::max<std::size_t>(most_bytes / bytes, 2)));
+  const Session session = history_session();
+  options.frames.same_faces =
+      std::ranges::all_of(session.strokes, [](const SessionStroke& stroke) { return is_flow(stroke.stroke); });
+  Motion motion{how, {}};
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    motion.frames.push_back(frame.shape.state(motion.frames.empty() ? ShapeState{} : motion.frames.back()));
+  };
+  progress.total = total_work(source_->mesh, session, options);
+  if (replay(borrow(source_->mesh), session, options).status != AdvectStatus::done) return false;
+  motion_ = std::move(motion);
+  return true;
+}
+
+void Document::look_at_frame(const FrameExport& how, int frame, Progress& progress) {
+  if (!history_) return;
+  guarded([&] {
+    const bool is_made = motion_ && motion_->how.frames == how.frames && motion_->how.is_smooth == how.is_smooth;
+    if (!is_made && !make_frames(how, progress)) return;
+    const double moment = static_cast<double>(frame) / std::max(how.frames - 1, 1);
+    const std::size_t last = motion_->frames.size() - 1;
+    shown_.state = motion_->frames[static_cast<std::size_t>(std::lround(moment * static_cast<double>(last)))];
+    shown_.looked_at = history_->done().size();
+    show();
   });
 }
 

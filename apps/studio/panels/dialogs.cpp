@@ -140,6 +140,20 @@ void draw_question(Studio& studio, Dialogs& dialogs) {
   ImGui::EndPopup();
 }
 
+// Shows the frame that the dialog asks for, and the present shape once it asks for none.
+void show_frame(Studio& studio, Dialogs& dialogs) {
+  const FileDialog& asked = dialogs.file;
+  const int frame = asked.is_open && asked.use == FileUse::export_frames ? asked.frame : 0;
+  if (frame == dialogs.frame && (frame == 0 || asked.motion == dialogs.motion)) return;
+  dialogs.frame = frame;
+  dialogs.motion = asked.motion;
+  if (frame > 0) {
+    studio.look_at_frame(asked.motion, frame - 1);
+  } else {
+    studio.look_at(std::nullopt);
+  }
+}
+
 }  // namespace
 
 void do_or_ask(Studio& studio, Dialogs& dialogs, std::function<void()> what) {
@@ -193,6 +207,7 @@ bool answer_request(Studio& studio, Dialogs& dialogs, Action action) {
 void draw_dialogs(Studio& studio, Dialogs& dialogs, const Gui& gui,
                   const std::function<void(const fs::path&)>& picture) {
   const auto file = draw_file_dialog(dialogs.file, gui);
+  show_frame(studio, dialogs);
   if (file) {
     switch (dialogs.file.use) {
       case FileUse::open:

@@ -22,6 +22,8 @@ struct CommandSearch {
 struct Dialogs {
   CommandSearch search;
   FileDialog file;
+  FrameExport motion;  // that was looked at last
+  int frame = 0;       // of it, from 1; 0: the present shape
 
   bool is_new_shape_open = false;
   ShapeKind new_kind = ShapeKind::sphere;

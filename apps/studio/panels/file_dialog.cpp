@@ -21,9 +21,6 @@ namespace {
 
 bool writes(FileUse use) { return use > FileUse::reference; }
 
-// Whether several numbered files are written.
-bool is_counted(FileUse use) { return use == FileUse::export_frames || use == FileUse::turntable; }
-
 const char* title_of(FileUse use) {
   constexpr std::array titles{"Open a shape or a session",
                               "Choose a closed shape as the stamp",
@@ -158,6 +155,7 @@ void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
   dialog.use = use;
   dialog.is_open = true;
   dialog.name = proposed_name(use, near);
+  dialog.frame = 0;
   std::error_code error;
   fs::path folder = near.parent_path();
   if (folder.empty() || !fs::is_directory(folder, error)) folder = dialog.folder;
@@ -167,8 +165,8 @@ void open_file_dialog(FileDialog& dialog, FileUse use, const fs::path& near) {
 
 namespace {
 
-// How the frames are spaced, in one row.
-void draw_motion(FrameExport& motion) {
+// How the frames are spaced, in one row, and which of them is looked at.
+void draw_motion(FrameExport& motion, int& frame) {
   const float width = 7 * ImGui::GetFontSize();
   ImGui::SetNextItemWidth(width);
   ImGui::SliderInt("Frames", &motion.frames, 2, 600);
@@ -182,6 +180,30 @@ void draw_motion(FrameExport& motion) {
   ImGui::SameLine();
   ImGui::Checkbox("Smooth", &motion.is_smooth);
   help_on_hover("Begins and ends slowly");
+  ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
+  frame = std::min(frame, motion.frames);
+  ImGui::SliderInt("Preview", &frame, 1, motion.frames, frame == 0 ? "drag to see the motion" : "frame %d",
+                   ImGuiSliderFlags_AlwaysClamp);
+}
+
+// Opens it in the middle of the window, or at its foot, where it leaves the shape to be seen.
+bool begin_dialog(const char* title, const Gui& gui, bool at_foot) {
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  const float height = std::min((at_foot ? 300 : 480) * gui.unit(), 0.95F * size.y);
+  const ImVec2 at =
+      at_foot ? ImVec2{0.5F * size.x, size.y - ImGui::GetFrameHeight()} : ImVec2{0.5F * size.x, 0.5F * size.y};
+  ImGui::SetNextWindowPos(at, ImGuiCond_Always, {0.5F, at_foot ? 1.0F : 0.5F});
+  ImGui::SetNextWindowSize({std::min(620 * gui.unit(), 0.95F * size.x), height});
+  if (at_foot) ImGui::PushStyleColor(ImGuiCol_ModalWindowDimBg, ImVec4{});
+  const bool is_open = ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
+  if (at_foot) ImGui::PopStyleColor();
+  return is_open;
+}
+
+// Rows below the list of files.
+float rows_below(FileUse use) {
+  if (use == FileUse::export_frames) return 4.2F;
+  return use == FileUse::export_shape || use == FileUse::turntable ? 3.2F : 2.2F;
 }
 
 }  // namespace
@@ -190,23 +212,18 @@ std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   const char* const title = title_of(dialog.use);
   if (!dialog.is_open) return std::nullopt;
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
-  const ImVec2 size = ImGui::GetIO().DisplaySize;
-  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
-  ImGui::SetNextWindowSize({std::min(620 * gui.unit(), 0.95F * size.x), std::min(480 * gui.unit(), 0.95F * size.y)});
-  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove)) return std::nullopt;
+  if (!begin_dialog(title, gui, dialog.use == FileUse::export_frames)) return std::nullopt;
   // Also where a file was chosen by the mouse; in a field the key is the field's.
   bool chosen = enter_pressed();
   draw_places(dialog);
-  const float below = ImGui::GetFrameHeightWithSpacing() *
-                      (dialog.use == FileUse::export_shape || is_counted(dialog.use) ? 3.2F : 2.2F);
-  if (draw_list(dialog, -below)) chosen = true;
+  if (draw_list(dialog, -ImGui::GetFrameHeightWithSpacing() * rows_below(dialog.use))) chosen = true;
   ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 4);
   if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
   if (ImGui::InputText("Name", &dialog.name, ImGuiInputTextFlags_EnterReturnsTrue)) chosen = true;
   if (ImGui::IsItemEdited()) dialog.is_sure = false;
   if (dialog.use == FileUse::export_shape) ImGui::Checkbox("PLY coordinates as doubles", &dialog.as_double);
   if (dialog.use == FileUse::turntable) ImGui::SliderInt("Pictures", &dialog.pictures, 2, 600);
-  if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion);
+  if (dialog.use == FileUse::export_frames) draw_motion(dialog.motion, dialog.frame);
   std::optional<fs::path> result;
   if (draw_choice(dialog, chosen)) {
     result = chosen_path(dialog);

@@ -24,6 +24,7 @@ struct FileDialog {
   bool is_sure = false;    // that the file may be replaced
   bool as_double = false;  // of export_shape: coordinates of PLY as doubles
   FrameExport motion;      // of export_frames
+  int frame = 0;           // likewise: that is looked at, from 1; 0: none
   int pictures = 24;       // of turntable
 };
 

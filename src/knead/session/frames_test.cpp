@@ -100,6 +100,10 @@ TEST(Frames, SmoothTimeIsSlowAtItsEnds) {
   expect_moments(timed_session({"", ""}), {5, Ease::smooth}, {0, 2 * 0.15625, 1, 2 * 0.84375, 2});
 }
 
+TEST(Frames, WithoutStrokesAllAreTheShapeAsItIs) {
+  for (const Ease ease : {Ease::linear, Ease::smooth}) expect_moments(timed_session({}), {3, ease, 1}, {0, 0, 0, 0, 0});
+}
+
 TEST(Frames, TheStartAndTheEndAreHeld) {
   expect_moments(timed_session({"", ""}), {3, Ease::linear, 2}, {0, 0, 0, 1, 2, 2, 2});
   expect_moments(timed_session({""}), {1, Ease::smooth, 1}, {1, 1, 1});

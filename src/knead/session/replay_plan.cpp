@@ -83,7 +83,7 @@ std::vector<double> frame_moments(const ReplayOptions& options, const std::vecto
     const int moment = std::clamp(k, 0, frames.count - 1);
     double time = timing.length();
     if (moment + 1 < frames.count) time = time * moment / (frames.count - 1);
-    if (frames.ease == Ease::smooth) {
+    if (frames.ease == Ease::smooth && time > 0) {  // 0 also where nothing is done
       const double part = time / timing.length();
       time = timing.length() * (part * part * (3 - 2 * part));
     }
