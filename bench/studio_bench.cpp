@@ -1,5 +1,5 @@
 // A drag in Studio, from the pointer to the vertices that are drawn: moved by the CPU and sent, or moved where they are
-// drawn from. Medians over one second of a drag; drawing itself is live_view_bench's.
+// drawn from; and the preview of its frames. Medians over one second of a drag; drawing itself is live_view_bench's.
 //   studio_bench [MESH]   by default a ball of 438,000 vertices
 #include <epoxy/gl.h>
 #include <fmt/format.h>
@@ -14,6 +14,7 @@
 #include "knead/gl/context.h"
 #include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
+#include "knead/session/replay.h"
 #include "knead/session/workbench.h"
 #include "view/shown_shape.h"
 
@@ -97,6 +98,26 @@ Figures by_gpu(const Mesh& mesh, const std::vector<ImplicitStroke>& strokes, std
   return figures;
 }
 
+// The frames of the whole drag are looked at, one after the other.
+Figures by_frames(const Mesh& mesh, const ImplicitStroke& stroke) {
+  ReplayOptions options;
+  options.frames.count = kBatches;
+  std::vector<ShapeState> frames;
+  options.frames.deliver = [&](const ReplayFrame& frame) {
+    frames.push_back(frame.shape.state(frames.empty() ? ShapeState{} : frames.back()));
+  };
+  Session session;
+  session.strokes = {{stroke}};
+  replay(borrow(mesh), session, options);
+  render::LiveView view(1);
+  ShownShape shape;
+  const double diagonal = bounding_box(mesh.positions).diagonal();
+  return measured([&](std::size_t i) {
+    shape.follow(frames[i], nullptr, diagonal, view);
+    return view.counts().bytes;
+  });
+}
+
 void print(const char* drag, const char* mover, const Figures& figures) {
   fmt::print("{:22} {:4}: median {:7.2f} ms, most {:7.2f}; at most {:9} bytes sent\n", drag, mover, figures.median,
              figures.most, figures.bytes);
@@ -116,5 +137,6 @@ int main(int argc, char** argv) {
     std::uint64_t reads = 0;
     print(scene.name, "GPU", by_gpu(mesh, strokes, reads));
     fmt::print("{:22}       {} times read back\n", "", reads);
+    print(scene.name, "seen", by_frames(mesh, strokes.back()));
   }
 }

@@ -194,10 +194,7 @@ bool begin_dialog(const char* title, const Gui& gui, bool at_foot) {
       at_foot ? ImVec2{0.5F * size.x, size.y - ImGui::GetFrameHeight()} : ImVec2{0.5F * size.x, 0.5F * size.y};
   ImGui::SetNextWindowPos(at, ImGuiCond_Always, {0.5F, at_foot ? 1.0F : 0.5F});
   ImGui::SetNextWindowSize({std::min(620 * gui.unit(), 0.95F * size.x), height});
-  if (at_foot) ImGui::PushStyleColor(ImGuiCol_ModalWindowDimBg, ImVec4{});
-  const bool is_open = ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
-  if (at_foot) ImGui::PopStyleColor();
-  return is_open;
+  return ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove);
 }
 
 // Rows below the list of files.
@@ -210,6 +207,9 @@ float rows_below(FileUse use) {
 
 std::optional<fs::path> draw_file_dialog(FileDialog& dialog, const Gui& gui) {
   const char* const title = title_of(dialog.use);
+  // The shape is seen as it is while a frame of it is looked at. Dear ImGui reads this colour at the end of the
+  // picture.
+  ImGui::GetStyle().Colors[ImGuiCol_ModalWindowDimBg].w = dialog.is_open && dialog.frame > 0 ? 0 : kDimmed;
   if (!dialog.is_open) return std::nullopt;
   if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
   if (!begin_dialog(title, gui, dialog.use == FileUse::export_frames)) return std::nullopt;

@@ -105,7 +105,7 @@ void draw_editor(Studio& studio, HistoryEditor& editor) {
 
 void draw_past_banner(Studio& studio) {
   const DocumentState& shown = studio.shown();
-  if (!shown.looked_at) return;
+  if (!shown.looked_at || *shown.looked_at == shown.history.size()) return;  // a frame
   text_in_colour(kWarning,
                  fmt::format("This is the shape after {} of {} entries.", *shown.looked_at, shown.history.size()));
   if (ImGui::Button("Back to the present")) studio.look_at(std::nullopt);

@@ -97,7 +97,7 @@ void set_colours(ImGuiStyle& style) {
   colours[ImGuiCol_ScrollbarGrab] = gray(0.35F);
   colours[ImGuiCol_TextSelectedBg] = faint(0.40F);
   colours[ImGuiCol_NavHighlight] = accent;
-  colours[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, 0.45F};
+  colours[ImGuiCol_ModalWindowDimBg] = {0, 0, 0, kDimmed};
   colours[ImGuiCol_ResizeGrip] = gray(0.30F, 0.4F);
   colours[ImGuiCol_PlotHistogram] = accent;
 }

@@ -10,6 +10,9 @@
 
 namespace knead::studio {
 
+// How dark the window is behind a dialog, from 0 to 1.
+inline constexpr float kDimmed = 0.45F;
+
 class Gui {
  public:
   // unit: pixels for one point of the design; texts are 15 points high.

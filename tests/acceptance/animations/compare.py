@@ -4,7 +4,8 @@ frame with the files that `--frames N -o F_%04d.ply` writes. Run by hand:
     KNEAD=build/release/knead python3 tests/acceptance/animations/compare.py [--frames 5] [--vertices 6000] [SESSION...]
 
 Each reader is used where it is there: Blender (PC2, MDD, glTF) as the program `blender`, OpenUSD (`pip install usd-core`),
-VTK (`pip install pyvista`), three.js and Khronos' validator (`npm install three gltf-validator` in the folder NODE_FOLDER).
+VTK (`pip install pyvista`), three.js and Khronos' validator (`npm install three gltf-validator` in the folder NODE_FOLDER),
+Chromium as the program `chromium` (`npm install playwright-core` there).
 Meshes that are not part of the project come from KNEAD_TEST_MESHES. Needs numpy.
 """
 
@@ -60,9 +61,13 @@ def read_caches(folder, frames):
 
 
 def read_usd(folder, frames):
-    from pxr import Usd, UsdGeom
+    from pxr import Usd, UsdGeom, UsdValidation
 
     stage = Usd.Stage.Open(str(folder / "o.usda"))
+    validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+    errors = [error.GetErrorAsString() for error in UsdValidation.ValidationContext(validators).Validate(stage)]
+    if errors or not validators:
+        raise SystemExit(f"{folder / 'o.usda'}: {errors[:3]}, by {len(validators)} validators")
     points = UsdGeom.PointBased(stage.GetDefaultPrim()).GetPointsAttr()
     yield "OpenUSD", [np.array(points.Get(k)) for k in range(frames)]
 
@@ -86,11 +91,16 @@ def read_blender(folder, frames):
 
 
 def read_three(folder, frames):
-    node = os.environ.get("NODE_FOLDER", HERE)
-    shutil.copy(HERE / "in_three.mjs", pathlib.Path(node) / "in_three.mjs")
-    words = ["node", "in_three.mjs", folder / "o.glb", frames, folder / "three.bin"]
-    subprocess.run(list(map(str, words)), check=True, cwd=node, capture_output=True)
-    yield "three.js", np.fromfile(folder / "three.bin", "<f4").reshape(frames, -1, 3)
+    node = pathlib.Path(os.environ["NODE_FOLDER"])
+    for script in ("frames.mjs", "in_three.mjs", "in_chromium.mjs"):
+        shutil.copy(HERE / script, node / script)
+    has_chromium = shutil.which("chromium") and (node / "node_modules/playwright-core").exists()
+    for program in ("three", *(["chromium"] if has_chromium else [])):
+        words = ["node", f"in_{program}.mjs", folder / "o.glb", frames, folder / f"{program}.bin"]
+        done = subprocess.run(list(map(str, words)), cwd=node, capture_output=True, text=True)
+        if done.returncode != 0:
+            raise SystemExit(f"in_{program}.mjs: {done.stderr[-500:]}")
+        yield "three.js" if program == "three" else "Chromium", np.fromfile(folder / f"{program}.bin", "<f4").reshape(frames, -1, 3)
 
 
 def volume_error(folder, frames):
