@@ -16,6 +16,7 @@ cp "$here"/knead_blender/*.py "$package"
 cp -r "$module/knead" "$package/lib"
 rm -rf "$package/lib/knead/__pycache__"
 : >"$package/lib/__init__.py"
+"$python" "$here/icons.py" "$package/icons"
 cp "$here/../LICENSE" "$package/licences/knead.txt"
 for library in libtbb12 libfmt9 libepoxy0 nlohmann-json3-dev pybind11-dev; do
   if [[ -f /usr/share/doc/$library/copyright ]]; then

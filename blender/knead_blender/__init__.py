@@ -2,17 +2,17 @@
 
 bl_info = {
     "name": "Knead",
-    "description": "Applies sessions of strokes that keep the volume",
+    "description": "Tools and sessions of strokes that keep the volume",
     "author": "The Knead authors",
     "version": (0, 1, 0),
     "blender": (3, 4, 0),
-    "location": "3D View > Sidebar > Knead",
+    "location": "3D View > Tool Bar, and Sidebar > Knead",
     "category": "Sculpting",
 }
 
-from . import bake, check, operators, panel, state
+from . import bake, check, operators, panel, settings, state, tools, workspace
 
-_MODULES = (state, operators, check, bake, panel)
+_MODULES = (state, settings, operators, tools, check, bake, panel, workspace)
 
 
 def register():

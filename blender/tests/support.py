@@ -20,6 +20,22 @@ def read_ply(path):
     return knead.read(path).vertices.astype(np.float32)
 
 
+def deform(vertices, faces, session, folder):
+    """Returns what the command makes of float32 vertices, as float32."""
+    source, result = os.path.join(folder, "in.ply"), os.path.join(folder, "out.ply")
+    with open(source, "wb") as file:
+        file.write(
+            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\n"
+            f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
+        )
+        file.write(np.asarray(vertices, "<f4").tobytes())
+        rows = np.empty(len(faces), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
+        rows["n"], rows["v"] = 3, faces
+        file.write(rows.tobytes())
+    subprocess.run([os.environ["KNEAD"], "deform", source, session, "-o", result], check=True, capture_output=True)
+    return read_ply(result)
+
+
 def make_hand():
     """Adds a procedural hand to an empty scene's collection, and makes it active."""
     from knead_blender.native import knead

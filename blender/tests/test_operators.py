@@ -3,32 +3,13 @@
 import json
 import os
 import struct
-import subprocess
 import sys
 
 import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(__file__))
-from support import Case, key_values, make_hand, read_ply, refuses, run, session_file
-
-KNEAD = os.environ["KNEAD"]
-
-
-def deform(vertices, faces, session, folder):
-    """Returns what the command makes of float32 vertices, as float32."""
-    source, result = os.path.join(folder, "in.ply"), os.path.join(folder, "out.ply")
-    with open(source, "wb") as file:
-        file.write(
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\n"
-            f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
-        )
-        file.write(np.asarray(vertices, "<f4").tobytes())
-        rows = np.empty(len(faces), np.dtype([("n", "u1"), ("v", "<i4", 3)]))
-        rows["n"], rows["v"] = 3, faces
-        file.write(rows.tobytes())
-    subprocess.run([KNEAD, "deform", source, session, "-o", result], check=True, capture_output=True)
-    return read_ply(result)
+from support import Case, deform, key_values, make_hand, refuses, run, session_file
 
 
 class Operators(Case):

@@ -14,6 +14,7 @@ Lengths are in the shape's units, angles in degrees. help(knead.deform) says how
 
 from . import _strokes
 from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
+from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_mesh
 from ._session import Session
@@ -30,10 +31,12 @@ __all__ = [
     "FileError",
     "Flow",
     "InvalidInput",
+    "PaintDrag",
     "Remeshed",
     "Session",
     "Shape",
     "Stroke",
+    "Surface",
     "Unavailable",
     "Workbench",
     "animate",
@@ -47,6 +50,7 @@ __all__ = [
     "remesh",
     "render",
     "stroke",
+    "symmetric",
     "write_frames",
     *(cls.__name__ for cls in _strokes._classes.values()),
 ]

@@ -36,6 +36,7 @@ class Stroke:
     __slots__ = ("_native", "_values")
     tool = ""
     _is_event = False
+    _described = ()
 
     def __init__(self, **keys):
         own = {key: value for key, value in keys.items() if value is not None}
@@ -46,6 +47,11 @@ class Stroke:
     def to_dict(self):
         """Returns the stroke as the JSON object of its line in a session file; default values are left out."""
         return json.loads(self._native.line())
+
+    @classmethod
+    def describe(cls):
+        """Returns a dict for each key of the tool: name, required, help and type, as in the stubs."""
+        return [dict(zip(("name", "required", "help", "type"), key)) for key in cls._described]
 
     def replace(self, **keys):
         """Returns a stroke with other values of some keys. None takes a key away."""
@@ -141,6 +147,7 @@ def _make_class(tool, is_event, keys):
             "__signature__": inspect.Signature(parameters),
             "tool": tool,
             "_is_event": is_event,
+            "_described": keys,
             "_names": frozenset(k for k, *_ in keys),
         },
     )

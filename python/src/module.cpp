@@ -54,5 +54,6 @@ PYBIND11_MODULE(_knead, module) {
   add_remesh(module);
   add_render(module);
   add_workbench(module);
+  add_gesture(module);
   add_animation(module);
 }

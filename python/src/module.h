@@ -13,6 +13,7 @@ void add_flow(py::module_& module);
 void add_remesh(py::module_& module);
 void add_render(py::module_& module);
 void add_workbench(py::module_& module);
+void add_gesture(py::module_& module);
 void add_animation(py::module_& module);
 
 }  // namespace knead::python

@@ -74,6 +74,12 @@ def test_strokes_of_the_examples(path):
         assert knead.stroke(json.loads(json.dumps(stroke.to_dict()))) == stroke
 
 
+def test_strokes_describe_their_keys():
+    keys = {key["name"]: key for key in knead.Rotate.describe()}
+    assert keys["angle_deg"]["type"] == "float" and keys["angle_deg"]["required"]
+    assert keys["axis"]["type"] == "Vector" and not keys["falloff"]["required"] and "strength" in keys
+
+
 def test_strokes_are_values(pull):
     same = knead.Implicit(path=np.array([[0, 1, 0], [0, 1.4, 0]]), inner=0.1, outer=0.5)
     assert pull == same and hash(pull) == hash(same)

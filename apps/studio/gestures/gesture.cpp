@@ -125,7 +125,7 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
 void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture) {
   move_gesture(pointer, around, placed, gesture);
   if (!gesture.trouble.empty()) return;
-  if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(*paint);
+  if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
     const bool sets_pins = around.settings.tool->use == ToolUse::pins;
@@ -141,35 +141,18 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
 
 namespace {
 
-// The pieces of a gesture, each to be followed by its mirror images; without mirrors in as few strokes as say it.
-struct Pieces {
-  bool is_mirrored = false;
-
+// The strokes of a gesture, in as few as say it.
+struct StrokesOf {
   std::vector<Stroke> operator()(const ImplicitGesture& g) const {
     if (g.stroke.path.size() < 2) return {};
-    return is_mirrored ? along_path(g.stroke) : std::vector<Stroke>{g.stroke};
+    return {g.stroke};
   }
-  std::vector<Stroke> operator()(const PaintGesture& g) const {
-    std::vector<Stroke> strokes(g.earlier.begin(), g.earlier.end());
-    strokes.emplace_back(g.stroke);
-    return strokes;
-  }
+  std::vector<Stroke> operator()(const PaintGesture& g) const { return g.paint.strokes(); }
   std::vector<Stroke> operator()(const PointsGesture& g) const {
     if (g.stroke.displacements.empty()) return {};
-    if (!is_mirrored) return {g.stroke};
-    std::vector<Stroke> pieces;
-    PointsStroke piece = g.stroke;
-    for (const Vec3d& displacement : g.stroke.displacements) {
-      piece.displacements = {displacement};
-      pieces.push_back(piece);
-      for (Vec3d& p : piece.points) p += displacement;
-      for (auto& curve : piece.curves) {
-        for (Vec3d& p : curve) p += displacement;
-      }
-    }
-    return pieces;
+    return {g.stroke};
   }
-  std::vector<Stroke> operator()(const StampGesture& g) const { return along_path(g.stroke); }
+  std::vector<Stroke> operator()(const StampGesture& g) const { return pieces_of(g.stroke); }
   std::vector<Stroke> operator()(const HandlesGesture& g) const {
     if (g.stroke.motion == std::variant<HandlesTranslation, HandlesRotation>(HandlesTranslation{})) return {};
     return {g.stroke};
@@ -181,35 +164,9 @@ struct Pieces {
   std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const LassoGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const GizmoGesture& /*g*/) const { return {}; }
-
-  template <class S>
-  static std::vector<Stroke> along_path(const S& stroke) {
-    std::vector<Stroke> pieces;
-    for (std::size_t i = 0; i + 1 < stroke.path.size(); ++i) {
-      S piece = stroke;
-      piece.path = {stroke.path[i], stroke.path[i + 1]};
-      pieces.push_back(std::move(piece));
-    }
-    return pieces;
-  }
 };
 
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
-
-// Places that are relaxed have their images after them, so that all sides become smooth together.
-RelaxStroke with_images(const RelaxStroke& stroke, const std::vector<SymmetryImage>& images) {
-  RelaxStroke result = stroke;
-  result.points.clear();
-  for (const Vec3d& point : stroke.points) {
-    result.points.push_back(point);
-    for (const SymmetryImage& image : images) {
-      RelaxStroke one = stroke;
-      one.points = {point};
-      result.points.push_back(std::get<RelaxStroke>(image_of(one, image, {})).points.front());
-    }
-  }
-  return result;
-}
 
 }  // namespace
 
@@ -221,29 +178,11 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
     if (pins->to == pins->drag.start) return {};
     return {pins_stroke(pins->pins, pins->dragged, pins->to, settings)};
   }
-  const std::vector<SymmetryImage> images = images_of(settings);
-  std::vector<Stroke> pieces = std::visit(Pieces{!images.empty()}, gesture.kind);
+  std::vector<Stroke> strokes = std::visit(StrokesOf{}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
-    if (auto stroke = turning_stroke(settings, *turn->placement, turn->amount)) pieces = {std::move(*stroke)};
+    if (auto stroke = turning_stroke(settings, *turn->placement, turn->amount)) strokes = {std::move(*stroke)};
   }
-  if (images.empty()) return pieces;
-  std::vector<Stroke> result;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const Stroke& piece = pieces[i];
-    if (const auto* paint = std::get_if<PaintStroke>(&piece)) {
-      result.emplace_back(with_images(*paint, images));
-      continue;
-    }
-    if (const auto* relax = std::get_if<RelaxStroke>(&piece)) {
-      result.emplace_back(with_images(*relax, images));
-      continue;
-    }
-    std::vector<Stroke> same = with_images(piece, images, kSameImage * settings.radius, image_file);
-    // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
-    if (i % 2 == 1) std::reverse(same.begin(), same.end());
-    std::move(same.begin(), same.end(), std::back_inserter(result));
-  }
-  return result;
+  return symmetric_strokes(strokes, images_of(settings), kSameImage * settings.radius, image_file);
 }
 
 std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings) {

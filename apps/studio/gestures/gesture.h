@@ -12,6 +12,7 @@
 #include "gestures/screen.h"
 #include "gestures/symmetry.h"
 #include "gestures/tools.h"
+#include "knead/tool/paint.h"
 #include "platform/event.h"
 
 namespace knead::studio {
@@ -74,16 +75,10 @@ struct ImplicitGesture {
   Vec3d normal;   // there
 };
 
-// Dabs along the pointer's path, each on the surface as the earlier dabs have moved it: the result does not depend on
-// the speed of the person or the machine.
+// Dabs along the pointer's path.
 struct PaintGesture {
-  PaintStroke stroke;                // with the radius and depth that the pen has now
-  std::vector<PaintStroke> earlier;  // with others
-  Flow done;                         // of all strokes so far
-  double spacing = 0;                // of dabs at full pressure, along the surface
-  double travelled = 0;              // since the last dab
+  PaintDrag paint;
   Pointer last;
-  Vec3d last_point;
 };
 
 // Places along the pointer's path where the surface is relaxed.

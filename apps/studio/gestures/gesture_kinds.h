@@ -13,7 +13,6 @@ void move_implicit(const Pointer& pointer, const Surroundings& around, ImplicitG
 
 std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundings& around);
 void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture);
-void end_paint(PaintGesture& gesture);
 
 std::optional<RelaxGesture> begin_relax(const Pointer& pointer, const Surroundings& around);
 void move_relax(const Pointer& pointer, const Surroundings& around, RelaxGesture& gesture);

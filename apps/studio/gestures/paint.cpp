@@ -1,25 +1,19 @@
 // Gestures along the surface: paint, lines drawn, handles painted.
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 
 #include "gestures/gesture_kinds.h"
-#include "knead/flow/advect.h"
 #include "knead/tool/paint.h"
 
 namespace knead::studio {
 
 namespace {
 
-constexpr int kDabs = 6;  // that add up to the full depth
 constexpr double kLeastPressure = 0.05;
-constexpr double kRadiusSteps = 16;       // of the radius, under a pen
-constexpr int kMostRays = 400;            // between two places of the pointer
-constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
-constexpr double kProbeTolerance = 1e-7;  // of the radius
-constexpr double kLassoPiece = 3;         // pixels between two points of a lasso
-constexpr double kPointSpacing = 0.25;    // of a drawn line, in radii
+constexpr double kRadiusSteps = 16;     // of the radius, under a pen
+constexpr int kMostRays = 400;          // between two places of the pointer
+constexpr double kLassoPiece = 3;       // pixels between two points of a lasso
+constexpr double kPointSpacing = 0.25;  // of a drawn line, in radii
 
 double pressure_of(const Pointer& pointer) { return std::clamp(pointer.pressure, kLeastPressure, 1.0); }
 
@@ -31,44 +25,15 @@ Pointer between(const Pointer& a, const Pointer& b, double t) {
   return result;
 }
 
-// The sample at a place of the surface as it was, where the stroke so far has brought it.
-PaintSample carried(const SurfaceHit& hit, const PaintGesture& gesture) {
-  const double outer = gesture.stroke.outer;
-  const Vec3d u = any_orthogonal(hit.normal);
-  const Vec3d v = cross(hit.normal, u);
-  std::array<Vec3d, 3> points{hit.point, hit.point + u * (kProbe * outer), hit.point + v * (kProbe * outer)};
-  AdvectOptions options;
-  options.tolerance = kProbeTolerance * outer;
-  options.precision = Precision::float64;
-  options.threads = 1;
-  advect(gesture.done, points, options);
-  const Vec3d normal = cross(points[1] - points[0], points[2] - points[0]);
-  return {points[0], norm(normal) > 0 ? normalized(normal) : hit.normal};
-}
-
 // The radius of a brush in steps, so that many dabs share one stroke.
 double radius_under(const Pointer& pointer, const ToolSettings& settings) {
   if (settings.pressure != PenPressure::radius) return settings.radius;
   return settings.radius * std::max(std::ceil(kRadiusSteps * pressure_of(pointer)), 1.0) / kRadiusSteps;
 }
 
-// Goes on with another radius: the depth of a dab is relative to it.
-void set_radius(double radius, PaintGesture& gesture) {
-  PaintStroke& stroke = gesture.stroke;
-  if (stroke.outer == radius) return;
-  if (!stroke.samples.empty()) gesture.earlier.push_back(stroke);
-  stroke.samples.clear();
-  stroke.depth *= radius / stroke.outer;
-  gesture.spacing *= radius / stroke.outer;
-  stroke.outer = radius;
-}
-
-void add_dab(const SurfaceHit& hit, PaintGesture& gesture) {
-  PaintStroke dab = gesture.stroke;
-  dab.samples = {carried(hit, gesture)};
-  gesture.stroke.samples.push_back(dab.samples.front());
-  Flow flow = flow_of(dab);
-  std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(gesture.done.segments));
+PaintTouch touch_at(const SurfaceHit& hit, const Pointer& pointer, const ToolSettings& settings) {
+  const bool by_depth = settings.pressure == PenPressure::depth;
+  return {{hit.point, hit.normal}, radius_under(pointer, settings), by_depth ? pressure_of(pointer) : 1};
 }
 
 }  // namespace
@@ -77,43 +42,21 @@ std::optional<PaintGesture> begin_paint(const Pointer& pointer, const Surroundin
   const auto hit = hit_at(pointer, around);
   if (!hit) return std::nullopt;
   const ToolSettings& settings = around.settings;
-  PaintGesture gesture;
   const bool in = settings.paint_in != pointer.modifiers.ctrl;
-  gesture.stroke.outer = settings.radius;
-  gesture.stroke.falloff = settings.falloff;
-  gesture.stroke.depth = settings.depth * settings.radius / kDabs * (in ? 1 : -1);
-  gesture.spacing = dab_length(settings.falloff) * settings.radius / kDabs;
-  set_radius(radius_under(pointer, settings), gesture);
-  add_dab(*hit, gesture);
-  gesture.last = pointer;
-  gesture.last_point = hit->point;
-  return gesture;
+  const PaintStroke stroke{settings.radius, settings.depth * settings.radius * (in ? 1 : -1), {}, {}, settings.falloff};
+  return PaintGesture{begin_paint(stroke, touch_at(*hit, pointer, settings)), pointer};
 }
 
 void move_paint(const Pointer& pointer, const Surroundings& around, PaintGesture& gesture) {
   const double way = std::hypot(pointer.x - gesture.last.x, pointer.y - gesture.last.y);
-  const double fine = 0.25 * gesture.spacing / pixel_size(around.screen, gesture.last_point);  // pixels
+  const double fine = 0.25 * gesture.paint.spacing / pixel_size(around.screen, gesture.paint.last);  // pixels
   const int rays = std::clamp(static_cast<int>(std::ceil(way / std::max(fine, 0.5))), 1, kMostRays);
   const Pointer from = gesture.last;
   for (int i = 1; i <= rays; ++i) {
     const Pointer here = between(from, pointer, static_cast<double>(i) / rays);
     gesture.last = here;
-    const auto hit = hit_at(here, around);
-    if (!hit) continue;
-    const bool by_depth = around.settings.pressure == PenPressure::depth;
-    gesture.travelled += norm(hit->point - gesture.last_point) * (by_depth ? pressure_of(here) : 1);
-    gesture.last_point = hit->point;
-    if (gesture.travelled < gesture.spacing) continue;
-    gesture.travelled = std::min(gesture.travelled - gesture.spacing, gesture.spacing);
-    set_radius(radius_under(here, around.settings), gesture);
-    add_dab(*hit, gesture);
+    if (const auto hit = hit_at(here, around)) drag_paint(gesture.paint, touch_at(*hit, here, around.settings));
   }
-}
-
-// A click is a dab of full depth.
-void end_paint(PaintGesture& gesture) {
-  if (gesture.stroke.samples.size() + gesture.earlier.size() > 1) return;
-  gesture.stroke.samples.resize(kDabs, gesture.stroke.samples.front());
 }
 
 std::optional<DrawGesture> begin_draw(const Pointer& pointer, const Surroundings& around) {

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "knead/tool/tool.h"
-
 namespace knead::studio {
 
 namespace {
@@ -28,52 +26,6 @@ Vec3d in_plane(const Symmetry::Plane& plane, Vec3d p) {
 Vec3d on_axis(const Symmetry& symmetry, const Vec3d& p) {
   const Vec3d axis = normalized(symmetry.axis);
   return symmetry.center + axis * dot(p - symmetry.center, axis);
-}
-
-// All numbers of a stroke, in the order of its keys. (Pointers to const would lose against the template below.)
-struct Numbers {
-  std::vector<double>& list;
-
-  void add(const Vec3d& v) const { list.insert(list.end(), {v.x, v.y, v.z}); }
-  void operator()(double* number) const { list.push_back(*number); }
-  void operator()(std::optional<double>* number) const { list.push_back(number->value_or(0)); }
-  void operator()(const AutoNumber& number) const { list.push_back(number.value->value_or(0)); }
-  void operator()(Vec3d* v) const { add(*v); }
-  void operator()(std::optional<Vec3d>* v) const { add(v->value_or(Vec3d{})); }
-  void operator()(std::vector<Vec3d>* points) const {
-    for (const Vec3d& p : *points) add(p);
-  }
-  void operator()(std::vector<std::vector<Vec3d>>* curves) const {
-    for (std::vector<Vec3d>& curve : *curves) (*this)(&curve);
-  }
-  void operator()(std::vector<PaintSample>* samples) const {
-    for (const PaintSample& sample : *samples) {
-      add(sample.point);
-      add(sample.normal);
-    }
-  }
-  void operator()(Mat3d* m) const {
-    for (const Vec3d& row : {m->row0, m->row1, m->row2}) add(row);
-  }
-  void operator()(HandlesMotion* motion) const {
-    if (const auto* translation = std::get_if<HandlesTranslation>(motion)) add(translation->by);
-    if (const auto* rotation = std::get_if<HandlesRotation>(motion)) {
-      add(rotation->axis);
-      add(rotation->center);
-      list.push_back(rotation->angle_deg);
-    }
-  }
-  template <class T>
-  void operator()(const T& /*no image changes it*/) const {}
-};
-
-std::vector<double> numbers_of(const Stroke& stroke) {
-  std::vector<double> list;
-  Stroke copy = stroke;
-  for (const StrokeKey& key : tool_of(copy).keys(copy)) {
-    if (applies(key)) std::visit(Numbers{list}, key.value);
-  }
-  return list;
 }
 
 }  // namespace
@@ -111,50 +63,6 @@ std::vector<SymmetryImage> images_of(const ToolSettings& settings) {
     }
   }
   return images;
-}
-
-Stroke image_of(const Stroke& stroke, const SymmetryImage& image, const ImageFile& image_file) {
-  Stroke result = stroke;
-  for (int axis = 0; axis < 3; ++axis) {
-    if ((image.planes >> axis & 1U) != 0) result = mirrored(result, axis);
-  }
-  if (image.planes == 0) result = transformed(stroke, image.motion);
-  const unsigned of_tool = image.planes != 0 ? image.planes : is_reflection(image.motion) ? 1U : 0U;
-  auto* const stamp = std::get_if<StampStroke>(&result);
-  if (stamp != nullptr && of_tool != 0) stamp->mesh = image_file(stamp->mesh, of_tool);
-  return result;
-}
-
-std::vector<Stroke> with_images(const Stroke& stroke, const std::vector<SymmetryImage>& images, double tolerance,
-                                const ImageFile& image_file) {
-  std::vector<Stroke> all{stroke};
-  std::vector<std::vector<double>> numbers{numbers_of(stroke)};
-  const auto same = [tolerance](const std::vector<double>& a, const std::vector<double>& b) {
-    return std::ranges::equal(a, b, [=](double x, double y) { return std::abs(x - y) <= tolerance; });
-  };
-  for (const SymmetryImage& image : images) {
-    Stroke next = image_of(stroke, image, image_file);
-    std::vector<double> list = numbers_of(next);
-    const bool is_there = std::ranges::any_of(numbers, [&](const auto& other) { return same(other, list); });
-    if (is_there) continue;
-    all.push_back(std::move(next));
-    numbers.push_back(std::move(list));
-  }
-  return all;
-}
-
-PaintStroke with_images(const PaintStroke& stroke, const std::vector<SymmetryImage>& images) {
-  PaintStroke result = stroke;
-  result.samples.clear();
-  for (const PaintSample& sample : stroke.samples) {
-    PaintStroke one = stroke;
-    one.samples = {sample};
-    result.samples.push_back(sample);
-    for (const SymmetryImage& image : images) {
-      result.samples.push_back(std::get<PaintStroke>(image_of(one, image, {})).samples.front());
-    }
-  }
-  return result;
 }
 
 Vec3d snapped_to_symmetry(Vec3d p, const ToolSettings& settings) {

@@ -57,7 +57,7 @@ std::optional<Stroke> hovering_implicit(const Studio& studio, const Surroundings
 std::optional<Stroke> hovering_paint(const Studio& studio, const Surroundings& around) {
   const auto gesture = begin_paint(studio.pointer(), around);
   if (!gesture) return std::nullopt;
-  PaintStroke stroke = gesture->stroke;
+  PaintStroke stroke = gesture->paint.stroke;
   stroke.depth *= 6;  // as deep as a whole dab
   return stroke;
 }

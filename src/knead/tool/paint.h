@@ -1,4 +1,4 @@
-// Painting along a path on the surface (paper, section 4.2).
+// Painting along a path on the surface, and under a pointer (paper, section 4.2).
 #pragma once
 
 #include <vector>
@@ -29,5 +29,35 @@ PaintDabs paint_dabs(const PaintStroke& stroke);
 // the normal there. Stops when apply returns false. The stroke is valid and has a path. Throws InvalidInput for a point
 // cloud without normals, and at a place where the surface has no normal.
 void paint_on(const PaintStroke& stroke, const LiveSurface& surface);
+
+// What a pointer touches while it paints.
+struct PaintTouch {
+  PaintSample at;       // of the surface as it was before the painting began
+  double radius = 0;    // outer threshold of a dab here, above 0
+  double pressure = 1;  // how much each length of the way counts, above 0
+};
+
+// Painting with a pointer: dabs at even distances along the places that it touches, each where the dabs before it have
+// moved that place of the surface. So the result does not depend on the speed of the person or the machine.
+struct PaintDrag {
+  PaintStroke stroke;                // the dabs with the radius and depth of now
+  std::vector<PaintStroke> earlier;  // those with others
+  Flow done;                         // of all dabs so far
+  double spacing = 0;                // of dabs at full pressure, along the surface
+  double travelled = 0;              // since the last dab
+  Vec3d last;                        // the place that was touched last
+
+  // Returns the strokes so far; a later call returns more of them, or more samples in the last one.
+  std::vector<Stroke> strokes() const;
+};
+
+// Begins with a dab. `stroke` has the outer threshold at full pressure, the depth of a whole layer, and no samples.
+PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch);
+
+// Goes on to a place near the last one, and adds a dab where the way since the last dab is long enough.
+void drag_paint(PaintDrag& drag, const PaintTouch& touch);
+
+// Ends the painting. One that is a single dab gets the full depth.
+void end_paint(PaintDrag& drag);
 
 }  // namespace knead

@@ -1,6 +1,8 @@
-// Finds places on a shape where a twist or bend moves one part and nothing else.
+// Places strokes: where on a shape a twist or bend moves one part and nothing else, and images of strokes in mirrors
+// and about an axis.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -63,5 +65,37 @@ struct BarrelPlacement {
 // `progress` is cancelled.
 BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
                              std::span<const Triangle> triangles, const Progress* progress = nullptr);
+
+// One image of what a tool does.
+struct SymmetryImage {
+  RigidMotion motion;
+  // Bit mask of the coordinate planes through the origin (1: x, 2: y, 4: z), if the motion is only these; then images
+  // are exact. 0: any other motion.
+  unsigned planes = 0;
+};
+
+// Returns the file with the mirror image of a stamp's tool in the planes of a bit mask.
+using ImageFile = std::function<std::string(const std::string& file, unsigned planes)>;
+
+// Returns the images in the coordinate planes of a bit mask (1: x, 2: y, 4: z) and in all combinations of them.
+std::vector<SymmetryImage> mirror_images(unsigned planes);
+
+// Returns the image of a stroke. `image_file` is called for the reflection of a stamp only.
+Stroke image_of(const Stroke& stroke, const SymmetryImage& image, const ImageFile& image_file);
+
+// Returns the stroke and its images. Images that are the stroke itself or each other, up to `tolerance` in each number,
+// count once.
+std::vector<Stroke> with_images(const Stroke& stroke, std::span<const SymmetryImage> images, double tolerance,
+                                const ImageFile& image_file);
+
+// Returns strokes that do the same one after the other: one for each piece of the path of a ball, capsule or stamp and
+// for each displacement of points; any other stroke as it is.
+std::vector<Stroke> pieces_of(const Stroke& stroke);
+
+// Returns the strokes of a gesture with all images, so that the sides grow together: the pieces of a stroke and of its
+// images take turns, and so do the samples of paint and the points of relaxing. Images as in with_images. Without
+// images, the strokes as they are.
+std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span<const SymmetryImage> images,
+                                      double tolerance, const ImageFile& image_file);
 
 }  // namespace knead

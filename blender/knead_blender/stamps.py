@@ -1,0 +1,79 @@
+"""The closed meshes that knead.stamp presses in, as files that a session can name."""
+
+import hashlib
+import os
+
+import bmesh
+import bpy
+import numpy as np
+
+from . import shape, state
+from .native import knead
+
+
+def _folder():
+    """Returns the folder of the stamps' files: beside the .blend file, else in the user's folder."""
+    if bpy.data.filepath:
+        path = bpy.path.abspath("//knead_stamps")
+    else:
+        path = bpy.utils.user_resource("DATAFILES", path="knead_stamps", create=True)
+    os.makedirs(path, exist_ok=True)
+    return path
+
+
+def _write(points, triangles):
+    """Writes a PLY file named by its content; returns its path."""
+    body = "".join(f"{x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in points.tolist())
+    body += "".join(f"3 {a} {b} {c}\n" for a, b, c in triangles.tolist())
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\nproperty float x\nproperty float y\nproperty float z\n"
+    text = f"{head}element face {len(triangles)}\nproperty list uchar int vertex_indices\nend_header\n{body}"
+    path = os.path.join(_folder(), hashlib.sha256(text.encode()).hexdigest()[:16] + ".ply")
+    if not os.path.exists(path):
+        with open(path + ".part", "w") as file:
+            file.write(text)
+        os.replace(path + ".part", path)
+    return path
+
+
+def _triangles(mesh):
+    mesh.calc_loop_triangles()
+    triangles = np.empty(3 * len(mesh.loop_triangles), np.int32)
+    mesh.loop_triangles.foreach_get("vertices", triangles)
+    return triangles.reshape(-1, 3)
+
+
+def _ball():
+    mesh = bpy.data.meshes.new("stamp")
+    try:
+        form = bmesh.new()
+        bmesh.ops.create_icosphere(form, subdivisions=3, radius=1)
+        form.to_mesh(mesh)
+        form.free()
+        return _arrays(mesh)
+    finally:
+        bpy.data.meshes.remove(mesh)
+
+
+def _arrays(mesh):
+    points = np.empty(3 * len(mesh.vertices), np.float32)
+    mesh.vertices.foreach_get("co", points)
+    return points.reshape(-1, 3).astype(np.float64), _triangles(mesh)
+
+
+def make(settings, obj):
+    """Returns the file of the stamp that is set, and its points. Raises Refusal for one that is not closed."""
+    chosen = settings.stamp
+    if chosen is not None and chosen.data == obj.data:
+        raise state.Refusal("An object cannot be its own stamp; choose another")
+    points, triangles = _ball() if chosen is None else _arrays(chosen.data)
+    if len(triangles) == 0 or not knead.check(points, triangles)["closed"]:
+        raise state.Refusal(f"The stamp {chosen.name} is not closed; choose a closed mesh")
+    return _write(points, triangles), points
+
+
+def image(path, planes):
+    """Returns the file of a stamp's mirror image."""
+    stamp = knead.read(path)
+    signs = np.array([-1.0 if axis in planes else 1.0 for axis in "xyz"])
+    triangles = stamp.triangles if signs.prod() > 0 else stamp.triangles[:, ::-1]
+    return _write(stamp.vertices * signs, triangles)

@@ -1,0 +1,122 @@
+"""Run inside Blender, with the add-on installed: the tools as operators, beside the command `knead deform`."""
+
+import json
+import os
+import sys
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(__file__))
+from support import Case, deform, make_hand, refuses, run
+
+
+def tip_of(case, obj):
+    vertices = case.vertices(obj)
+    return [float(x) for x in vertices[vertices[:, 1].argmax()]]
+
+
+class Tools(Case):
+    def beside_the_command(self, obj, before):
+        path = os.path.join(self.folder, "session.knead")
+        bpy.ops.knead.session_export(filepath=path)
+        self.assertTrue((self.vertices(obj) != before).any())
+        self.same(self.vertices(obj), deform(before, self.faces(obj), path, self.folder))
+
+    def test_every_tool_has_the_bits_of_the_command(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        tip = tip_of(self, obj)
+        ball = {"inner": 0.1, "outer": 0.3}
+        below = [tip[0], tip[1] - 0.3, tip[2]]
+        bpy.ops.knead.pull(path=json.dumps([tip, [tip[0], tip[1] + 0.1, tip[2]]]), **ball)
+        bpy.ops.knead.rotate(center=tip, axis=(1, 0, 0), angle_deg=20, **ball)
+        bpy.ops.knead.stretch(center=tip, axis=(0, 1, 0), factor=1.2, **ball)
+        bpy.ops.knead.twist(center=below, axis=(0, 1, 0), normal=(0, -1, 0), rate_deg=50, inner=-0.1, outer=0.1)
+        bpy.ops.knead.bend(center=below, axis=(1, 0, 0), normal=(0, -1, 0), angle_deg=20, width=0.2)
+        bpy.ops.knead.paint(outer=0.2, depth=0.02, samples=json.dumps([{"point": below, "normal": [0, 0, 1]}]))
+        self.assertEqual(len(obj.data.knead.strokes), 6)
+        self.beside_the_command(obj, before)
+
+    def test_the_first_stroke_keeps_the_base(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        bpy.ops.knead.rotate(center=tip_of(self, obj), axis=(1, 0, 0), angle_deg=20, inner=0.1, outer=0.3)
+        self.same(self.base(obj), before)
+        bpy.ops.knead.session_clear(restore=True)
+        self.same(self.vertices(obj), before)
+
+    def test_mirror(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        tip = tip_of(self, obj)
+        bpy.ops.knead.rotate(center=tip, axis=(1, 0, 0), angle_deg=20, inner=0.1, outer=0.3, mirror={"X"})
+        centers = [json.loads(line)["center"] for line in obj.knead.session.splitlines()[1:]]
+        np.testing.assert_allclose(centers, [tip, [-tip[0], tip[1], tip[2]]], rtol=1e-6)
+        self.beside_the_command(obj, before)
+
+    def test_sculpt_mode(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        bpy.ops.object.mode_set(mode="SCULPT")
+        bpy.ops.knead.rotate(center=tip_of(self, obj), axis=(1, 0, 0), angle_deg=20, inner=0.1, outer=0.3)
+        self.assertEqual(obj.mode, "SCULPT")
+        self.beside_the_command(obj, before)
+
+    def test_after_an_edit_of_the_session(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        turn = {"center": tip_of(self, obj), "axis": (1, 0, 0), "inner": 0.1, "outer": 0.3}
+        bpy.ops.knead.rotate(angle_deg=20, **turn)
+        bpy.ops.knead.rotate(angle_deg=-10, **turn)
+        bpy.ops.knead.stroke_remove(index=0)
+        bpy.ops.knead.rotate(angle_deg=5, **turn)
+        self.assertEqual(len(obj.data.knead.strokes), 2)
+        self.beside_the_command(obj, before)
+
+    def test_what_is_refused_changes_nothing(self):
+        obj = make_hand()
+        before = self.vertices(obj)
+        refuses(self, lambda: bpy.ops.knead.rotate(center=(0, 0, 0), axis=(1, 0, 0), angle_deg=5, inner=2, outer=1), "inner")
+        refuses(self, lambda: bpy.ops.knead.pull(path="[[0, 0, 0", inner=0.1, outer=0.3), "delimiter")
+        refuses(self, lambda: bpy.ops.knead.pull(inner=0.1, outer=0.3), "path")
+        self.same(self.vertices(obj), before)
+        self.assertEqual(obj.knead.session, "")
+
+    def test_a_stamp_needs_a_closed_mesh(self):
+        from knead_blender import stamps, state
+
+        obj = make_hand()
+        settings = bpy.context.scene.knead
+        path, points = stamps.make(settings, obj)
+        self.assertTrue(os.path.exists(path))
+        self.assertAlmostEqual(np.abs(points).max(), 1, places=2)
+        again, _ = stamps.make(settings, obj)
+        self.assertEqual(path, again)
+        settings.stamp = obj
+        with self.assertRaisesRegex(state.Refusal, "own stamp"):
+            stamps.make(settings, obj)
+        bpy.ops.mesh.primitive_plane_add()
+        settings.stamp = bpy.context.object
+        with self.assertRaisesRegex(state.Refusal, "not closed"):
+            stamps.make(settings, obj)
+
+    def test_a_stamp_and_its_mirror_image(self):
+        from knead_blender import stamps
+        from knead_blender.native import knead
+
+        obj = make_hand()
+        before = self.vertices(obj)
+        tip = tip_of(self, obj)
+        path, _ = stamps.make(bpy.context.scene.knead, obj)
+        pose = json.dumps((np.eye(3) * 0.05).tolist())
+        way = json.dumps([[tip[0], tip[1] + 0.08, tip[2]], [tip[0], tip[1] + 0.02, tip[2]]])
+        bpy.ops.knead.stamp(mesh=path, pose=pose, path=way, mirror={"X"})
+        files = [json.loads(line)["mesh"] for line in obj.knead.session.splitlines()[1:]]
+        self.assertEqual(len(files), 2)
+        a, b = (knead.read(file).vertices for file in files)
+        np.testing.assert_allclose(a * [-1, 1, 1], b, atol=1e-6)
+        self.beside_the_command(obj, before)
+
+
+run(Tools)

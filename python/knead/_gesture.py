@@ -1,0 +1,100 @@
+"""From a pointer to strokes: what it touches, where a part begins, dabs of paint, images in mirrors."""
+
+from . import _knead
+from ._strokes import Stroke, _wrap, stroke
+
+_PLANES = {"x": 1, "y": 2, "z": 4}
+
+
+class Surface:
+    """A surface that a pointer touches, to place strokes on it. It does not change.
+
+    vertices: (n, 3); faces: as for deform. Takes about 0.3 us a triangle. Points and directions are three numbers;
+    a direction has any length but 0.
+    """
+
+    def __init__(self, vertices, faces):
+        self._native = _knead.Surface(vertices, faces)
+
+    def hit(self, origin, direction):
+        """Returns the point where a ray first meets the surface, and the unit normal there; None where it misses."""
+        return self._native.hit(origin, direction)
+
+    def middle(self, origin, direction):
+        """Returns the point halfway between where a ray enters the shape and where it leaves it; None where it misses."""
+        return self._native.middle(origin, direction)
+
+    def thickness(self, point, normal):
+        """Returns how thick the shape is under a point of the surface, against the normal; None where it is open there."""
+        return self._native.thickness(point, normal)
+
+    def ring(self, point, normal, radius, count=64):
+        """Returns places of the surface that lie about `radius` from a point of it, around the normal: (count, 3)."""
+        return self._native.ring(point, normal, float(radius), int(count))
+
+    def part(self, point, direction, *, axis=(0, 0, 0), angle_deg=0):
+        """Returns keys of a twist or bend that moves one part alone: center, normal, inner, outer and radius.
+
+        point: inside the part. direction: along the part, towards its tip. axis, angle_deg: of a bend whose sweep must
+        reach nothing else, if possible. Raises InvalidInput where there is no such place, with the reason.
+        """
+        return self._native.part(point, direction, axis, float(angle_deg))
+
+    def with_safe_zone(self, stroke):
+        """Returns a twist or bend with its zone widened where it is too thin for the angle; another stroke as it is."""
+        return _wrap(self._native.with_safe_zone(stroke._native))
+
+
+class PaintDrag:
+    """Painting with a pointer: dabs at even distances along the places that it touches.
+
+    Each dab is where the dabs before it have moved its place, so the result does not depend on the pointer's speed.
+    outer: the radius of a dab. depth: of a whole layer, as the key of the stroke: below 0 it pulls the surface out.
+    """
+
+    def __init__(self, *, outer, depth, falloff=4):
+        self._native = _knead.PaintDrag(float(outer), float(depth), int(falloff))
+
+    def touch(self, point, normal, *, outer=None, pressure=1.0):
+        """Goes on to a place of the surface as it was before the painting; steps longer than `spacing` lose dabs.
+
+        outer: the radius here. pressure: how much the way to this place counts, above 0 and at most 1.
+        """
+        self._native.touch(point, normal, outer, float(pressure))
+
+    def finish(self):
+        """Ends the painting; a single dab gets the full depth."""
+        self._native.finish()
+
+    @property
+    def spacing(self):
+        """The distance of dabs at full pressure."""
+        return self._native.spacing()
+
+    @property
+    def strokes(self):
+        """The strokes so far; later ones are the same with more samples, or more strokes."""
+        return [_wrap(s) for s in self._native.strokes()]
+
+
+def symmetric(strokes, planes, *, size=1.0, image_file=None):
+    """Returns strokes and their images in coordinate planes through the origin, such as "x" or "xz".
+
+    The sides grow together: pieces of a stroke and of its images take turns. An image that is the stroke itself counts
+    once. size: of the shape. image_file(path, planes): returns the file with the mirror image of a stamp's tool.
+    """
+    if isinstance(strokes, (Stroke, dict)):
+        strokes = [strokes]
+    unknown = set(planes) - set(_PLANES)
+    if unknown:
+        raise _knead.InvalidInput(f'planes must be some of "x", "y" and "z", got {planes!r}')
+    numbers = {bit: name for name, bit in _PLANES.items()}
+
+    def image(path, bits):
+        if image_file is None:
+            raise _knead.InvalidInput("the image of a stamp needs image_file, which returns the mirrored tool's file")
+        return image_file(path, "".join(name for bit, name in numbers.items() if bits & bit))
+
+    mask = sum(_PLANES[plane] for plane in set(planes))
+    native = _knead.symmetric([stroke(s)._native for s in strokes], mask, float(size), image)
+    return [_wrap(s) for s in native]

@@ -1,0 +1,212 @@
+// From a pointer to strokes: what it touches, where a part begins, dabs of paint, images in mirrors.
+#include <fmt/format.h>
+#include <pybind11/functional.h>
+#include <pybind11/stl.h>
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "arrays.h"
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/math/sincos.h"
+#include "knead/mesh/normals.h"
+#include "knead/mesh/surface_tree.h"
+#include "knead/session/session.h"
+#include "knead/tool/paint.h"
+#include "knead/tool/placement.h"
+#include "knead/tool/strain.h"
+#include "module.h"
+
+namespace knead::python {
+namespace {
+
+using Vector = std::array<double, 3>;
+
+Vec3d vec(const Vector& v, const char* name) {
+  for (const double x : v) {
+    if (!std::isfinite(x)) throw InvalidInput(fmt::format("{} has a coordinate that is not finite", name));
+  }
+  return {v[0], v[1], v[2]};
+}
+
+Vec3d direction_of(const Vector& v, const char* name) {
+  const Vec3d direction = vec(v, name);
+  if (!(norm(direction) > 0)) throw InvalidInput(fmt::format("{} must not be zero", name));
+  return normalized(direction);
+}
+
+Vector list(const Vec3d& v) { return {v.x, v.y, v.z}; }
+
+// A surface that a pointer touches; it does not change.
+class Surface {
+ public:
+  Surface(const py::object& vertices, const py::object& faces) {
+    mesh_ = mesh_from(points_from(vertices, "vertices"), faces);
+    const py::gil_scoped_release released;
+    validate(mesh_);
+    triangles_ = triangulate(mesh_);
+    normals_ = vertex_normals(mesh_);
+    tree_.emplace(triangles_, mesh_.positions);
+  }
+
+  std::optional<std::array<Vector, 2>> hit(const Vector& origin, const Vector& direction) const {
+    const Vec3d from = vec(origin, "origin");
+    const Vec3d along = direction_of(direction, "direction");
+    const std::optional<RayHit> found = tree_->first_hit(from, along);
+    if (!found) return std::nullopt;
+    const Vec3d point = from + along * found->t;
+    return std::array{list(point), list(normal_at(point))};
+  }
+
+  std::optional<Vector> middle(const Vector& origin, const Vector& direction) const {
+    const Vec3d from = vec(origin, "origin");
+    const Vec3d along = direction_of(direction, "direction");
+    const std::optional<RayHit> front = tree_->first_hit(from, along);
+    if (!front) return std::nullopt;
+    for (const RayHit& hit : tree_->hits(from, along)) {
+      if (hit.leaves) return list(from + along * (0.5 * (front->t + hit.t)));
+    }
+    return list(from + along * front->t);
+  }
+
+  std::optional<double> thickness(const Vector& point, const Vector& normal) const {
+    const Vec3d inwards = -direction_of(normal, "normal");
+    const double nearest = kOnSurface * bounding_box(mesh_.positions).diagonal();
+    for (const RayHit& hit : tree_->hits(vec(point, "point"), inwards)) {
+      if (hit.leaves && hit.t > nearest) return hit.t;
+    }
+    return std::nullopt;
+  }
+
+  // From each place of a flat ring to the nearest place of the surface.
+  py::object ring(const Vector& point, const Vector& normal, double radius, int count) const {
+    const Vec3d center = vec(point, "point");
+    const Vec3d up = direction_of(normal, "normal");
+    const Vec3d u = any_orthogonal(up);
+    const Vec3d v = cross(up, u);
+    std::vector<Vec3d> places;
+    for (int i = 0; i < count; ++i) {
+      const SinCos<double> turn = sincos(2 * std::numbers::pi * i / count);
+      const auto found = tree_->closest(center + (u * turn.cos + v * turn.sin) * radius);
+      if (found) places.push_back(found->point);
+    }
+    return array_of(places);
+  }
+
+  py::dict part(const Vector& point, const Vector& direction, const Vector& axis, double angle_deg) const {
+    const BarrelQuery query{vec(point, "point"), direction_of(direction, "direction"), vec(axis, "axis"), angle_deg};
+    BarrelPlacement place;
+    {
+      const py::gil_scoped_release released;
+      place = place_barrel(query, mesh_.positions, triangles_);
+    }
+    if (!place.problem.empty()) throw InvalidInput(place.problem);
+    py::dict keys;
+    keys["center"] = list(place.center);
+    keys["normal"] = list(place.normal);
+    keys["inner"] = place.inner;
+    keys["outer"] = place.outer;
+    keys["radius"] = place.radius;
+    return keys;
+  }
+
+  SessionStroke with_safe_zone(SessionStroke stroke) const {
+    stroke.stroke = knead::with_safe_zone(stroke.stroke, zone_profile(stroke.stroke, mesh_.positions, triangles_));
+    return stroke;
+  }
+
+ private:
+  static constexpr double kOnSurface = 1e-6;  // of the diagonal: a ray from a place of the surface meets it there
+
+  Vec3d normal_at(const Vec3d& point) const {
+    const std::optional<SurfacePoint> place = tree_->closest(point);
+    const Triangle& t = triangles_[place->triangle];
+    Vec3d sum{};
+    for (std::size_t k = 0; k < 3; ++k) sum += normals_[t[k]] * place->barycentric[k];
+    if (norm(sum) > 0) return normalized(sum);
+    const std::vector<Vec3d>& p = mesh_.positions;
+    const Vec3d flat = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+    return norm(flat) > 0 ? normalized(flat) : Vec3d{0, 0, 1};
+  }
+
+  Mesh mesh_;
+  std::vector<Triangle> triangles_;
+  std::vector<Vec3d> normals_;
+  std::optional<SurfaceTree> tree_;
+};
+
+std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
+  std::vector<SessionStroke> result;
+  for (Stroke& stroke : strokes) {
+    validate(stroke);
+    result.emplace_back().stroke = std::move(stroke);
+  }
+  return result;
+}
+
+// Painting that begins with the first touch.
+class PaintPointer {
+ public:
+  PaintPointer(double outer, double depth, int falloff) : stroke_{outer, depth, {}, {}, falloff} {
+    PaintStroke check = stroke_;
+    check.samples = {{{0, 0, 0}, {0, 0, 1}}};
+    validate(Stroke(check));
+  }
+
+  void touch(const Vector& point, const Vector& normal, std::optional<double> outer, double pressure) {
+    const PaintTouch touch{
+        {vec(point, "point"), direction_of(normal, "normal")}, outer.value_or(stroke_.outer), pressure};
+    if (!(touch.radius > 0 && std::isfinite(touch.radius))) throw InvalidInput("outer must be above 0");
+    if (!(pressure > 0 && pressure <= 1)) throw InvalidInput("pressure must be above 0 and at most 1");
+    if (drag_) {
+      drag_paint(*drag_, touch);
+    } else {
+      drag_ = begin_paint(stroke_, touch);
+    }
+  }
+  void finish() {
+    if (drag_) end_paint(*drag_);
+  }
+  std::vector<SessionStroke> strokes() const {
+    return drag_ ? session_strokes(drag_->strokes()) : std::vector<SessionStroke>{};
+  }
+  double spacing() const { return drag_ ? drag_->spacing : dab_length(stroke_.falloff) * stroke_.outer; }
+
+ private:
+  PaintStroke stroke_;
+  std::optional<PaintDrag> drag_;
+};
+
+constexpr double kSameImage = 1e-9;  // of the shape's size: images that differ by less are one
+
+std::vector<SessionStroke> symmetric(const std::vector<SessionStroke>& strokes, unsigned planes, double size,
+                                     const ImageFile& image_file) {
+  std::vector<Stroke> plain;
+  for (const SessionStroke& stroke : strokes) plain.push_back(stroke.stroke);
+  return session_strokes(symmetric_strokes(plain, mirror_images(planes), kSameImage * size, image_file));
+}
+
+}  // namespace
+
+void add_gesture(py::module_& module) {
+  py::class_<Surface>(module, "Surface")
+      .def(py::init<const py::object&, const py::object&>())
+      .def("hit", &Surface::hit)
+      .def("middle", &Surface::middle)
+      .def("thickness", &Surface::thickness)
+      .def("ring", &Surface::ring)
+      .def("part", &Surface::part)
+      .def("with_safe_zone", &Surface::with_safe_zone);
+  py::class_<PaintPointer>(module, "PaintDrag")
+      .def(py::init<double, double, int>())
+      .def("touch", &PaintPointer::touch)
+      .def("finish", &PaintPointer::finish)
+      .def("strokes", &PaintPointer::strokes)
+      .def("spacing", &PaintPointer::spacing);
+  module.def("symmetric", &symmetric);
+}
+
+}  // namespace knead::python
