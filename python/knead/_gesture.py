@@ -29,7 +29,7 @@ class Surface:
         return self._native.thickness(point, normal)
 
     def ring(self, point, normal, radius, count=64):
-        """Returns places of the surface that lie about `radius` from a point of it, around the normal: (count, 3)."""
+        """Returns a ring of about that radius around the normal at a point, on the surface where that is near: (count, 3)."""
         return self._native.ring(point, normal, float(radius), int(count))
 
     def part(self, point, direction, *, axis=(0, 0, 0), angle_deg=0):

@@ -81,7 +81,7 @@ class Surface {
     return std::nullopt;
   }
 
-  // From each place of a flat ring to the nearest place of the surface.
+  // From each place of a flat ring to the nearest place of the surface, if that is near.
   py::object ring(const Vector& point, const Vector& normal, double radius, int count) const {
     const Vec3d center = vec(point, "point");
     const Vec3d up = direction_of(normal, "normal");
@@ -90,8 +90,9 @@ class Surface {
     std::vector<Vec3d> places;
     for (int i = 0; i < count; ++i) {
       const SinCos<double> turn = sincos(2 * std::numbers::pi * i / count);
-      const auto found = tree_->closest(center + (u * turn.cos + v * turn.sin) * radius);
-      if (found) places.push_back(found->point);
+      const Vec3d flat = center + (u * turn.cos + v * turn.sin) * radius;
+      const auto found = tree_->closest(flat, kMostLift * radius);
+      places.push_back(found ? found->point : flat);
     }
     return array_of(places);
   }
@@ -119,6 +120,7 @@ class Surface {
   }
 
  private:
+  static constexpr double kMostLift = 0.4;    // of a ring's radius
   static constexpr double kOnSurface = 1e-6;  // of the diagonal: a ray from a place of the surface meets it there
 
   Vec3d normal_at(const Vec3d& point) const {

@@ -1,0 +1,204 @@
+"""Run in Blender's window: each tool is started, dragged, typed into, cancelled, undone and repeated by events."""
+
+import json
+import os
+import sys
+
+import bpy
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(__file__))
+from window_support import PICTURES, coordinates, run, scene
+
+DRAGS = {"pull": (40, 50), "paint": (2, -40), "rotate": (80, 0), "stretch": (80, 40), "twist": (150, 0), "bend": (110, 0),
+         "stamp": (10, 0)}
+TYPED = {"pull": ("TWO", 0.2), "rotate": ("FOUR", 4), "stretch": ("NINE", 9), "twist": ("FIVE", 5), "bend": ("SEVEN", 7), "paint": ("ONE", 0.1), "stamp": ("ONE", 0.1)}
+
+
+def is_same(a, b):
+    return (a.view(np.uint32) == b.view(np.uint32)).all()
+
+
+def place_of(window, obj, name):
+    """Returns the pixel to press: at the middle of the longest finger."""
+    vertices = coordinates(obj)
+    tip = vertices[vertices[:, 1].argmax()]
+    finger = vertices[(np.abs(vertices[:, 0] - tip[0]) < 0.1) & (vertices[:, 1] > tip[1] - 0.4)]
+    return window.pixel(obj, finger.mean(axis=0) if name in ("twist", "bend") else finger.mean(axis=0) + [0, 0.12, 0])
+
+
+def strokes_of(obj):
+    return [json.loads(line) for line in obj.knead.session.splitlines()[1:]]
+
+
+def dragged(window, name, obj):
+    yield from window.drag(place_of(window, obj, name), DRAGS[name])
+
+
+def check_tool(window, obj, name, mode):
+    window.tool(f"knead.{name}_tool")
+    yield
+    before = coordinates(obj)
+    count = len(strokes_of(obj))
+
+    yield from dragged(window, name, obj)  # live, then Esc
+    assert not is_same(coordinates(obj), before), f"{name}: the drag moved nothing"
+    if PICTURES and mode == "OBJECT":
+        for _ in range(4):
+            yield
+        window.picture(os.path.join(PICTURES, f"{name}.png"))
+    window.key("ESC")
+    yield
+    yield
+    window.release()
+    yield
+    assert is_same(coordinates(obj), before), f"{name}: Esc left something"
+    assert len(strokes_of(obj)) == count
+
+    yield from dragged(window, name, obj)  # the right button
+    window.event("RIGHTMOUSE", "PRESS")
+    yield
+    window.event("RIGHTMOUSE", "RELEASE")
+    window.release()
+    yield
+    yield
+    assert is_same(coordinates(obj), before), f"{name}: the right button left something"
+
+    yield from dragged(window, name, obj)  # a number
+    key, value = TYPED[name]
+    if value < 1:
+        for each in ("PERIOD", key):
+            window.key(each)
+            yield
+    else:
+        window.key(key)
+        yield
+    window.release()
+    for _ in range(4):
+        yield
+    after, made = coordinates(obj), strokes_of(obj)
+    assert len(made) > count, f"{name}: no entry in the session"
+    assert not is_same(after, before)
+    check_number(name, made[count:], value)
+
+    window.undo()
+    for _ in range(3):
+        yield
+    obj = bpy.context.object
+    assert is_same(coordinates(obj), before), f"{name}: undo"
+    assert len(strokes_of(obj)) == count
+    window.redo()
+    for _ in range(3):
+        yield
+    obj = bpy.context.object
+    assert is_same(coordinates(obj), after), f"{name}: redo"
+    assert strokes_of(obj) == made
+    window.undo()  # each tool on the same shape
+    for _ in range(2):
+        yield
+
+
+def check_number(name, strokes, value):
+    """The number that was typed is the stroke's."""
+    stroke = strokes[0]
+    if name == "pull":
+        found = np.linalg.norm(np.subtract(stroke["path"][-1], stroke["path"][0]))
+    elif name == "paint":
+        found = -stroke["depth"] * 6
+    elif name == "stretch":
+        found = 100 * (stroke["factor"] - 1)
+    elif name == "twist":
+        found = -stroke["rate_deg"] * (stroke["outer"] - stroke["inner"])
+    elif name == "stamp":
+        return
+    else:
+        found = abs(stroke["angle_deg"])
+    assert abs(found - value) < 1e-6 * max(1, value), f"{name}: {found} instead of {value}"
+
+
+def check_panel(window, obj):
+    """The redo panel changes the last stroke: as F9 and a number do."""
+    window.tool("knead.rotate_tool")
+    yield
+    count = len(strokes_of(obj))
+    before = coordinates(obj)
+    yield from dragged(window, "rotate", obj)
+    window.release()
+    for _ in range(4):
+        yield
+    operator = bpy.context.window_manager.operators[-1]
+    assert operator.bl_idname == "KNEAD_OT_rotate", operator.bl_idname
+    first = coordinates(bpy.context.object)
+    operator.angle_deg = 12
+    with window.override():
+        assert bpy.ops.ed.undo_redo.poll() and bpy.ops.ed.undo_redo() == {"FINISHED"}
+    for _ in range(3):
+        yield
+    obj = bpy.context.object
+    made = strokes_of(obj)
+    assert len(made) == count + 1, made
+    changed = coordinates(obj)
+    assert not is_same(changed, first) and not is_same(changed, before)
+
+
+def check_rings_and_keys(window, obj):
+    settings = bpy.context.scene.knead
+    pixel = place_of(window, obj, "pull")
+    window.move(pixel)
+    yield
+    for kind, shift, setting in (("F", False, "radius"), ("F", True, "inner_ratio")):
+        old = getattr(settings, setting)
+        window.key(kind, shift=shift)
+        yield
+        window.move((pixel[0] + 60, pixel[1]))
+        yield
+        assert getattr(settings, setting) > old, setting
+        window.key("ESC")
+        yield
+        assert getattr(settings, setting) == old
+        window.move(pixel)
+        yield
+        window.key(kind, shift=shift)
+        yield
+        for each in ("PERIOD", "TWO"):
+            window.key(each)
+            yield
+        window.key("RET")
+        yield
+        assert abs(getattr(settings, setting) - 0.2) < 1e-6
+        setattr(settings, setting, old)
+
+
+def test(window):
+    for mode in ("OBJECT", "SCULPT"):
+        obj = scene()
+        window.look(obj)
+        bpy.context.preferences.edit.undo_steps = 64
+        with window.override():
+            bpy.ops.object.mode_set(mode=mode)
+            bpy.ops.ed.undo_push(message="start")
+        yield
+        for name in list(DRAGS) if mode == "OBJECT" else ("pull", "paint"):  # the rest is the same in both
+            yield from check_tool(window, bpy.context.object, name, mode)
+            print(mode, name, "passed", flush=True)
+        if mode == "OBJECT":
+            yield from check_rings_and_keys(window, bpy.context.object)
+        yield from check_panel(window, bpy.context.object)
+        print(mode, "panel passed", flush=True)
+    yield from check_disable(window)
+
+
+def check_disable(window):
+    """Disable and enable again: tools, keys and properties go and come back."""
+    for _ in range(2):
+        bpy.ops.preferences.addon_disable(module="knead_blender")
+        yield
+        assert not hasattr(bpy.types.Scene, "knead") and "KNEAD_OT_pull" not in dir(bpy.types)
+        bpy.ops.preferences.addon_enable(module="knead_blender")
+        yield
+        assert "KNEAD_OT_pull" in dir(bpy.types)
+        window.tool("knead.pull_tool")
+        yield
+
+
+run(test)
