@@ -5,7 +5,7 @@ function(knead_configure target)
   # The libraries also go into Python's module, which is a shared object. The option after it keeps calls within a
   # source as cheap as in a program.
   get_target_property(type ${target} TYPE)
-  if(type STREQUAL STATIC_LIBRARY)
+  if(type STREQUAL STATIC_LIBRARY AND NOT EMSCRIPTEN)
     set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_compile_options(${target} PRIVATE -fno-semantic-interposition)
   endif()
@@ -15,6 +15,8 @@ function(knead_configure target)
             -Wimplicit-fallthrough
             # Not where a user's newer compiler makes a wheel.
             $<$<NOT:$<BOOL:${SKBUILD}>>:-Werror>
+            # On 32 bits, sizes of 64 bits are made shorter everywhere, as 64-bit loads of them show to be harmless.
+            $<$<BOOL:${EMSCRIPTEN}>:-Wno-shorten-64-to-32>
             # The same bits from every compiler: no contraction of a * b + c (architecture, decision 3).
             -ffp-contract=off
             # g++ 12's SLP vectoriser drops the rounding of double -> float -> double on neighbouring components.

@@ -304,7 +304,8 @@ void save_preferences(const fs::path& folder, const Preferences& preferences) {
   const Json before = read_json(folder / kConfigFile).value_or(Json());
   if (before.is_object()) {
     for (const JsonMember& member : before.members()) {
-      const bool is_own = std::ranges::any_of(own, [&](const auto& each) { return each.first == member.key; });
+      const bool is_own =
+          std::any_of(own.begin(), own.end(), [&](const auto& each) { return each.first == member.key; });
       if (!is_own) config.set(member.key, member.value);
     }
   }

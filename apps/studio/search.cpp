@@ -11,7 +11,8 @@ namespace {
 
 std::string lower(std::string_view text) {
   std::string result(text);
-  std::ranges::transform(result, result.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return result;
 }
 
@@ -26,8 +27,8 @@ std::vector<std::string> words_of(std::string_view text) {
 int rank_of(Action action, const std::vector<std::string>& words) {
   const std::string title = lower(title_of(action));
   const std::string all = title + " " + lower(group_of(action)) + " " + lower(name_of(action));
-  const bool has_all =
-      std::ranges::all_of(words, [&](const std::string& word) { return all.find(word) != std::string::npos; });
+  const bool has_all = std::all_of(words.begin(), words.end(),
+                                   [&](const std::string& word) { return all.find(word) != std::string::npos; });
   if (!has_all) return 3;
   if (words.empty() || title.starts_with(words.front())) return 0;
   return title.find(" " + words.front()) != std::string::npos ? 1 : 2;

@@ -328,7 +328,8 @@ namespace {
 constexpr double kThinAngle = 5;  // degrees
 
 bool is_remeshed(const HistoryEntry& entry) {
-  return std::ranges::all_of(entry.strokes, [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
+  return std::all_of(entry.strokes.begin(), entry.strokes.end(),
+                     [](const SessionStroke& stroke) { return stroke.remesh.has_value(); });
 }
 
 // By the cosines: an angle is below the bound where the cosine is above.

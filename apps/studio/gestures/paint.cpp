@@ -101,7 +101,8 @@ void move_handle_paint(const Pointer& pointer, const Surroundings& around, const
   for (const SymmetryImage& image : images_of(around.settings)) centers.push_back(image.motion(hit->point));
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Vec3d p = positions[i];
-    const bool is_near = std::ranges::any_of(centers, [&](const Vec3d& c) { return norm2(p - c) <= reach2; });
+    const bool is_near =
+        std::any_of(centers.begin(), centers.end(), [&](const Vec3d& c) { return norm2(p - c) <= reach2; });
     if (is_near) placed.handles[i] = gesture.handle;
   }
 }
@@ -120,7 +121,7 @@ void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& 
   for (const SymmetryImage& image : images_of(around.settings)) motions.push_back(image.motion);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     const Vec3d p = positions[i];
-    const bool is_marked = std::ranges::any_of(motions, [&](const RigidMotion& motion) {
+    const bool is_marked = std::any_of(motions.begin(), motions.end(), [&](const RigidMotion& motion) {
       const auto pixel = pixel_of(around.screen, motion(p));
       return pixel && is_within(gesture.line, *pixel);
     });

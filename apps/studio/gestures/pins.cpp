@@ -37,8 +37,9 @@ Pin pin_on_vertex(std::uint32_t vertex, const ShapeState& state) {
 // On the corner of the triangle that is nearest to the hit.
 Pin pin_on(const SurfaceHit& hit, const Surroundings& around) {
   const Triangle& corners = around.picker->triangles()[hit.triangle];
-  const auto nearest = std::ranges::min_element(
-      corners, {}, [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); });
+  const auto distance = [&](std::uint32_t v) { return norm2(around.state.positions[v] - hit.point); };
+  const auto nearest = std::min_element(corners.begin(), corners.end(),
+                                        [&](std::uint32_t a, std::uint32_t b) { return distance(a) < distance(b); });
   return pin_on_vertex(*nearest, around.state);
 }
 
@@ -78,7 +79,8 @@ std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& ar
 
 void follow(std::vector<Pin>& pins, const ShapeState& state) {
   for (Pin& pin : pins) {
-    auto seat = std::ranges::find_if(pin.seats, [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+    auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
+                             [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
     if (seat == pin.seats.end()) {
       std::erase_if(pin.seats, [](const Pin::Seat& one) { return one.mesh.expired(); });
       seat = pin.seats.insert(pin.seats.end(), {state.mesh, nearest_vertex(state.positions, pin.place)});
@@ -140,7 +142,8 @@ std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings
   if (!pin && !hit) return std::nullopt;
   if (!pin) {
     const Pin next = pin_on(*hit, around);
-    const auto same = std::ranges::find(gesture.pins, next.place, &Pin::place);
+    const auto same =
+        std::find_if(gesture.pins.begin(), gesture.pins.end(), [&](const Pin& one) { return one.place == next.place; });
     pin = static_cast<std::size_t>(same - gesture.pins.begin());
     if (same == gesture.pins.end()) gesture.pins.push_back(next);
   }
@@ -184,7 +187,7 @@ void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, P
   for (const Pin& pin : placed.pins) keep_from(pin.place);
   const double spacing = kLassoSpacing * pixel_size(around.screen, around.screen.camera.target);
   for (std::size_t count = 0; count < kMostOfLasso && !within.empty(); ++count) {
-    const auto farthest = std::ranges::max_element(distances);
+    const auto farthest = std::max_element(distances.begin(), distances.end());
     if (*farthest < spacing * spacing) return;
     placed.pins.push_back(pin_on_vertex(within[static_cast<std::size_t>(farthest - distances.begin())], around.state));
     keep_from(placed.pins.back().place);

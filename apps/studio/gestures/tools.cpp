@@ -189,16 +189,20 @@ std::span<const StudioTool> studio_tools() { return kTools; }
 
 std::string word_of(const StudioTool& tool) {
   std::string word = tool.name;
-  std::ranges::transform(word, word.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return word;
 }
 
 const StudioTool* studio_tool(std::string_view word) {
-  const auto found = std::ranges::find_if(kTools, [&](const auto& tool) { return word_of(tool) == word; });
+  const auto found =
+      std::find_if(kTools.begin(), kTools.end(), [&](const auto& tool) { return word_of(tool) == word; });
   return found == kTools.end() ? nullptr : &*found;
 }
 
-const StudioTool& studio_tool(ToolUse use) { return *std::ranges::find(kTools, use, &StudioTool::use); }
+const StudioTool& studio_tool(ToolUse use) {
+  return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
+}
 
 const char* name_of(DragMode mode) {
   switch (mode) {

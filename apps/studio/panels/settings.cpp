@@ -208,7 +208,7 @@ void draw_remeshing(Studio& studio) {
 // A part of the side panel that can be folded, which is remembered by its name.
 bool begin_part(Studio& studio, const std::string& name, const std::string& heading) {
   std::vector<std::string>& closed = studio.preferences().panels.closed;
-  const bool was_open = std::ranges::find(closed, name) == closed.end();
+  const bool was_open = std::find(closed.begin(), closed.end(), name) == closed.end();
   ImGui::SetNextItemOpen(was_open);
   ImGui::PushStyleColor(ImGuiCol_Header, ImGui::GetStyleColorVec4(ImGuiCol_FrameBg));
   const bool is_open = ImGui::CollapsingHeader((heading + "###" + name).c_str());

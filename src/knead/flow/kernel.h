@@ -310,5 +310,6 @@ KernelTable scalar_kernels();
 KernelTable avx2_kernels();
 KernelTable avx512_kernels();
 KernelTable neon_kernels();
+KernelTable wasm_kernels();
 
 }  // namespace knead::detail

@@ -23,6 +23,8 @@ std::vector<KernelTable> tables() {
   }
 #elif defined(KNEAD_NEON_KERNELS)
   result.push_back(neon_kernels());
+#elif defined(KNEAD_WASM_KERNELS)
+  result.push_back(wasm_kernels());
 #endif
   return result;
 }

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <limits>
 
+#include "knead/io/float_chars.h"
 #include "knead/io/text.h"
 
 namespace knead::io_detail {
@@ -11,7 +12,7 @@ namespace knead::io_detail {
 void append_decimals(std::string& text, double value, std::optional<int> decimals) {
   if (!decimals) return append_real(text, value);
   char buffer[std::numeric_limits<double>::max_exponent10 + 32];  // all digits before the point, and at most 17 after
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed, *decimals);
+  const auto result = float_to_chars(buffer, buffer + sizeof buffer, value, kFixed, *decimals);
   text.append(buffer, result.ptr);
 }
 

@@ -43,7 +43,8 @@ constexpr std::array<Format, 9> kFormats = {
       nullptr, never, false, never, ptx::visit_coordinates}}};
 
 bool has_extension(const Format& format, std::string_view extension) {
-  return format.name == extension || std::ranges::find(format.extensions, extension) != format.extensions.end();
+  return format.name == extension ||
+         std::find(format.extensions.begin(), format.extensions.end(), extension) != format.extensions.end();
 }
 
 }  // namespace

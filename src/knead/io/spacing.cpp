@@ -1,10 +1,10 @@
 #include "knead/io/spacing.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 
+#include "knead/io/float_chars.h"
 #include "knead/math/box.h"
 
 namespace knead::io_detail {
@@ -26,7 +26,7 @@ double mean_edge(const Mesh& mesh) {
 // With three digits.
 std::string short_number(double value) {
   char buffer[32];
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 3);
+  const auto result = float_to_chars(buffer, buffer + sizeof buffer, value, kGeneral, 3);
   return {buffer, result.ptr};
 }
 

@@ -1,9 +1,10 @@
 #include "knead/io/text.h"
 
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <system_error>
+
+#include "knead/io/float_chars.h"
 
 namespace knead::io_detail {
 namespace {
@@ -45,7 +46,7 @@ template <class T>
 ParseResult parse(std::string_view token, T& value) {
   if (token.size() > 1 && token[0] == '+' && token[1] != '-') token.remove_prefix(1);
   const char* end = token.data() + token.size();
-  const auto [stop, error] = std::from_chars(token.data(), end, value);
+  const auto [stop, error] = float_from_chars(token.data(), end, value);
   if (error == std::errc::invalid_argument || stop != end) {
     if (!is_microsoft_special(token)) return ParseResult::malformed;
     value = std::numeric_limits<T>::quiet_NaN();
@@ -60,7 +61,7 @@ ParseResult parse(std::string_view token, T& value) {
 template <class T>
 void append(std::string& text, T value) {
   char buffer[32];  // the shortest form of a double has at most 24 characters
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value);
+  const auto result = float_to_chars(buffer, buffer + sizeof buffer, value);
   text.append(buffer, result.ptr);
 }
 
@@ -74,7 +75,7 @@ void append_real(std::string& text, float value) { append(text, value); }
 
 std::string shown(double value) {
   char buffer[32];  // 15 digits, sign, point and exponent take at most 22
-  const auto result = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 15);
+  const auto result = float_to_chars(buffer, buffer + sizeof buffer, value, kGeneral, 15);
   return {buffer, result.ptr};
 }
 

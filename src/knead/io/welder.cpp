@@ -1,7 +1,8 @@
 #include "knead/io/welder.h"
 
-#include <bit>
 #include <cstddef>
+
+#include "knead/math/scalar.h"
 
 namespace knead::io_detail {
 namespace {
@@ -9,7 +10,7 @@ namespace {
 std::uint64_t hash_of(const Vec3d& p) {
   std::uint64_t hash = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    hash ^= std::bit_cast<std::uint64_t>(p[axis] + 0.0);  // -0 becomes 0
+    hash ^= bit_cast<std::uint64_t>(p[axis] + 0.0);  // -0 becomes 0
     hash *= 0x9e3779b97f4a7c15u;
     hash ^= hash >> 32;
   }

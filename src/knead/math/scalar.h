@@ -4,7 +4,15 @@
 
 #include <concepts>
 
+#include "knead/math/scalar.h"
+
 namespace knead {
+
+// Returns the same bytes as a value of another type, as bit_cast, which some standard libraries do not have yet.
+template <class To, class From>
+constexpr To bit_cast(const From& from) {
+  return __builtin_bit_cast(To, from);
+}
 
 // Returns a where the mask is true, b elsewhere. Both are evaluated.
 template <std::floating_point T>

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 
+#include "knead/math/scalar.h"
 #include "knead/remesh/face_samples.h"
 
 namespace knead::remesh_detail {
@@ -13,7 +13,7 @@ namespace {
 
 bool same_bits(const Vec3d& a, const Vec3d& b) {
   using Bits = std::array<std::uint64_t, 3>;
-  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
 }
 
 bool is_sound(std::span<const std::uint32_t> face) {

@@ -195,7 +195,7 @@ Segment at_time(const Segment& segment, double t) {
 
 bool moves(const Flow& stroke) {
   const Segment& last = stroke.segments.back();
-  return stroke.segments.size() > 1 || std::ranges::any_of(last.fields, [&](const Field& field) {
+  return stroke.segments.size() > 1 || std::any_of(last.fields.begin(), last.fields.end(), [&](const Field& field) {
            return displacement_of(last, field) != Vec3d{0, 0, 0};
          });
 }

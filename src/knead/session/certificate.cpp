@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <utility>
 
 #include "knead/math/parallel.h"
+#include "knead/math/scalar.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
@@ -85,7 +85,7 @@ void add_angles(const Mesh& before, const WrittenShape& after, Certificate& cert
 
 bool same_bits(const Vec3d& a, const Vec3d& b) {
   using Bits = std::array<std::uint64_t, 3>;
-  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
 }
 
 // For each face of both meshes, whether it differs from all of the other mesh in its vertices or their positions.
@@ -245,7 +245,7 @@ Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Sess
   CertificateBuilder builder(before, options);
   ReplayOptions watched = options;
   const auto is_on = [](const SessionStroke& stroke) { return !stroke.off; };
-  std::size_t left = static_cast<std::size_t>(std::ranges::count_if(session.strokes, is_on));
+  std::size_t left = static_cast<std::size_t>(std::count_if(session.strokes.begin(), session.strokes.end(), is_on));
   watched.on_stroke = [&](const AppliedStroke& stroke) {
     if (--left > 0) return builder.add(stroke);
     const DeformedShape last = with_given(stroke.after);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "knead/flow/pins.h"
 
@@ -76,7 +77,7 @@ class PinCells {
   struct Entry {
     Cell cell;
     std::uint32_t pin = 0;
-    friend auto operator<=>(const Entry&, const Entry&) = default;
+    friend bool operator<(const Entry& a, const Entry& b) { return std::tie(a.cell, a.pin) < std::tie(b.cell, b.pin); }
   };
 
   Cell cell_of(const Vec3d& p) const {

@@ -39,7 +39,8 @@ class Unheld {
     struct stat state {};
     if (file_ < 0 || ::fstat(file_, &state) != 0) return {};
     const auto since = std::chrono::seconds(state.st_mtim.tv_sec) + std::chrono::nanoseconds(state.st_mtim.tv_nsec);
-    return std::chrono::system_clock::time_point(since);
+    return std::chrono::system_clock::time_point(
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(since));
   }
 
  private:

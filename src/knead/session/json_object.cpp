@@ -70,7 +70,8 @@ bool JsonValue::flag() const {
 
 Vec3d JsonValue::vector() const {
   constexpr auto is_number = [](const Json& item) { return item.is_number(); };
-  if (!value_.is_array() || value_.items().size() != 3 || !std::ranges::all_of(value_.items(), is_number)) {
+  if (!value_.is_array() || value_.items().size() != 3 ||
+      !std::all_of(value_.items().begin(), value_.items().end(), is_number)) {
     fail("three numbers [x, y, z]");
   }
   const std::vector<Json>& numbers = value_.items();

@@ -178,7 +178,7 @@ void require_flow(const SessionStroke& stroke) {
 }  // namespace
 
 bool needs_faces(const Session& session) {
-  return std::ranges::any_of(session.strokes, [](const SessionStroke& stroke) {
+  return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
     if (!is_applied(stroke)) return false;
     return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || barrel_of(stroke.stroke);
   });

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -10,6 +9,7 @@
 #include "knead/flow/simd.h"
 #include "knead/io/json.h"
 #include "knead/math/parallel.h"
+#include "knead/math/scalar.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/measures.h"
 #include "knead/session/stroke_certificate.h"
@@ -21,7 +21,7 @@ namespace {
 
 bool same_bits(const Vec3d& a, const Vec3d& b) {
   using Bits = std::array<std::uint64_t, 3>;
-  return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
+  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
 }
 
 void add_displacements(const Mesh& mesh, const DeformedShape& result, Report& report) {

@@ -166,7 +166,7 @@ SessionStroke read_stroke(const JsonValue& line, const Place& place) {
 const Tool* event_tool(const JsonObject& line) {
   const auto all = tools();
   const auto found =
-      std::ranges::find_if(all, [&](const Tool* tool) { return tool->is_event && line.has(tool->name); });
+      std::find_if(all.begin(), all.end(), [&](const Tool* tool) { return tool->is_event && line.has(tool->name); });
   return found == all.end() ? nullptr : *found;
 }
 
@@ -174,7 +174,7 @@ SessionStroke read_event_stroke(const Tool& tool, const JsonValue& value, const 
   Stroke start = tool.start;
   const std::vector<StrokeKey> keys = tool.keys(start);
   const bool may_be_null =
-      std::ranges::none_of(keys, [](const StrokeKey& key) { return key.presence == Presence::required; });
+      std::none_of(keys.begin(), keys.end(), [](const StrokeKey& key) { return key.presence == Presence::required; });
   if (may_be_null && value.json().is_null()) return {std::move(start), place.line};
   if (!value.json().is_object()) value.fail(may_be_null ? "null, or an object {...}" : "an object {...}");
   return read_as(tool, JsonObject(value, place, fmt::format("\"{}\"", tool.name)), place);

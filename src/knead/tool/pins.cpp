@@ -163,7 +163,8 @@ void warn(const PinsStroke& stroke, Warnings& warnings) {
   const double stretch = std::max(found.greatest, 1 / found.least);
   if (!(stretch > kStrongStretchOfPins)) return;
   const auto nearest =
-      std::ranges::min_element(stroke.points, {}, [&](const Vec3d& place) { return norm2(place - found.where); });
+      std::min_element(stroke.points.begin(), stroke.points.end(),
+                       [&](const Vec3d& a, const Vec3d& b) { return norm2(a - found.where) < norm2(b - found.where); });
   warnings.push_back(fmt::format(
       "the flow stretches what is near pin {} about {:.2g} times; make \"radius\" larger, move the pin less, or let "
       "pins near it come along",

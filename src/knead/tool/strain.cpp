@@ -54,7 +54,8 @@ Vec3d column_of(const Vec3d& before, const Vec3d& here, const Vec3d& after, doub
 }
 
 Stretches stretches_at(std::span<const Vec3d> images, double step) {
-  const bool is_finite = std::ranges::all_of(images, [](const Vec3d& p) { return std::isfinite(norm2(p)); });
+  const bool is_finite =
+      std::all_of(images.begin(), images.end(), [](const Vec3d& p) { return std::isfinite(norm2(p)); });
   if (!is_finite) return {std::numeric_limits<double>::infinity(), 1, 0};
   const Vec3d x = column_of(images[1], images[0], images[2], step);
   const Vec3d y = column_of(images[3], images[0], images[4], step);
@@ -97,7 +98,8 @@ bool is_deformed(const Segment& segment, const Field& field, const Vec3d& p) {
 
 bool is_deformed(const Segment& segment, const Vec3d& p) {
   if (segment.barrel && !is_within(*segment.barrel, p)) return false;
-  return std::ranges::any_of(segment.fields, [&](const Field& field) { return is_deformed(segment, field, p); });
+  return std::any_of(segment.fields.begin(), segment.fields.end(),
+                     [&](const Field& field) { return is_deformed(segment, field, p); });
 }
 
 // The numbers of the candidates of greatest_stretch, ascending.
@@ -109,7 +111,7 @@ std::vector<std::size_t> candidates(const Flow& flow, std::span<const Vec3d> pos
   parallel_for(count, kPointsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto deformed = [&](const Segment& segment) { return is_deformed(segment, positions[i * stride]); };
-      is_candidate[i] = std::ranges::any_of(flow.segments, deformed) ? 1 : 0;
+      is_candidate[i] = std::any_of(flow.segments.begin(), flow.segments.end(), deformed) ? 1 : 0;
     }
   });
   std::vector<std::size_t> result;
@@ -132,7 +134,7 @@ Stretches stretches_of(const Mat3d& gradient) {
     if (!first && !second && !third) break;
   }
   std::array<double, 3> values{norm(columns[0]), norm(columns[1]), norm(columns[2])};
-  std::ranges::sort(values);
+  std::sort(values.begin(), values.end());
   return {values[2], values[1], values[0]};
 }
 
@@ -191,7 +193,7 @@ double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threa
   parallel_for(speeds.size(), kSpeedsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) speeds[i] = norm(velocity(field, points[i * stride] - field.center));
   });
-  return speeds.empty() ? 0 : *std::ranges::max_element(speeds) / norm(translation->velocity);
+  return speeds.empty() ? 0 : *std::max_element(speeds.begin(), speeds.end()) / norm(translation->velocity);
 }
 
 // The eigenvalues of G0^-1 G1, with the Gram matrices of two edges before and after.

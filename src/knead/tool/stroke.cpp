@@ -71,7 +71,7 @@ const Tool& tool_of(const Stroke& stroke) { return *tools()[stroke.index()]; }
 
 const Tool* find_tool(std::string_view name) {
   const auto all = tools();
-  const auto found = std::ranges::find_if(all, [&](const Tool* tool) { return tool->name == name; });
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Tool* tool) { return tool->name == name; });
   return found == all.end() ? nullptr : *found;
 }
 

@@ -6,6 +6,7 @@
 #include "knead/io/animation/writers.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/binary_floats.h"
+#include "knead/math/scalar.h"
 
 namespace knead::io_detail {
 
@@ -21,7 +22,7 @@ class Bytes {
     bytes_.append(reinterpret_cast<const char*>(&stored), sizeof stored);
   }
   void add(int value) { add(static_cast<std::uint32_t>(value)); }
-  void add(float value) { add(std::bit_cast<std::uint32_t>(value)); }
+  void add(float value) { add(bit_cast<std::uint32_t>(value)); }
   void add_text(std::string_view text) { bytes_ += text; }
 
   // Gives what was added, and begins again.

@@ -12,6 +12,7 @@
 #include "knead/io/layout.h"
 #include "knead/io/splice.h"
 #include "knead/io/unplaced.h"
+#include "knead/math/scalar.h"
 
 namespace knead::io_detail::pcd {
 namespace {
@@ -148,7 +149,7 @@ class Reader {
   }
 
   static std::uint32_t color_bits(StoredType type, double value) {
-    if (!is_integer(type)) return std::bit_cast<std::uint32_t>(static_cast<float>(std::isfinite(value) ? value : 0.0));
+    if (!is_integer(type)) return bit_cast<std::uint32_t>(static_cast<float>(std::isfinite(value) ? value : 0.0));
     if (!(std::abs(value) <= 0x1p32 - 1)) return 0;
     return static_cast<std::uint32_t>(static_cast<std::int64_t>(value));
   }

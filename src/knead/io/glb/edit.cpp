@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 
 #include "knead/io/cursor.h"
+#include "knead/math/scalar.h"
 
 namespace knead::io_detail::glb {
 namespace {
@@ -42,7 +42,7 @@ void append_uint32(std::string& bytes, std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>((value >> shift) & 0xffu);
 }
 
-void append_float(std::string& bytes, float value) { append_uint32(bytes, std::bit_cast<std::uint32_t>(value)); }
+void append_float(std::string& bytes, float value) { append_uint32(bytes, bit_cast<std::uint32_t>(value)); }
 
 void append_chunk(std::string& bytes, std::uint32_t type, std::string_view contents) {
   append_uint32(bytes, static_cast<std::uint32_t>((contents.size() + 3) / 4 * 4));

@@ -312,9 +312,9 @@ std::string generate(const Mesh& mesh, const WriteOptions& options) {
 
 void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
   const Layout* layout = layout_in(source);
-  const bool has_files = layout != nullptr && std::ranges::any_of(layout->buffers, [](const Buffer& buffer) {
-                           return buffer.kind == Buffer::Kind::file;
-                         });
+  const bool has_files =
+      layout != nullptr && std::any_of(layout->buffers.begin(), layout->buffers.end(),
+                                       [](const Buffer& buffer) { return buffer.kind == Buffer::Kind::file; });
   write_file_atomically(path, has_files ? with_files_beside(path, *layout, source.format, bytes) : bytes);
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <bit>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "knead/io/decimals.h"
+#include "knead/math/scalar.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead::io_detail::obj {
@@ -34,7 +34,7 @@ struct HashBits {
   std::size_t operator()(const std::array<double, N>& values) const {
     std::uint64_t hash = 0;
     for (const double value : values)
-      hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 0x9e3779b97f4a7c15u + (hash >> 29);
+      hash = (hash ^ bit_cast<std::uint64_t>(value)) * 0x9e3779b97f4a7c15u + (hash >> 29);
     return static_cast<std::size_t>(hash ^ (hash >> 32));
   }
 };

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "knead/io/face_builder.h"
+#include "knead/io/float_chars.h"
 #include "knead/io/layout.h"
 #include "knead/io/obj/layout.h"
 #include "knead/io/obj/obj.h"
@@ -132,7 +133,7 @@ class Reader {
     position_ = skip_blanks(bytes_, position_);
     double value = 0;
     const char* const end = bytes_.data() + bytes_.size();
-    const auto [stop, error] = std::from_chars(bytes_.data() + position_, end, value);
+    const auto [stop, error] = float_from_chars(bytes_.data() + position_, end, value);
     if (error == std::errc{} && (stop == end || is_blank(*stop) || is_line_end(*stop))) {
       position_ = static_cast<std::size_t>(stop - bytes_.data());
       return value;

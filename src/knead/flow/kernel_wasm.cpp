@@ -1,0 +1,9 @@
+#include "knead/flow/kernel_source.h"
+
+namespace knead::detail {
+
+KernelTable wasm_kernels() {
+  return {"wasm", kernels_of<Pack<float>, Pack<double>>(), kernels_of<Pack<double>, Pack<double>>()};
+}
+
+}  // namespace knead::detail

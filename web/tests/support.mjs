@@ -1,0 +1,47 @@
+// What the tests of the web share. The environment names what `./dev web` has built.
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import os from 'node:os';
+import path from 'node:path';
+
+export const command = process.env.KNEAD; // the native command
+export const built = process.env.KNEAD_WEB_BUILD; // with npm/ and node_modules/
+export const meshes = process.env.KNEAD_TEST_MESHES; // real meshes and bad files; may be absent
+
+export function scratch(test) {
+  const folder = mkdtempSync(path.join(os.tmpdir(), 'knead-web-'));
+  test.after(() => rmSync(folder, { recursive: true }));
+  return folder;
+}
+
+export const knead = (...words) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
+
+// The line on standard error of a command that fails; null if it does not.
+export function complaint(...words) {
+  try {
+    knead(...words);
+    return null;
+  } catch (error) {
+    return error.stderr.toString().trim();
+  }
+}
+
+export const read = (...parts) => new Uint8Array(readFileSync(path.join(...parts)));
+
+// Of a closed shape about the origin, about two units long.
+export const sessions = {
+  pull: '{"knead": 1}\n{"tool": "implicit", "path": [[0, 1, 0], [0, 1.4, 0.2]], "inner": 0.1, "outer": 0.5}\n',
+  bend:
+    '{"knead": 1}\n{"tool": "bend", "center": [0, 0, 0], "axis": [0, 0, 1], "normal": [0, 1, 0], "width": 2.5, ' +
+    '"angle_deg": 60}\n',
+  paint: '{"knead": 1}\n{"tool": "paint", "outer": 0.4, "depth": 0.06, "path": [[-0.5, 1, 0], [0, 1, 0.2]]}\n',
+  several:
+    '{"knead": 1}\n{"tool": "twist", "center": [0, 0, 0], "axis": [0, 1, 0], "rate_deg": 60, "inner": -1, "outer": 1}\n' +
+    '{"tool": "rotate", "center": [0, 1, 0], "axis": [0, 1, 0], "angle_deg": 40, "inner": 0.2, "outer": 0.6}\n' +
+    '{"undo": 1}\n{"tool": "stretch", "center": [0, 1, 0], "axis": [0, 1, 0], "factor": 1.5, "inner": 0.2, "outer": 0.6}\n',
+  pins: '{"knead": 1}\n{"tool": "points", "points": [[0.2, 1, 0], [-0.2, 1, 0]], "outer": 0.3, "displacements": [[0, 0.1, 0]]}\n',
+  handles:
+    '{"knead": 1}\n{"tool": "handles", "full": [[0, 1, 0]], "zero": [[0, -1, 0]], "motion": {"translate": [0, 0.3, 0]}}\n',
+  remeshed:
+    '{"knead": 1}\n{"remesh": {}}\n{"tool": "implicit", "path": [[0, 1, 0], [0, 1.8, 0]], "inner": 0.1, "outer": 0.5}\n',
+};
