@@ -47,6 +47,8 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();
 }
 
+}  // namespace
+
 // A window with all that is drawn in it.
 class Application {
  public:
@@ -66,34 +68,41 @@ class Application {
 
   // Until the person quits, or the driver has lost what is drawn: false.
   bool run() {
-    while (!interface_.has_ended()) {
+    while (!has_ended()) {
       if (view_.is_lost()) return false;
-      const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
-      studio_.refresh();
-      const Clock::time_point now = Clock::now();
-      const std::uint64_t version = studio_.shown().version;
-      if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.is_busy()) {
-        last_active_ = now;
-        frames_since_ = 0;
-      }
-      const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
-      if (has_settled) studio_.remember_look();
-      if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.turntable()) {
-        last_frame_.reset();
-        continue;
-      }
-      samples_ = quality_.samples(has_settled);
-      draw_frame(events);
-      ++frames_since_;
-      drawn_version_ = version;
+      step();
     }
     return true;
+  }
+
+  bool has_ended() const { return interface_.has_ended(); }
+
+  // Takes the events, and draws a picture if something changes.
+  void step() {
+    const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
+    studio_.refresh();
+    const Clock::time_point now = Clock::now();
+    const std::uint64_t version = studio_.shown().version;
+    if (!events.empty() || version != drawn_version_ || window_.is_closing() || studio_.is_busy()) {
+      last_active_ = now;
+      frames_since_ = 0;
+    }
+    const bool has_settled = frames_since_ >= kFramesToSettle && seconds_between(last_active_, now) > kStaysActive;
+    if (has_settled) studio_.remember_look();
+    if (has_settled && !interface_.has_messages() && samples_ == 0 && !studio_.turntable()) {
+      last_frame_.reset();
+      return;
+    }
+    samples_ = quality_.samples(has_settled);
+    draw_frame(events);
+    ++frames_since_;
+    drawn_version_ = version;
   }
 
  private:
   void draw_frame(const std::vector<Event>& events) {
     const Clock::time_point began = Clock::now();
-    backend_.begin_frame();
+    backend_.begin_frame(window_);
     gui_.begin_frame();
     interface_.handle(events);
     if (window_.is_closing()) {
@@ -258,6 +267,8 @@ class Application {
   int samples_ = 0;  // of the last picture, as LiveScene::samples
 };
 
+namespace {
+
 // What other runs left behind and nobody misses.
 void discard_empty_journals(Studio& studio) {
   const std::vector<AbandonedJournal> journals = studio.abandoned();
@@ -294,6 +305,26 @@ void run_application(const ApplicationOptions& options) {
   }
   studio.remember_look();
   studio.close();
+}
+
+SteppedApplication::SteppedApplication(const ApplicationOptions& options) {
+  StudioOptions studio_options;
+  studio_options.has_worker = false;
+  studio_ = std::make_unique<Studio>(studio_options);
+  discard_empty_journals(*studio_);
+  application_ = std::make_unique<Application>(*studio_);
+  begin(*studio_, options);
+}
+
+SteppedApplication::~SteppedApplication() = default;
+
+bool SteppedApplication::step() {
+  if (application_->has_ended()) return false;
+  application_->step();
+  if (!application_->has_ended()) return true;
+  studio_->remember_look();
+  studio_->close();
+  return false;
 }
 
 }  // namespace knead::studio

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "preferences.h"
+#include "studio.h"
 
 namespace knead::studio {
 
@@ -16,5 +18,23 @@ struct ApplicationOptions {
 
 // Runs until the person quits. Throws std::runtime_error where there is no display or no OpenGL.
 void run_application(const ApplicationOptions& options);
+
+class Application;
+
+// The same, where the system asks for one picture after the other, as a browser does. All work is done in step().
+class SteppedApplication {
+ public:
+  explicit SteppedApplication(const ApplicationOptions& options);
+  ~SteppedApplication();
+  SteppedApplication(const SteppedApplication&) = delete;
+  SteppedApplication& operator=(const SteppedApplication&) = delete;
+
+  // Takes the events, and draws a picture if something changes. Returns false once the person has quit.
+  bool step();
+
+ private:
+  std::unique_ptr<Studio> studio_;
+  std::unique_ptr<Application> application_;
+};
 
 }  // namespace knead::studio

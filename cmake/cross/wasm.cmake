@@ -12,5 +12,6 @@ foreach(library IN ITEMS fmt nlohmann xsimd stb)
   endif()
 endforeach()
 set(CMAKE_CXX_STANDARD_INCLUDE_DIRECTORIES ${headers})
+set(KNEAD_STB_INCLUDE_DIR ${headers}/stb CACHE PATH "Headers only")
 # Errors are exceptions.
 set(CMAKE_CXX_FLAGS_INIT -fexceptions)

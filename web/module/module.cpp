@@ -17,7 +17,6 @@
 #include "knead/io/remeshed.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
-#include "knead/math/parallel.h"
 #include "knead/session/replay.h"
 #include "knead/session/report.h"
 #include "knead/session/session.h"
@@ -74,9 +73,10 @@ void read_option(const JsonMember& member, Options& options) {
   } else if (key == "singlePrecision") {  // of the arrays; set by index.js
     replay.remesh.single_precision = value.flag();
   } else {
-    throw InvalidInput(fmt::format("options: unknown key \"{}\"; use tolerance, integrator, precision, inverse, until "
-                                   "or report",
-                                   key));
+    throw InvalidInput(
+        fmt::format("options: unknown key \"{}\"; use tolerance, integrator, precision, inverse, until "
+                    "or report",
+                    key));
   }
 }
 

@@ -295,8 +295,8 @@ bool Document::make_frames(const FrameExport& how, Progress& progress) {
   options.frames.count =
       static_cast<int>(std::min(static_cast<std::size_t>(how.frames), std::max<std::size_t>(most_bytes / bytes, 2)));
   const Session session = history_session();
-  options.frames.same_faces =
-      std::ranges::all_of(session.strokes, [](const SessionStroke& stroke) { return is_flow(stroke.stroke); });
+  options.frames.same_faces = std::all_of(session.strokes.begin(), session.strokes.end(),
+                                          [](const SessionStroke& stroke) { return is_flow(stroke.stroke); });
   Motion motion{how, {}};
   options.frames.deliver = [&](const ReplayFrame& frame) {
     motion.frames.push_back(frame.shape.state(motion.frames.empty() ? ShapeState{} : motion.frames.back()));

@@ -12,6 +12,7 @@
 
 #include "knead/io/shape_file.h"
 #include "panels/widgets.h"
+#include "platform/device_files.h"
 
 namespace knead::studio {
 
@@ -81,6 +82,10 @@ void draw_places(FileDialog& dialog) {
   const char* const home = std::getenv("HOME");
   if (home != nullptr && ImGui::Button("Home")) go_to(dialog, home);
   if (home != nullptr) ImGui::SameLine();
+  if (!writes(dialog.use) && has_device_files()) {
+    if (ImGui::Button("From this device...")) choose_device_files();
+    ImGui::SameLine();
+  }
   ImGui::SetNextItemWidth(-1);
   if (ImGui::InputText("##folder", &dialog.typed_folder, ImGuiInputTextFlags_EnterReturnsTrue)) {
     go_to(dialog, dialog.typed_folder);

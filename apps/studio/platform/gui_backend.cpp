@@ -16,7 +16,8 @@ GuiBackend::~GuiBackend() {
   ImGui_ImplGlfw_Shutdown();
 }
 
-void GuiBackend::begin_frame() {
+// GLFW knows the window.
+void GuiBackend::begin_frame(const Window&) {
   ImGui_ImplOpenGL3_NewFrame();
   ImGui_ImplGlfw_NewFrame();
 }

@@ -14,7 +14,7 @@ class GuiBackend {
   GuiBackend& operator=(const GuiBackend&) = delete;
 
   // To be called before Gui::begin_frame, and after Gui::end_frame.
-  void begin_frame();
+  void begin_frame(const Window& window);
   void draw();
 };
 

@@ -37,12 +37,30 @@ KNEAD_INLINE v128_t sum_to_odd(v128_t a, v128_t b) {
 
 KNEAD_INLINE v128_t upper_as_doubles(v128_t a) { return wasm_f64x2_promote_low_f32x4(wasm_i64x2_shuffle(a, a, 1, 0)); }
 
-// Products of floats are exact in double.
+// Where rounding a double to float is not the end of it: exactly between two floats, or below the normal ones.
+KNEAD_INLINE v128_t is_doubtful_as_float(v128_t a) {
+  const v128_t size = wasm_f64x2_abs(a);
+  const v128_t is_between = wasm_i64x2_eq(wasm_v128_and(a, wasm_i64x2_splat(0x1fffffff)), wasm_i64x2_splat(0x10000000));
+  const v128_t is_small =
+      wasm_v128_and(wasm_f64x2_lt(size, wasm_f64x2_splat(0x1p-125)), wasm_f64x2_gt(size, wasm_f64x2_splat(0)));
+  return wasm_v128_or(is_between, is_small);
+}
+
+// Products of floats are exact in double, and sums rounded to double round once more to the same float, but for the
+// doubtful ones.
 KNEAD_INLINE v128_t fused_floats(v128_t a, v128_t b, v128_t c) {
-  const v128_t low = sum_to_odd(wasm_f64x2_mul(wasm_f64x2_promote_low_f32x4(a), wasm_f64x2_promote_low_f32x4(b)),
-                                wasm_f64x2_promote_low_f32x4(c));
-  const v128_t high = sum_to_odd(wasm_f64x2_mul(upper_as_doubles(a), upper_as_doubles(b)), upper_as_doubles(c));
-  return wasm_i64x2_shuffle(wasm_f32x4_demote_f64x2_zero(low), wasm_f32x4_demote_f64x2_zero(high), 0, 2);
+  const v128_t low = wasm_f64x2_mul(wasm_f64x2_promote_low_f32x4(a), wasm_f64x2_promote_low_f32x4(b));
+  const v128_t high = wasm_f64x2_mul(upper_as_doubles(a), upper_as_doubles(b));
+  const v128_t low_more = wasm_f64x2_promote_low_f32x4(c);
+  const v128_t high_more = upper_as_doubles(c);
+  v128_t low_sum = wasm_f64x2_add(low, low_more);
+  v128_t high_sum = wasm_f64x2_add(high, high_more);
+  if (__builtin_expect(wasm_v128_any_true(wasm_v128_or(is_doubtful_as_float(low_sum), is_doubtful_as_float(high_sum))),
+                       0)) {
+    low_sum = sum_to_odd(low, low_more);
+    high_sum = sum_to_odd(high, high_more);
+  }
+  return wasm_i64x2_shuffle(wasm_f32x4_demote_f64x2_zero(low_sum), wasm_f32x4_demote_f64x2_zero(high_sum), 0, 2);
 }
 
 // The upper half of a number's digits (Veltkamp).

@@ -19,13 +19,9 @@ void delete_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
 void delete_renderbuffer(GLuint name) { glDeleteRenderbuffers(1, &name); }
 void delete_program(GLuint name) { glDeleteProgram(name); }
 
-namespace {
-
-[[noreturn]] void fail_with(GLenum error) {
+void fail_with(GLenum error) {
   throw GpuError(fmt::format("the graphics driver reports error {:#x}; update it, or use the CPU", error));
 }
-
-}  // namespace
 
 Buffer make_buffer(GLenum target, const void* data, std::size_t bytes) {
   GLuint name = 0;
@@ -33,57 +29,6 @@ Buffer make_buffer(GLenum target, const void* data, std::size_t bytes) {
   glBindBuffer(target, name);
   glBufferData(target, static_cast<GLsizeiptr>(bytes), data, GL_STATIC_DRAW);
   return Buffer(name);
-}
-
-Buffer make_storage(const void* data, std::size_t bytes) {
-  constexpr std::size_t least = 16;  // an empty buffer cannot be bound
-  GLint64 most = 0;
-  glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &most);
-  if (bytes > static_cast<std::uint64_t>(most)) {
-    throw GpuError(fmt::format("the graphics driver allows no buffer of {:.3g} MB; use a smaller shape, or the CPU",
-                               1e-6 * static_cast<double>(bytes)));
-  }
-  GLuint name = 0;
-  glGenBuffers(1, &name);
-  Buffer buffer(name);
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, name);
-  glBufferData(GL_SHADER_STORAGE_BUFFER, static_cast<GLsizeiptr>(std::max(bytes, least)),
-               bytes < least ? nullptr : data, GL_DYNAMIC_DRAW);
-  if (bytes < least && data != nullptr) write_storage(buffer, 0, bytes, data);
-  const GLenum error = glGetError();
-  if (error == GL_OUT_OF_MEMORY) {
-    throw GpuError(fmt::format(
-        "the GPU has too little memory left for {:.3g} MB more; close other programs that use it, or use the CPU",
-        1e-6 * static_cast<double>(bytes)));
-  }
-  if (error != GL_NO_ERROR) fail_with(error);
-  return buffer;
-}
-
-void read_storage(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-  glGetBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), to);
-}
-
-void write_storage(const Buffer& buffer, std::size_t first_byte, std::size_t bytes, const void* from) {
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-  glBufferSubData(GL_SHADER_STORAGE_BUFFER, static_cast<GLintptr>(first_byte), static_cast<GLsizeiptr>(bytes), from);
-}
-
-void copy_storage(const Buffer& from, const Buffer& to, std::size_t bytes) {
-  glBindBuffer(GL_COPY_READ_BUFFER, from.get());
-  glBindBuffer(GL_COPY_WRITE_BUFFER, to.get());
-  glCopyBufferSubData(GL_COPY_READ_BUFFER, GL_COPY_WRITE_BUFFER, 0, 0, static_cast<GLsizeiptr>(bytes));
-}
-
-void clear_storage(const Buffer& buffer) {
-  const GLuint zero = 0;
-  glBindBuffer(GL_SHADER_STORAGE_BUFFER, buffer.get());
-  glClearBufferData(GL_SHADER_STORAGE_BUFFER, GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, &zero);
-}
-
-void bind_storage(GLuint place, const Buffer& buffer) {
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, place, buffer.get());
 }
 
 VertexArray make_vertex_array() {
@@ -144,9 +89,9 @@ Framebuffer make_framebuffer(std::initializer_list<const Texture*> colors, const
   std::vector<GLenum> targets;
   for (const Texture* color : colors) {
     targets.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(targets.size()));
-    glFramebufferTexture(GL_FRAMEBUFFER, targets.back(), color->get(), 0);
+    attach(targets.back(), color->get());
   }
-  if (depth != nullptr) glFramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth->get(), 0);
+  if (depth != nullptr) attach(GL_DEPTH_ATTACHMENT, depth->get());
   glDrawBuffers(static_cast<GLsizei>(targets.size()), targets.data());
   return framebuffer;
 }
@@ -195,10 +140,12 @@ Program make_program(const std::string& vertex, const std::string& fragment) {
   return link({&first, &second});
 }
 
+#if !defined(__EMSCRIPTEN__)
 Program make_compute_program(const std::string& source) {
   const Shader shader = make_shader(GL_COMPUTE_SHADER, source);
   return link({&shader});
 }
+#endif
 
 GLint uniform(const Program& program, const char* name) { return glGetUniformLocation(program.get(), name); }
 
@@ -209,7 +156,7 @@ void bind_texture(const Program& program, const char* name, int unit, GLenum tar
 }
 
 void require_no_error() {
-  if (reports_loss() && glGetGraphicsResetStatus() != GL_NO_ERROR) {
+  if (reports_loss() && was_reset()) {
     throw GpuError("the GPU was lost (its driver was reset); start again, or use the CPU");
   }
   const GLenum error = glGetError();

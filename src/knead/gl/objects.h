@@ -1,12 +1,12 @@
 // Owners of OpenGL objects, made and deleted in the context that is current. Internal to the rooms gl, gpu and render.
 #pragma once
 
-#include <epoxy/gl.h>
-
 #include <cstddef>
 #include <initializer_list>
 #include <string>
 #include <utility>
+
+#include "knead/gl/opengl.h"
 
 namespace knead::gl {
 
@@ -79,6 +79,9 @@ Program make_compute_program(const std::string& source);
 
 GLint uniform(const Program& program, const char* name);
 void bind_texture(const Program& program, const char* name, int unit, GLenum target, const Texture& texture);
+
+// Throws GpuError for an error that OpenGL has reported.
+[[noreturn]] void fail_with(GLenum error);
 
 // Throws GpuError if OpenGL has reported an error since the last call, or the context was lost.
 void require_no_error();

@@ -38,6 +38,18 @@ int write_all(int file, std::string_view text) {
 
 }  // namespace
 
+#if defined(__EMSCRIPTEN__)
+
+// Files of a page are in memory; the page itself stores them.
+class AppendFile::Syncer {
+ public:
+  explicit Syncer(int) {}
+  void request() {}
+  int error() const { return 0; }
+};
+
+#else
+
 // A thread that syncs the file on request; joins the requests that arrive during a sync.
 class AppendFile::Syncer {
  public:
@@ -84,6 +96,8 @@ class AppendFile::Syncer {
   bool ended_ = false;
   std::thread thread_;  // last: it uses the others
 };
+
+#endif
 
 AppendFile::AppendFile(const std::filesystem::path& path)
     : path_(path.string()), file_(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0600)) {

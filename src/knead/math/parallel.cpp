@@ -32,6 +32,9 @@ int hardware_threads() {
 void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t, std::size_t)>& body) {
   const std::size_t chunks = (count + grain - 1) / grain;
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+  threads = 1;  // no other can be started
+#endif
   const std::size_t workers = std::min<std::size_t>(chunks, threads > 0 ? threads : hardware_threads());
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;

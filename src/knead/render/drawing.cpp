@@ -41,7 +41,7 @@ void use_clipped(const gl::Program& program, const Pass& pass) {
   use(program, pass);
   if (!pass.clipped) return;
   glUniform4fv(uniform(program, "clip"), 1, pass.clip.data());
-  glEnable(GL_CLIP_DISTANCE0);
+  gl::set_clipping(true);
 }
 
 void set_simple_light(const gl::Program& program, const View& view) {
@@ -84,8 +84,8 @@ void reset_state(int width, int height) {
   glDisable(GL_DEPTH_TEST);
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_POLYGON_OFFSET_FILL);
-  glDisable(GL_CLIP_DISTANCE0);
-  glEnable(GL_PROGRAM_POINT_SIZE);
+  gl::set_clipping(false);
+  gl::let_shaders_size_points();
   glDepthMask(GL_TRUE);
   glDepthFunc(GL_LESS);
 }
@@ -96,7 +96,7 @@ void clear(float red, float green, float blue, float alpha) {
 }
 
 void clear_depth() {
-  glClearDepth(1);
+  gl::clear_depth_to(1);
   glClear(GL_DEPTH_BUFFER_BIT);
 }
 

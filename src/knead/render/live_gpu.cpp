@@ -191,13 +191,13 @@ LiveTargets make_live_targets(const LiveTargetSize& size) {
   targets.many = gl::make_framebuffer({}, nullptr);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, targets.color.get());
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, targets.depth.get());
-  glDrawBuffer(GL_COLOR_ATTACHMENT0);
+  gl::draw_into_one();
   if (relief) targets.relief = make_relief_targets(width, height, most);
   require_complete();
   targets.one_color = gl::make_texture(width, height, GL_RGBA8);
   targets.one_depth = make_depth_texture(width, height);
   targets.one = gl::make_framebuffer({&targets.one_color}, nullptr);
-  glFramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, targets.one_depth.get(), 0);
+  gl::attach(GL_DEPTH_STENCIL_ATTACHMENT, targets.one_depth.get());
   require_complete();
   return targets;
 }

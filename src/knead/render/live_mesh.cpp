@@ -1,7 +1,6 @@
 #include "knead/render/live_mesh.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -124,8 +123,9 @@ void LiveMesh::shade(const VertexRange& range) {
 // Several threads may set the same mark.
 void LiveMesh::mark(const VertexRange& range) {
   const auto set = [&](std::uint32_t v) {
-    const std::atomic_ref<std::uint8_t> flag(marks_[v]);
-    if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
+    // libc++ has no std::atomic_ref before version 19.
+    if (__atomic_load_n(&marks_[v], __ATOMIC_RELAXED) == 0)
+      __atomic_store_n(&marks_[v], std::uint8_t{1}, __ATOMIC_RELAXED);
   };
   for (std::uint32_t v = range.begin; v < range.end; ++v) set(v);
   if (rings_.list.empty()) return;

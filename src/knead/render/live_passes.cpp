@@ -30,7 +30,7 @@ void use_live_clipped(const gl::Program& program, const LiveFrame& frame) {
   if (!frame.cut) return;
   const Vec3f normal(frame.cut->normal);
   glUniform4f(uniform(program, "clip"), normal.x, normal.y, normal.z, static_cast<float>(frame.cut->offset));
-  glEnable(GL_CLIP_DISTANCE0);
+  gl::set_clipping(true);
 }
 
 void blend_premultiplied() {
@@ -73,12 +73,12 @@ void draw_wires(const LiveFrame& frame, const LiveShape& shape) {
   const gl::Program& program = frame.programs.wire;
   use_live_clipped(program, frame);
   set(program, "edge_samples", shape.mesh.mean_edge() / frame.view.pixel);
-  glColorMaski(1, GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  gl::draw_into_one();
   blend_premultiplied();
   glDepthMask(GL_FALSE);
   glDepthFunc(GL_LEQUAL);
   draw_edges(shape.buffers);
-  glColorMaski(1, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  if (frame.has_normals) gl::draw_into_two();
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   glDisable(GL_BLEND);
@@ -109,7 +109,7 @@ void count_openings(const LiveFrame& frame, const LiveShape& shape) {
   glDepthFunc(GL_LESS);
   glDepthMask(GL_TRUE);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glDisable(GL_CLIP_DISTANCE0);
+  gl::set_clipping(false);
 }
 
 void draw_cut_face(const LiveFrame& frame) {
@@ -146,17 +146,16 @@ void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
   reset_state(frame.width, frame.height);
   glDisable(GL_STENCIL_TEST);
-  glDisable(GL_FRAMEBUFFER_SRGB);
+  gl::write_colors_as_they_are();
   glEnable(GL_DEPTH_TEST);
   const Color& back = frame.scene.background_top;
   glClearStencil(0);
-  glClearDepth(1);
+  gl::clear_depth_to(1);
   glClearColor(back.red, back.green, back.blue, 1);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
   if (!targets.size.relief) return;
-  constexpr std::array<GLenum, 2> both{GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
   constexpr std::array<float, 4> none{0, 0, 0, 0};
-  glDrawBuffers(2, both.data());
+  gl::draw_into_two();
   glClearBufferfv(GL_COLOR, 1, none.data());
 }
 
@@ -171,7 +170,7 @@ void draw_live_shape(const LiveFrame& frame, const LiveShape& shape) {
     }
     if (frame.scene.wireframe) draw_wires(frame, shape);
   }
-  glDisable(GL_CLIP_DISTANCE0);
+  gl::set_clipping(false);
 }
 
 void draw_live_background(const LiveFrame& frame) {

@@ -26,6 +26,7 @@ struct LiveFrame {
   int height = 0;
   std::optional<LiveCut> cut;
   const gl::Texture* matcap = nullptr;  // of Material::matcap
+  bool has_normals = false;             // the shape's normals are drawn too, for its relief
 };
 
 // The plane of the scene's clip, if there is one. Throws InvalidInput for a plane without direction.

@@ -40,7 +40,7 @@ void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const 
   const Relief& wanted = frame.scene.relief;
   gather(targets, GL_DEPTH_BUFFER_BIT);
   gather_normals(targets);
-  glDrawBuffer(GL_COLOR_ATTACHMENT0);
+  gl::draw_into_one();
   if (wanted.occlusion) draw_occlusion(frame, targets, programs);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.many.get());
   reset_state(frame.width, frame.height);

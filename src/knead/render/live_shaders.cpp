@@ -16,7 +16,7 @@ uniform vec4 clip;  // dot(clip.xyz, p) > clip.w is taken away
 invariant gl_Position;
 void place() {
   gl_Position = matrix * vec4(position, 1.0);
-  gl_ClipDistance[0] = clip.w - dot(clip.xyz, position);
+  clip_by(clip.w - dot(clip.xyz, position));
 }
 )";
 
@@ -85,6 +85,7 @@ vec3 unit_normal(vec3 v) {
 
 const char* const kClayFragment = R"(
 void main() {
+  clip_away();
   vec3 v = -normalize(ray_direction(gl_FragCoord.xy));
   vec3 n = unit_normal(v);
   pixel = vec4(clay(base_color(), n, v), 1.0);
@@ -95,6 +96,7 @@ void main() {
 // Hard lamps of different colours: the slopes of neighbouring faces differ in hue, and nothing else lights the shape.
 const char* const kFlatFragment = R"(
 void main() {
+  clip_away();
   vec3 n = normalize(cross(dFdx(point), dFdy(point)));
   vec3 light = vec3(0.05, 0.05, 0.07) + max(dot(n, key), 0.0) * vec3(0.92, 0.80, 0.62) +
                max(dot(n, fill), 0.0) * vec3(0.05, 0.26, 0.62) + max(-dot(n, sky_up), 0.0) * vec3(0.30, 0.14, 0.10);
@@ -109,6 +111,7 @@ const char* const kMatcapFragment = R"(
 uniform sampler2D ball;
 uniform vec3 plain_srgb;  // the colour that leaves the material as it is
 void main() {
+  clip_away();
   vec3 d = normalize(ray_direction(gl_FragCoord.xy));
   vec3 x = normalize(cross(d, top));
   vec3 y = cross(x, d);
@@ -122,6 +125,7 @@ void main() {
 
 const char* const kCloudFragment = R"(
 void main() {
+  clip_away();
   vec2 p = vec2(2.0, -2.0) * gl_PointCoord + vec2(-1.0, 1.0);
   float r2 = dot(p, p);
   if (r2 > 1.0) discard;
@@ -143,7 +147,10 @@ void main() {
 const char* const kWireFragment = R"(
 in float opacity;
 layout(location = 0) out vec4 pixel;
-void main() { pixel = vec4(vec3(0.05, 0.05, 0.06) * opacity, opacity); }
+void main() {
+  clip_away();
+  pixel = vec4(vec3(0.05, 0.05, 0.06) * opacity, opacity);
+}
 )";
 
 const char* const kDepthVertex = "void main() { place(); }\n";
@@ -345,7 +352,7 @@ out vec4 pixel;
 void main() { pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0); }
 )";
 
-std::string vertex_program(const char* body) { return std::string(kVersion) + kVertexInputs + body; }
+std::string vertex_program(const char* body) { return std::string(kVersion) + kClipVertex + kVertexInputs + body; }
 
 ShaderSource relief_program(const char* vertex, const char* fragment) {
   return {std::string(kVersion) + vertex, std::string(kVersion) + kView + kRelief + fragment};
@@ -363,13 +370,17 @@ ShaderSource live_shape_source(Material material) {
   const char* const body = material == Material::clay     ? kClayFragment
                            : material == Material::matcap ? kMatcapFragment
                                                           : kFlatFragment;
-  return {vertex_program(kShapeVertex), lit_program(std::string(kShapeInputs) + body)};
+  return {vertex_program(kShapeVertex), lit_program(std::string(kClipFragment) + kShapeInputs + body)};
 }
 ShaderSource live_cloud_source() {
-  return {vertex_program(kShapeVertex), lit_program(std::string(kShapeInputs) + kCloudFragment)};
+  return {vertex_program(kShapeVertex), lit_program(std::string(kClipFragment) + kShapeInputs + kCloudFragment)};
 }
-ShaderSource live_wire_source() { return {vertex_program(kWireVertex), std::string(kVersion) + kWireFragment}; }
-ShaderSource live_depth_source() { return {vertex_program(kDepthVertex), std::string(kVersion) + "void main() {}\n"}; }
+ShaderSource live_wire_source() {
+  return {vertex_program(kWireVertex), std::string(kVersion) + kClipFragment + kWireFragment};
+}
+ShaderSource live_depth_source() {
+  return {vertex_program(kDepthVertex), std::string(kVersion) + kClipFragment + "void main() { clip_away(); }\n"};
+}
 ShaderSource live_cut_source() { return {std::string(kVersion) + kCutVertex, lit_program(kCutFragment)}; }
 ShaderSource live_background_source() {
   return {std::string(kVersion) + kBackgroundVertex, std::string(kVersion) + kView + kBackgroundFragment};

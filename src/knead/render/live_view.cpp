@@ -327,10 +327,10 @@ void make_picture(LiveView::State& s, const LiveScene& scene, int width, int hei
   const std::vector<LiveGlass> glass = s.show(scene, rough.frame.forward);
   const View view = make_view(scene.camera, s.placement, ball_of(s.shown_box()), aspect, height);
   const bool is_matcap = scene.material == Material::matcap;
-  const LiveFrame frame{s.programs, view,   scene, ball_of(s.shape_box()),
-                        width,      height, cut,   is_matcap ? &s.texture_of(scene.matcap) : nullptr};
-
   const bool relief = scene.relief != Relief{} && !s.mesh.is_cloud();
+  const LiveFrame frame{s.programs, view,   scene, ball_of(s.shape_box()),
+                        width,      height, cut,   is_matcap ? &s.texture_of(scene.matcap) : nullptr,
+                        relief};
   if (relief && !s.relief_programs) s.relief_programs.emplace();
   s.make_targets({width, height, scene.samples > 0 ? scene.samples : s.samples, relief});
   begin_live_picture(frame, s.targets);
@@ -376,7 +376,7 @@ UploadCounts LiveView::counts() const { return state_->counts; }
 
 bool LiveView::draws_in_software() const { return state_->programs.in_software; }
 
-bool LiveView::is_lost() const { return state_->reports_loss && glGetGraphicsResetStatus() != GL_NO_ERROR; }
+bool LiveView::is_lost() const { return state_->reports_loss && gl::was_reset(); }
 
 Box LiveView::box() const {
   const Box placed = state_->shape_box();

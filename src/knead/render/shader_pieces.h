@@ -1,9 +1,20 @@
-// GLSL 3.30 that several programs share.
+// GLSL that several programs share: 3.30, and the part of it that pages have too (GLSL ES 3.00).
 #pragma once
 
 namespace knead::render {
 
+// What begins every shader; and what clips: clip_by(d) in a vertex shader and clip_away() in the fragment shader after
+// it take away what has d < 0.
+#if defined(__EMSCRIPTEN__)
+inline constexpr const char* kVersion =
+    "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2D;\n";
+inline constexpr const char* kClipVertex = "out float kept;\nvoid clip_by(float d) { kept = d; }\n";
+inline constexpr const char* kClipFragment = "in float kept;\nvoid clip_away() { if (kept < 0.0) discard; }\n";
+#else
 inline constexpr const char* kVersion = "#version 330 core\n";
+inline constexpr const char* kClipVertex = "void clip_by(float d) { gl_ClipDistance[0] = d; }\n";
+inline constexpr const char* kClipFragment = "void clip_away() {}\n";
+#endif
 
 // How a sample of the picture becomes a ray, and a depth becomes a point on it (view.h).
 inline constexpr const char* kView = R"(

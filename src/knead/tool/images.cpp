@@ -167,12 +167,14 @@ std::vector<Stroke> with_images(const Stroke& stroke, std::span<const SymmetryIm
   std::vector<Stroke> all{stroke};
   std::vector<std::vector<double>> numbers{numbers_of(stroke)};
   const auto same = [tolerance](const std::vector<double>& a, const std::vector<double>& b) {
-    return std::ranges::equal(a, b, [=](double x, double y) { return std::abs(x - y) <= tolerance; });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [=](double x, double y) { return std::abs(x - y) <= tolerance; });
   };
   for (const SymmetryImage& image : images) {
     Stroke next = image_of(stroke, image, image_file);
     std::vector<double> list = numbers_of(next);
-    const bool is_there = std::ranges::any_of(numbers, [&](const auto& other) { return same(other, list); });
+    const bool is_there =
+        std::any_of(numbers.begin(), numbers.end(), [&](const auto& other) { return same(other, list); });
     if (is_there) continue;
     all.push_back(std::move(next));
     numbers.push_back(std::move(list));
@@ -202,8 +204,8 @@ std::vector<Stroke> symmetric_strokes(std::span<const Stroke> strokes, std::span
       } else {
         std::vector<Stroke> same = with_images(piece, images, tolerance, image_file);
         // The order turns round from piece to piece, so that no side is always first (Strang's splitting).
-        if (count % 2 == 1) std::ranges::reverse(same);
-        std::ranges::move(same, std::back_inserter(result));
+        if (count % 2 == 1) std::reverse(same.begin(), same.end());
+        std::move(same.begin(), same.end(), std::back_inserter(result));
       }
       ++count;
     }

@@ -45,7 +45,7 @@ void add_dab(const PaintTouch& touch, PaintDrag& drag) {
   dab.samples = {carried(touch.at, drag)};
   drag.stroke.samples.push_back(dab.samples.front());
   Flow flow = flow_of(dab);
-  std::ranges::move(flow.segments, std::back_inserter(drag.done.segments));
+  std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(drag.done.segments));
 }
 
 }  // namespace

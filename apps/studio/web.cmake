@@ -1,0 +1,38 @@
+# Studio on a page. Dear ImGui comes as sources, which `./dev web` fetches; without them there is no page.
+set(KNEAD_IMGUI_SOURCES "" CACHE PATH "Dear ImGui's sources, for the page")
+set(KNEAD_STUDIO_FONT /usr/share/fonts/truetype/dejavu/DejaVuSans.ttf CACHE FILEPATH "The font of the page's Studio")
+
+if(EXISTS ${KNEAD_IMGUI_SOURCES}/imgui.cpp)
+  set(KNEAD_IMGUI_FOUND TRUE)
+  add_library(knead_imgui STATIC
+              ${KNEAD_IMGUI_SOURCES}/imgui.cpp ${KNEAD_IMGUI_SOURCES}/imgui_draw.cpp ${KNEAD_IMGUI_SOURCES}/imgui_tables.cpp
+              ${KNEAD_IMGUI_SOURCES}/imgui_widgets.cpp ${KNEAD_IMGUI_SOURCES}/misc/cpp/imgui_stdlib.cpp
+              ${KNEAD_IMGUI_SOURCES}/backends/imgui_impl_opengl3.cpp)
+  target_compile_features(knead_imgui PUBLIC cxx_std_17)
+  target_compile_definitions(knead_imgui PUBLIC IMGUI_IMPL_OPENGL_ES3)
+  target_include_directories(knead_imgui SYSTEM PUBLIC ${KNEAD_IMGUI_SOURCES} ${KNEAD_IMGUI_SOURCES}/misc/cpp
+                                                       ${KNEAD_IMGUI_SOURCES}/backends)
+  add_library(PkgConfig::KNEAD_IMGUI ALIAS knead_imgui)
+else()
+  message(STATUS "knead: no sources of Dear ImGui in KNEAD_IMGUI_SOURCES: building without Studio's page")
+endif()
+
+# The program of the page, in web/page of the build.
+function(knead_studio_page)
+  if(NOT KNEAD_IMGUI_FOUND)
+    return()
+  endif()
+  add_executable(knead_studio_page)
+  knead_configure(knead_studio_page)
+  target_link_libraries(knead_studio_page PRIVATE knead_studio_panels fmt::fmt)
+  target_sources(knead_studio_page PRIVATE application.cpp platform/web/gui_backend.cpp platform/web/main.cpp
+                                           platform/web/window.cpp)
+  target_link_options(
+    knead_studio_page
+    PRIVATE -fexceptions -O2 -lidbfs.js -sMODULARIZE=1 -sEXPORT_ES6=1 -sENVIRONMENT=web -sALLOW_MEMORY_GROWTH=1
+            -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=4MB -sMAX_WEBGL_VERSION=2 -sMIN_WEBGL_VERSION=2 -sDYNAMIC_EXECUTION=0
+            -sINVOKE_RUN=0 "-sEXPORTED_RUNTIME_METHODS=['ccall','callMain','FS','IDBFS','HEAPU8']"
+            --embed-file ${KNEAD_STUDIO_FONT}@/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf)
+  set_target_properties(knead_studio_page PROPERTIES OUTPUT_NAME knead_studio SUFFIX .mjs
+                                                     RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/page)
+endfunction()

@@ -1,0 +1,189 @@
+// Starts Studio on the page: its stored files, its canvas, and what it asks of the browser.
+import makeStudio from './knead_studio.mjs';
+import { Input } from './input.js';
+
+const home = '/home/web_user';
+const folder = `${home}/files`;
+const storeEvery = 500; // ms
+
+const canvas = document.getElementById('canvas');
+const notice = document.getElementById('notice');
+const input = document.getElementById('files');
+
+function show(text, ms = 0) {
+  notice.textContent = text;
+  if (ms > 0) setTimeout(() => notice.textContent === text && (notice.textContent = ''), ms);
+}
+
+// Another tab's journal is not this one's to offer or to change.
+function isFirstTab() {
+  if (!navigator.locks) return Promise.resolve(true);
+  return new Promise((resolve) => {
+    navigator.locks.request('knead-studio', { ifAvailable: true }, (lock) => {
+      resolve(lock !== null);
+      return lock === null ? undefined : new Promise(() => {}); // held until the tab is gone
+    });
+  });
+}
+
+const sync = (studio, fromStore) =>
+  new Promise((resolve, reject) => studio.FS.syncfs(fromStore, (error) => (error ? reject(error) : resolve())));
+
+// Stores what Studio has written, and offers new files of its folder to the device.
+class Store {
+  constructor(studio) {
+    this.studio = studio;
+    this.known = new Map();
+    this.isStoring = false;
+  }
+
+  fileStates() {
+    const { FS } = this.studio;
+    const states = new Map();
+    for (const name of FS.readdir(folder)) {
+      const stat = FS.stat(`${folder}/${name}`);
+      if (FS.isFile(stat.mode) && !name.startsWith('.')) states.set(name, `${stat.mtime.getTime()} ${stat.size}`);
+    }
+    return states;
+  }
+
+  // What lies there now is not offered.
+  learn() {
+    this.known = this.fileStates();
+  }
+
+  // A file is whole when it has not changed since the last look.
+  offerNew() {
+    const states = this.fileStates();
+    for (const [name, state] of states) {
+      if (this.known.get(name) === state) continue;
+      if (this.seen?.get(name) !== state) continue;
+      this.known.set(name, state);
+      download(name, this.studio.FS.readFile(`${folder}/${name}`));
+    }
+    this.seen = states;
+  }
+
+  async store() {
+    this.offerNew();
+    if (this.isStoring || !this.isKept) return;
+    this.isStoring = true;
+    try {
+      await sync(this.studio, false);
+    } catch (error) {
+      this.isKept = false;
+      show(`Your work is not stored: ${error.message ?? error}. Save it to a file.`);
+    }
+    this.isStoring = false;
+  }
+}
+
+function download(name, bytes) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob([bytes]));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+async function bring(studio, store, files) {
+  const paths = [];
+  for (const file of files) {
+    const path = `${folder}/${file.name.replaceAll('/', '_')}`;
+    try {
+      studio.FS.writeFile(path, new Uint8Array(await file.arrayBuffer()));
+      paths.push(path);
+    } catch (error) {
+      show(`${file.name}: cannot be read (${error.message}); use a smaller file`, 8000);
+    }
+  }
+  store.learn();
+  if (paths.length > 0) studio.ccall('studio_drop', null, ['string'], [paths.join('\n')]);
+}
+
+function fit(studio) {
+  const scale = window.devicePixelRatio || 1;
+  const width = Math.max(1, Math.round(window.innerWidth * scale));
+  const height = Math.max(1, Math.round(window.innerHeight * scale));
+  if (canvas.width !== width) canvas.width = width;
+  if (canvas.height !== height) canvas.height = height;
+  studio._studio_resize(width, height, scale);
+  return scale;
+}
+
+// What Studio calls (EM_JS in apps/studio/platform/web).
+function pageOf(state) {
+  return {
+    setTitle: (title) => {
+      document.title = title;
+    },
+    toggleFullScreen: () => {
+      if (document.fullscreenElement) document.exitFullscreen();
+      else document.documentElement.requestFullscreen().catch(() => show('The browser allows no full screen here.', 4000));
+    },
+    chooseFiles: () => input.click(),
+    fail: (line) => {
+      state.hasEnded = true;
+      show(line);
+    },
+    end: () => {
+      state.hasEnded = true;
+      document.title = 'Knead Studio';
+      show('Knead Studio has ended. Reload the page to start it again.');
+    },
+  };
+}
+
+function listen(studio, store, state) {
+  const keyboard = new Input(studio, canvas);
+  const resize = () => {
+    keyboard.scale = fit(studio);
+  };
+  resize();
+  window.addEventListener('resize', resize);
+  window.addEventListener('dragover', (event) => event.preventDefault());
+  window.addEventListener('drop', (event) => {
+    event.preventDefault();
+    bring(studio, store, event.dataTransfer.files);
+  });
+  input.addEventListener('change', () => {
+    bring(studio, store, [...input.files]).then(() => (input.value = ''));
+  });
+  window.addEventListener('beforeunload', (event) => {
+    if (!state.hasEnded && document.title.includes('* - ')) event.preventDefault();
+  });
+  document.addEventListener('visibilitychange', () => store.store());
+  setInterval(() => store.store(), storeEvery);
+  canvas.addEventListener('webglcontextlost', () => {
+    store.store();
+    show('The browser has taken the graphics away. Reload the page; Studio then offers your work again.');
+  });
+}
+
+async function start() {
+  if (!document.createElement('canvas').getContext('webgl2')) {
+    throw new Error('this browser has no WebGL 2; use a newer one, or turn on its hardware acceleration');
+  }
+  const state = { hasEnded: false };
+  const studio = await makeStudio({ canvas, page: pageOf(state) });
+  const { FS, IDBFS } = studio;
+  const store = new Store(studio);
+  store.isKept = await isFirstTab();
+  if (store.isKept) {
+    FS.mount(IDBFS, {}, home);
+    await sync(studio, true);
+  } else {
+    show('Studio is open in another tab. This one stores nothing: save your work to files.', 10_000);
+  }
+  FS.mkdirTree(folder);
+  store.learn();
+  listen(studio, store, state);
+  if (store.isKept) show('');
+  studio.callMain([]);
+  canvas.focus();
+  window.kneadStudio = studio;
+  performance.mark('knead-studio-started');
+}
+
+if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catch(() => {});
+start().catch((error) => show(`Knead Studio cannot start: ${error.message}`));
