@@ -29,8 +29,9 @@ const middle = 1;
 const buttons = [left, middle, 2]; // a browser's, as Studio's MouseButton
 const shift = 1;
 const doublePress = { ms: 400, pixels: 6 };
-const touchSlop = 6; // before a finger's press is told, a second one may come
+const touchSlop = 6; // CSS pixels that a finger moves before its press is told, for a second one may come
 const touchWait = 130; // ms
+const zoomOfStep = 1.15; // of Studio's wheel
 
 export class Input {
   constructor(module, canvas) {
@@ -183,7 +184,7 @@ export class Input {
     const at = this.middleOfFingers();
     Object.assign(this.view, { x: at.x, y: at.y });
     this.move(at.x, at.y, 1, this.view.modifiers);
-    const steps = 12 * Math.log(at.spread / this.view.spread);
+    const steps = Math.log(at.spread / this.view.spread) / Math.log(zoomOfStep);
     if (Math.abs(steps) < 0.2) return;
     this.view.spread = at.spread;
     this.module._studio_wheel(steps, 0);

@@ -77,38 +77,46 @@ describe('the page of Studio', { skip }, () => {
       [name, Array.from(bytes)],
     );
 
-  // Presses Ctrl+S, types a name, and returns the text of the session that the browser downloads.
-  async function save(tab, name) {
-    const download = tab.waitForEvent('download', { timeout: 20_000 });
-    await tab.keyboard.press('Control+s');
+  // Presses keys, types a name into the dialog, and returns the file of that ending that the browser downloads.
+  async function write(tab, keys, name, ending) {
+    const isWanted = (download) => download.suggestedFilename().endsWith(ending);
+    const download = tab.waitForEvent('download', { predicate: isWanted, timeout: 20_000 });
+    await tab.keyboard.press(keys);
     await settle(tab);
     await tab.keyboard.press('Control+a');
     await tab.keyboard.type(name);
     await settle(tab);
     await tab.keyboard.press('Enter');
-    const file = await (await download).path();
-    return readFileSync(file, 'utf8');
+    return readFileSync(await (await download).path());
   }
+  const save = async (tab, name) => (await write(tab, 'Control+Shift+S', name, '.knead')).toString();
 
   const strokes = (text) => text.trim().split('\n').slice(1);
 
-  it('deforms by mouse, undoes, saves, and replays with the bits of the command', async (test) => {
+  it('deforms by mouse, undoes and exports, with the bytes of the command', async (test) => {
+    const home = scratch(test);
+    const sphere = path.join(home, 'sphere.ply');
+    knead('make', 'sphere', '-n', '10000', '-o', sphere);
     const tab = await open(test);
     await picture(tab, 'start');
+    await drop(tab, 'sphere.ply', readFileSync(sphere));
+    await tab.waitForFunction(() => document.title.includes('sphere'));
+    await settle(tab);
     await drag(tab, middle, { x: middle.x + 150, y: middle.y - 80 });
     await picture(tab, 'pulled');
+    const one = await save(tab, 'one');
     await drag(tab, { x: middle.x, y: middle.y + 100 }, { x: middle.x - 120, y: middle.y + 180 });
     const two = await save(tab, 'two');
+    const exported = await write(tab, 'Control+e', 'exported.ply', 'exported.ply');
     await tab.keyboard.press('Control+z');
-    await settle(tab);
-    const one = await save(tab, 'one');
-    assert.ok(strokes(one).length >= 1);
+    await settle(tab, 20);
+    const undone = await save(tab, 'undone');
+    assert.ok(strokes(one).length > 0);
     assert.ok(strokes(two).length > strokes(one).length);
-    assert.ok(two.startsWith(one.split('\n').slice(1, 2).join('')) || strokes(two)[0] === strokes(one)[0]);
-    const home = scratch(test);
-    writeFileSync(path.join(home, 'one.knead'), one);
-    knead('make', 'sphere', '-n', '40000', '-o', path.join(home, 'sphere.ply'));
-    knead('deform', path.join(home, 'sphere.ply'), path.join(home, 'one.knead'), '-o', path.join(home, 'out.ply'));
+    assert.deepEqual(strokes(undone), strokes(one));
+    writeFileSync(path.join(home, 'two.knead'), two);
+    knead('deform', sphere, path.join(home, 'two.knead'), '-o', path.join(home, 'out.ply'));
+    assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
     assert.deepEqual(tab.problems, []);
   });
 
@@ -138,16 +146,18 @@ describe('the page of Studio', { skip }, () => {
   });
 
   it('offers the work again after a killed page', async (test) => {
-    const context = await browser.newContext({ viewport: size });
+    const context = await browser.newContext({ viewport: size, acceptDownloads: true });
     const tab = await open(test, context);
     await drag(tab, middle, { x: middle.x + 150, y: middle.y - 80 });
     await tab.waitForTimeout(2500); // stored twice a second
     await tab.close({ runBeforeUnload: false });
     const again = await open(test, context);
     await picture(again, 'recovery');
-    await again.keyboard.press('Enter');
+    // The button Recover.
+    await again.mouse.click(425, 421);
     await settle(again, 20);
     await picture(again, 'recovered');
+    assert.equal(strokes(await save(again, 'recovered')).length > 0, true);
     assert.deepEqual(again.problems, []);
   });
 
