@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs the zip in an empty folder of settings and runs a test inside Blender:  run.sh ADDON.zip TEST.py
-# KNEAD names the command. Exit status 77: Blender is not installed.
+# KNEAD names the command (default: build/release/knead). Exit status 77: Blender is not installed.
 set -euo pipefail
 
 command -v blender >/dev/null || {
@@ -9,6 +9,7 @@ command -v blender >/dev/null || {
 }
 zip=$(realpath "$1")
 test=$(realpath "$2")
+export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../build/release/knead}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 export BLENDER_USER_CONFIG=$scratch/config BLENDER_USER_SCRIPTS=$scratch/scripts PYTHONDONTWRITEBYTECODE=1

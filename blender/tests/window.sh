@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Installs the zip in an empty folder of settings and runs a test in Blender's window, on a display of its own:
 #   window.sh ADDON.zip TEST.py [ARGUMENTS]
-# KNEAD names the command; KNEAD_WINDOW the size of the display, such as 1280x800. Exit status 77: Blender or Xvfb is not installed.
+# KNEAD names the command (default: build/release/knead); KNEAD_WINDOW the size of the display, such as 1280x800. Exit status 77: Blender or Xvfb is not installed.
 set -euo pipefail
 
 for program in blender Xvfb; do
@@ -13,6 +13,7 @@ done
 zip=$(realpath "$1")
 test=$(realpath "$2")
 shift 2
+export KNEAD=${KNEAD:-$(dirname "${BASH_SOURCE[0]}")/../../build/release/knead}
 scratch=$(mktemp -d)
 x_server=
 stop() {

@@ -114,8 +114,12 @@ class Surface {
     return keys;
   }
 
-  SessionStroke with_safe_zone(SessionStroke stroke) const {
-    stroke.stroke = knead::with_safe_zone(stroke.stroke, zone_profile(stroke.stroke, mesh_.positions, triangles_));
+  // While a stroke is dragged, only its angle changes: the profile stays.
+  SessionStroke with_safe_zone(SessionStroke stroke) {
+    if (!check_zone(stroke.stroke, profile_)) {
+      profile_ = zone_profile(stroke.stroke, mesh_.positions, triangles_);
+    }
+    stroke.stroke = knead::with_safe_zone(stroke.stroke, profile_);
     return stroke;
   }
 
@@ -138,6 +142,7 @@ class Surface {
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> normals_;
   std::optional<SurfaceTree> tree_;
+  ZoneProfile profile_;
 };
 
 std::vector<SessionStroke> session_strokes(std::vector<Stroke> strokes) {
