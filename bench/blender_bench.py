@@ -15,7 +15,8 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../blender/tests"))
-from window_support import coordinates, mesh_object, run
+from support import mesh_object
+from window_support import coordinates, run
 
 _POINTS = 20  # of a drag
 _TOOLS = {

@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.join(os.path.dirname(__file__), "tests"))
-from window_support import PICTURES, mesh_object, run
+from support import mesh_object
+from window_support import PICTURES, run
 
 MESHES = sys.argv[-1]
 # Mesh, how close to look, and strokes: tool, where to press and by how much to drag in pixels of a 3D view of 1057 x 759,
@@ -24,7 +25,7 @@ SCANS = {
         [("pull", (477, 296), (-16, 12), {"radius": 0.04})],
     ),
     "ear": ("armadillo_173k_constructed.ply", 1.1, False, [("pull", (455, 650), (-12, 30), {"radius": 0.07})]),
-    "arm": ("armadillo_173k_constructed.ply", 1.1, False, [("bend", (345, 535), (0, -200), {})]),
+    "arm": ("armadillo_173k_constructed.ply", 1.1, False, [("bend", (345, 535), (0, -140), {"widen_zone": False})]),
 }
 
 
@@ -95,7 +96,6 @@ def test(window):
         timed(steps)
         yield from scan(window, name, steps)
         bpy.context.scene.knead.property_unset("radius")
-        bpy.context.scene.knead.property_unset("inner_ratio")
 
 
 run(test)

@@ -234,7 +234,10 @@ class OfPart(Turn):
         return float(np.dot(drag, self._across)) * _DEGREES_PER_PIXEL
 
     def strokes(self):
-        return [] if self.value == 0 else [self.live.surface.with_safe_zone(self.stroke())]
+        if self.value == 0:
+            return []
+        stroke = self.stroke()
+        return [self.live.surface.with_safe_zone(stroke) if self.settings.widen_zone else stroke]
 
     def ring_at(self):
         keys = self.keys

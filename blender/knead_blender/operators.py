@@ -8,6 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
 from . import rebuild, shape, state
+from .background import Background
 from .native import knead
 
 _ERRORS = (state.Refusal, ValueError, RuntimeError, OSError)
@@ -146,7 +147,7 @@ def _replace(obj, session, discard=False):
     state.keep(obj, session, coordinates)
 
 
-class KNEAD_OT_session_rebuild(OfSession, bpy.types.Operator):
+class KNEAD_OT_session_rebuild(Background, OfSession, bpy.types.Operator):
     """Compute the mesh anew from its base positions; Esc stops"""
 
     bl_idname = "knead.session_rebuild"
@@ -161,42 +162,19 @@ class KNEAD_OT_session_rebuild(OfSession, bpy.types.Operator):
         try:
             state.require_mesh(obj)
             state.require_own_key(obj)
-            _require_base(obj)
             if not self.discard and state.changed_elsewhere(obj):
                 raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
-            self._job = rebuild.Job(obj, state.parse(obj.knead.session))
+            session, base, frame = state.parse(obj.knead.session), _require_base(obj), state.frame_of(obj.data)
+            rebuild.check_session(session)
+            faces = shape.faces(obj.data)
         except _ERRORS as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
-        self._obj, self._before = obj, shape.fingerprint(shape.read(obj))
-        self._timer = context.window_manager.event_timer_add(0.1, window=context.window)
-        context.window_manager.progress_begin(0, 1)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
+        self._session = session
+        return self.start(context, obj, lambda progress: rebuild.compute(base, faces, session, frame, progress=progress))
 
-    def modal(self, context, event):
-        if event.type == "ESC":
-            self._job.stop()
-            return self._end(context, "stopped; the mesh is as it was")
-        if event.type != "TIMER":
-            return {"RUNNING_MODAL"}
-        context.window_manager.progress_update(self._job.fraction)
-        if self._job.running():
-            return {"RUNNING_MODAL"}
-        if self._job.error is not None:
-            return self._end(context, self._job.error)
-        if shape.fingerprint(shape.read(self._obj)) != self._before:
-            return self._end(context, "the mesh changed during the rebuild and stays as it is")
-        state.keep(self._obj, self._job.session, self._job.coordinates)
-        self._end(context, None)
-        return {"FINISHED"}
-
-    def _end(self, context, why):
-        context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.progress_end()
-        if why is not None:
-            self.report({"WARNING"}, f"Rebuild: {why}")
-        return {"CANCELLED"}
+    def finish(self, context, obj, coordinates):
+        state.keep(obj, self._session, coordinates)
 
 
 class OfStroke(OfSession):

@@ -1,6 +1,4 @@
-"""Computes what a session makes of a mesh, and runs that in the background."""
-
-import threading
+"""Computes what a session makes of a mesh."""
 
 import numpy as np
 
@@ -44,35 +42,3 @@ def mask_stroke(obj, width, group=None):
     if len(kept) == 0:
         raise state.Refusal("Nothing is masked; paint a sculpt mask, or name a vertex group with weights")
     return knead.Mask(vertices=kept.tolist(), values=np.clip(values[kept], 0, 1).astype(float).tolist(), width=width)
-
-
-class Job:
-    """A rebuild in a thread of its own; the GIL is released while the library works."""
-
-    def __init__(self, obj, session):
-        check_session(session)
-        self.session = session
-        self.fraction = 0.0
-        self.coordinates = None
-        self.error = None
-        self._stop = False
-        base, faces, frame = shape.read_base(obj.data), shape.faces(obj.data), state.frame_of(obj.data)
-        self._thread = threading.Thread(target=self._run, args=(base, faces, frame), daemon=True)
-        self._thread.start()
-
-    def _run(self, base, faces, frame):
-        try:
-            self.coordinates = compute(base, faces, self.session, frame, progress=self._progress)
-        except (ValueError, RuntimeError, OSError) as error:
-            self.error = str(error)
-
-    def _progress(self, fraction):
-        self.fraction = fraction
-        return not self._stop
-
-    def running(self):
-        return self._thread.is_alive()
-
-    def stop(self):
-        self._stop = True
-        self._thread.join()

@@ -40,6 +40,11 @@ class KneadTools(bpy.types.PropertyGroup):
         description="Twist and bend move one part alone, such as an arm, which Knead finds; else all beyond the place",
         default=True,
     )
+    widen_zone: BoolProperty(
+        name="Widen",
+        description="Spread a twist or bend over more of the part where it would stretch that too much",
+        default=True,
+    )
     stamp: PointerProperty(
         name="Stamp",
         description="The closed mesh that is pressed in; none: a ball",

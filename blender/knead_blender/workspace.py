@@ -11,8 +11,8 @@ from . import live, rings, tools, view
 _ICONS = os.path.join(os.path.dirname(__file__), "icons")
 _OF_TOOL = {
     "paint": ("radius", "depth", "pressure"),
-    "twist": ("radius", "whole_part"),
-    "bend": ("radius", "whole_part"),
+    "twist": ("radius", "whole_part", "widen_zone"),
+    "bend": ("radius", "whole_part", "widen_zone"),
     "stamp": ("radius", "stamp", "stamp_size"),
 }
 
@@ -48,7 +48,7 @@ def _draw_cursor(context, tool, xy):
     """Draws the rings where the pointer is: on the surface where the library has it, else flat."""
     obj = context.object
     region, data = _region_at(context, xy)
-    if tools.active is not None or region is None or not tools.Tool.poll(context):
+    if not _registered or tools.active is not None or region is None or not tools.Tool.poll(context):
         return
     pixel = xy[0] - region.x, xy[1] - region.y
     kept = live.touched(obj)
@@ -101,6 +101,19 @@ def register():
             _registered.append(tool)
 
 
+def _leave_tools():
+    """Chooses Blender's own tool where one of Knead's is active, so that none stays without its operator."""
+    for window in bpy.context.window_manager.windows:
+        for area in (a for a in window.screen.areas if a.type == "VIEW_3D"):
+            tool = window.workspace.tools.from_space_view3d_mode(bpy.context.mode, create=False)
+            if tool is not None and tool.idname.startswith("knead."):
+                region = next(r for r in area.regions if r.type == "WINDOW")
+                with bpy.context.temp_override(window=window, area=area, region=region):
+                    bpy.ops.wm.tool_set_by_id(name="builtin.select_box" if bpy.context.mode == "OBJECT" else "builtin_brush.Draw")
+
+
 def unregister():
+    if _registered:
+        _leave_tools()
     while _registered:
         bpy.utils.unregister_tool(_registered.pop())

@@ -36,17 +36,39 @@ def deform(vertices, faces, session, folder):
     return read_ply(result)
 
 
-def make_hand():
+def make_hand(vertices=5000):
     """Adds a procedural hand to an empty scene's collection, and makes it active."""
     from knead_blender.native import knead
 
-    path = os.path.join(_scratch.name, "hand.ply")
+    path = os.path.join(_scratch.name, f"hand{vertices}.ply")
     if not os.path.exists(path):
-        subprocess.run([os.environ["KNEAD"], "make", "hand", "-n", "5000", "-o", path], check=True, capture_output=True)
+        subprocess.run([os.environ["KNEAD"], "make", "hand", "-n", str(vertices), "-o", path], check=True, capture_output=True)
     shape = knead.read(path)
     mesh = bpy.data.meshes.new("hand")
     mesh.from_pydata(shape.vertices.tolist(), [], shape.faces.tolist())
     obj = bpy.data.objects.new("hand", mesh)
+    bpy.context.collection.objects.link(obj)
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+def mesh_object(path):
+    """Adds the triangles of a file as an object, and makes it active."""
+    from knead_blender.native import knead
+
+    shape = knead.read(path)
+    faces = shape.triangles
+    mesh = bpy.data.meshes.new(os.path.basename(path))
+    mesh.vertices.add(len(shape.vertices))
+    mesh.vertices.foreach_set("co", shape.vertices.astype(np.float32).ravel())
+    mesh.loops.add(faces.size)
+    mesh.loops.foreach_set("vertex_index", faces.astype(np.int32).ravel())
+    mesh.polygons.add(len(faces))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
+    mesh.polygons.foreach_set("loop_total", np.full(len(faces), 3, np.int32))
+    mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
+    mesh.update(calc_edges=True)
+    obj = bpy.data.objects.new(mesh.name, mesh)
     bpy.context.collection.objects.link(obj)
     bpy.context.view_layer.objects.active = obj
     return obj

@@ -209,6 +209,39 @@ class Operators(Case):
         bpy.ops.knead.bake(frames=5, to="SHAPE_KEYS")
         self.assertLess(np.abs(self.evaluated(obj, 3) - frames[2]).max(), 1e-6)
 
+    def test_a_property_drives_the_motion(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        end, base = self.vertices(obj), self.base(obj)
+        path = os.path.join(self.folder, "motion.pc2")
+        bpy.ops.knead.bake(frames=5, to="MESH_CACHE", filepath=path)
+        with open(path, "rb") as file:
+            frames = np.frombuffer(file.read()[32:], "<f4").reshape(5, -1, 3)
+        obj.modifiers.clear()
+        bpy.ops.knead.bake(frames=5, to="SHAPE_KEYS", drive="PROPERTY")
+        for along, expected in ((0.0, base), (0.25, frames[1]), (0.375, 0.5 * (frames[1] + frames[2])), (1.0, end)):
+            obj["knead_along"] = along
+            obj.update_tag()
+            self.assertLess(np.abs(self.evaluated(obj, 1) - expected).max(), 1e-6, along)
+        self.assertTrue(all(d.driver.is_simple_expression for d in obj.data.shape_keys.animation_data.drivers))
+
+    def test_gltf_shows_the_motion(self):
+        obj = make_hand()
+        bpy.ops.knead.apply_session(filepath=session_file(self.folder))
+        moved = np.abs(self.vertices(obj) - self.base(obj)).max()
+        bpy.ops.knead.bake(frames=4, to="SHAPE_KEYS")
+        path = os.path.join(self.folder, "motion.glb")
+        bpy.ops.export_scene.gltf(filepath=path, export_format="GLB")
+        with open(path, "rb") as file:
+            data = file.read()
+        head = json.loads(data[20 : 20 + struct.unpack("<I", data[12:16])[0]])
+        mesh = head["meshes"][0]["primitives"][0]
+        self.assertEqual(len(mesh["targets"]), 3)
+        last = head["accessors"][mesh["targets"][-1]["POSITION"]]
+        self.assertAlmostEqual(max(map(abs, (*last["min"], *last["max"]))), float(moved), places=5)
+        channels = [c["target"]["path"] for animation in head["animations"] for c in animation["channels"]]
+        self.assertIn("weights", channels)
+
     def test_save_and_reopen_and_without_the_addon(self):
         obj = make_hand()
         name = obj.name

@@ -3,6 +3,8 @@
 import json
 import os
 import sys
+import tempfile
+import time
 
 import bpy
 import numpy as np
@@ -169,6 +171,66 @@ def check_rings_and_keys(window, obj):
         setattr(settings, setting, old)
 
 
+def check_background(window):
+    """A long rebuild and a long bake live beside the window; Esc stops them."""
+    from knead_blender.background import Job
+
+    stops, stop = [], Job.stop
+
+    def timed(job):
+        start = time.perf_counter()
+        stop(job)
+        stops.append(time.perf_counter() - start)
+
+    Job.stop = timed
+    obj = scene(40000)
+    window.look(obj)
+    tip = coordinates(obj)[coordinates(obj)[:, 1].argmax()].tolist()
+    turn = {"tool": "rotate", "center": tip, "axis": [1, 0.2, 0], "angle_deg": 0.5, "inner": 0.1, "outer": 1.5}
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "long.knead")
+        with open(path, "w") as file:
+            file.write("\n".join(json.dumps(line) for line in [{"knead": 1}] + [turn] * 2000) + "\n")
+        with window.override():
+            bpy.ops.knead.apply_session(filepath=path)
+    after, text = coordinates(obj), obj.knead.session
+    with window.override():
+        assert bpy.ops.knead.session_rebuild("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    yield
+    window.key("ESC")
+    for _ in range(20):
+        if not stops:
+            yield
+    assert stops.pop() < 2  # seconds; half a second where the machine has nothing else to do
+    assert is_same(coordinates(obj), after) and obj.knead.session == text
+    obj.data.knead.strokes[0].name = "untouched"
+    with window.override():
+        assert bpy.ops.knead.session_rebuild("INVOKE_DEFAULT") == {"RUNNING_MODAL"}
+    deadline, waits = time.perf_counter() + 60, 0
+    while obj.data.knead.strokes[0].name == "untouched":  # the list is made anew at the end
+        assert time.perf_counter() < deadline
+        waits += 1
+        yield
+    assert waits > 5, "the rebuild was too short to be stopped above"
+    assert is_same(coordinates(obj), after)
+    with window.override():
+        bpy.ops.knead.bake("INVOKE_DEFAULT", frames=50)
+    for _ in range(3):
+        yield
+    window.key("RET")  # the dialog
+    for _ in range(2):
+        yield
+    window.key("ESC")
+    for _ in range(20):
+        if not stops:
+            yield
+    assert stops.pop() < 2  # seconds; half a second where the machine has nothing else to do
+    for _ in range(3):
+        yield
+    assert obj.data.shape_keys is None and is_same(coordinates(obj), after)
+    Job.stop = stop
+
+
 def test(window):
     for mode in ("OBJECT", "SCULPT"):
         obj = scene()
@@ -185,6 +247,8 @@ def test(window):
             yield from check_rings_and_keys(window, bpy.context.object)
         yield from check_panel(window, bpy.context.object)
         print(mode, "panel passed", flush=True)
+    yield from check_background(window)
+    print("background passed", flush=True)
     yield from check_disable(window)
 
 
@@ -192,7 +256,11 @@ def check_disable(window):
     """Disable and enable again: tools, keys and properties go and come back."""
     for _ in range(2):
         bpy.ops.preferences.addon_disable(module="knead_blender")
-        yield
+        for _ in range(2):
+            window.move((window.region.width // 2, window.region.height // 2))
+            yield
+        tool = window.window.workspace.tools.from_space_view3d_mode(bpy.context.mode, create=False)
+        assert not tool.idname.startswith("knead."), tool.idname
         assert not hasattr(bpy.types.Scene, "knead") and "KNEAD_OT_pull" not in dir(bpy.types)
         bpy.ops.preferences.addon_enable(module="knead_blender")
         yield

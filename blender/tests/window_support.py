@@ -94,35 +94,13 @@ def np_vector(co):
     return Vector([float(x) for x in co])
 
 
-def scene():
+def scene(vertices=5000):
     """Returns a hand that stands upright, alone in the scene."""
     for each in list(bpy.data.objects):
         bpy.data.objects.remove(each)
-    obj = make_hand()
+    obj = make_hand(vertices)
     obj.rotation_euler.x = np.pi / 2
     bpy.context.view_layer.update()
-    return obj
-
-
-def mesh_object(path):
-    """Adds the triangles of a file as an object, and makes it active."""
-    from knead_blender.native import knead
-
-    shape = knead.read(path)
-    faces = shape.triangles
-    mesh = bpy.data.meshes.new(os.path.basename(path))
-    mesh.vertices.add(len(shape.vertices))
-    mesh.vertices.foreach_set("co", shape.vertices.astype(np.float32).ravel())
-    mesh.loops.add(faces.size)
-    mesh.loops.foreach_set("vertex_index", faces.astype(np.int32).ravel())
-    mesh.polygons.add(len(faces))
-    mesh.polygons.foreach_set("loop_start", np.arange(0, faces.size, 3, dtype=np.int32))
-    mesh.polygons.foreach_set("loop_total", np.full(len(faces), 3, np.int32))
-    mesh.polygons.foreach_set("use_smooth", np.ones(len(faces), bool))
-    mesh.update(calc_edges=True)
-    obj = bpy.data.objects.new(mesh.name, mesh)
-    bpy.context.collection.objects.link(obj)
-    bpy.context.view_layer.objects.active = obj
     return obj
 
 
