@@ -67,6 +67,13 @@ describe('the page of Studio', { skip }, () => {
     await settle(tab);
   }
 
+  // Places a tool that turns by a gizmo, and drags beside the gizmo, round its middle.
+  async function turn(tab, at) {
+    await tab.mouse.click(at.x, at.y);
+    await settle(tab);
+    await drag(tab, { x: at.x + 90, y: at.y + 70 }, { x: at.x + 40, y: at.y + 110 });
+  }
+
   const drop = (tab, name, bytes) =>
     tab.evaluate(
       ([file, content]) => {
@@ -116,6 +123,54 @@ describe('the page of Studio', { skip }, () => {
     assert.deepEqual(strokes(undone), strokes(one));
     writeFileSync(path.join(home, 'two.knead'), two);
     knead('deform', sphere, path.join(home, 'two.knead'), '-o', path.join(home, 'out.ply'));
+    assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
+    assert.deepEqual(tab.problems, []);
+  });
+
+  it('deforms with every tool, with the bytes of the command', async (test) => {
+    const home = scratch(test);
+    const sphere = path.join(home, 'sphere.ply');
+    knead('make', 'sphere', '-n', '4000', '-o', sphere);
+    const tab = await open(test);
+    await drop(tab, 'sphere.ply', readFileSync(sphere));
+    await tab.waitForFunction(() => document.title.includes('sphere'));
+    await settle(tab);
+    const at = { x: middle.x - 80, y: middle.y - 60 };
+    const aside = { x: at.x + 60, y: at.y - 40 };
+    const steps = {
+      implicit: { key: '1', act: () => drag(tab, at, aside) },
+      capsule: { key: '2', act: () => drag(tab, { x: at.x, y: at.y + 160 }, { x: at.x - 60, y: at.y + 190 }) },
+      paint: { key: '3', act: () => drag(tab, { x: at.x + 120, y: at.y + 60 }, { x: at.x + 180, y: at.y + 120 }) },
+      points: {
+        key: '4',
+        act: async () => {
+          await tab.mouse.click(at.x + 150, at.y);
+          await settle(tab);
+          await drag(tab, { x: at.x + 150, y: at.y }, { x: at.x + 190, y: at.y - 30 });
+        },
+      },
+      rotate: { key: '7', act: () => turn(tab, { x: at.x + 60, y: at.y + 150 }) },
+      stretch: { key: '8', act: () => turn(tab, { x: at.x + 30, y: at.y + 60 }) },
+      twist: { key: '9', act: () => turn(tab, { x: at.x + 60, y: at.y + 100 }) },
+      bend: { key: '0', act: () => turn(tab, { x: at.x + 60, y: at.y + 60 }) },
+      pins: { key: 'p', act: () => drag(tab, { x: at.x + 20, y: at.y + 120 }, { x: at.x - 10, y: at.y + 150 }) },
+    };
+    let before = [];
+    let text = '';
+    for (const [tool, { key, act }] of Object.entries(steps)) {
+      await tab.keyboard.press(key);
+      await settle(tab);
+      await act();
+      await picture(tab, `tool_${tool}`);
+      text = await save(tab, tool);
+      assert.ok(strokes(text).length > before.length, `${tool} made no stroke`);
+      const made = JSON.parse(strokes(text).at(-1)).tool;
+      assert.equal(made, tool === 'capsule' ? 'implicit' : tool);
+      before = strokes(text);
+    }
+    const exported = await write(tab, 'Control+e', 'exported.ply', 'exported.ply');
+    writeFileSync(path.join(home, 'all.knead'), text);
+    knead('deform', sphere, path.join(home, 'all.knead'), '-o', path.join(home, 'out.ply'));
     assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
     assert.deepEqual(tab.problems, []);
   });
