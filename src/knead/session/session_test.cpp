@@ -110,7 +110,8 @@ class RandomStrokes {
     if (coin()) stroke.pose = {{0, -1.5, 0}, {1.5, 0, 0}, {0, 0, 1.5}};
     if (coin()) stroke.outer = positive();
     if (coin()) stroke.step = positive();
-    stroke.exponent = coin() ? 16 : 8;
+    stroke.contact = coin() ? StampContact::stick : StampContact::slip;
+    if (stroke.contact == StampContact::stick) stroke.exponent = coin() ? 16 : 8;
     return stroke;
   }
 

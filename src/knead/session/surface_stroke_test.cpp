@@ -48,10 +48,10 @@ class SurfaceStroke : public testing::Test {
              R"("motion": {"rotate": [0, 1, 0], "center": [0, 0, 0], "angle_deg": 10}})" +
              "\n" + turn + "\n";
     }
-    if (kind == "stamp") {
-      return pull + "\n" +
-             R"({"tool": "stamp", "mesh": "ball.ply", "outer": 0.5, "step": 0.05, "path": [[1.4, 0, 0], [1.1, 0, 0]]})" +
-             "\n" + turn + "\n";
+    if (kind == "stamp" || kind == "slip") {
+      return pull + "\n" + R"({"tool": "stamp", "mesh": "ball.ply", "outer": 0.5, "step": 0.05, )" +
+             (kind == "slip" ? R"("contact": "slip", )" : "") +
+             R"("path": [[1.4, 0, 0], [1.1, 0, 0], [1.1, 0.2, 0]]})" + "\n" + turn + "\n";
     }
     return pull + "\n" +
            R"({"tool": "twist", "center": [0, 0, 0.5], "axis": [0, 0, -1], "rate_deg": 20, "inner": -0.3, "outer": 0.2, )"
@@ -62,7 +62,7 @@ class SurfaceStroke : public testing::Test {
   std::filesystem::path folder_;
 };
 
-const std::vector<std::string> kKinds{"paint", "handles", "stamp", "twist"};
+const std::vector<std::string> kKinds{"paint", "handles", "stamp", "slip", "twist"};
 
 Mesh shape() { return make_shape(ShapeKind::sphere, 1500); }
 

@@ -93,46 +93,35 @@ std::vector<Place> places_in(const Box& box, const LiveSurface& surface, const S
 
 Box moved(const Box& box, const Vec3d& by) { return {box.min + by, box.max + by}; }
 
-// Points that are spacing or more apart, in cubic cells of that size.
-class Thinned {
- public:
-  explicit Thinned(double spacing) : spacing_(spacing) {}
-
-  // Whether p was taken, being as far from all before.
-  bool take(const Vec3d& p) {
-    const std::array<std::int64_t, 3> cell{index(p.x), index(p.y), index(p.z)};
-    for (std::int64_t x = cell[0] - 1; x <= cell[0] + 1; ++x) {
-      for (std::int64_t y = cell[1] - 1; y <= cell[1] + 1; ++y) {
-        for (std::int64_t z = cell[2] - 1; z <= cell[2] + 1; ++z) {
-          if (is_near(p, key(x, y, z))) return false;
-        }
-      }
-    }
-    cells_[key(cell[0], cell[1], cell[2])].push_back(p);
-    return true;
-  }
-
- private:
-  std::int64_t index(double x) const { return static_cast<std::int64_t>(std::floor(x / spacing_)); }
-
-  // Different cells may share a key: that costs time only.
-  static std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
-    const auto part = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0x1fffff; };
-    return part(x) << 42 | part(y) << 21 | part(z);
-  }
-
-  bool is_near(const Vec3d& p, std::uint64_t key) const {
-    const auto found = cells_.find(key);
-    if (found == cells_.end()) return false;
-    return std::any_of(found->second.begin(), found->second.end(),
-                       [&](const Vec3d& q) { return norm2(p - q) < spacing_ * spacing_; });
-  }
-
-  double spacing_;
-  std::unordered_map<std::uint64_t, std::vector<Vec3d>> cells_;
-};
+// Different cells may share a key: that costs time only.
+std::uint64_t key(std::int64_t x, std::int64_t y, std::int64_t z) {
+  const auto part = [](std::int64_t i) { return static_cast<std::uint64_t>(i) & 0x1fffff; };
+  return part(x) << 42 | part(y) << 21 | part(z);
+}
 
 }  // namespace
+
+bool Thinned::take(const Vec3d& p) {
+  const std::array<std::int64_t, 3> cell{index(p.x), index(p.y), index(p.z)};
+  for (std::int64_t x = cell[0] - 1; x <= cell[0] + 1; ++x) {
+    for (std::int64_t y = cell[1] - 1; y <= cell[1] + 1; ++y) {
+      for (std::int64_t z = cell[2] - 1; z <= cell[2] + 1; ++z) {
+        if (is_near(p, key(x, y, z))) return false;
+      }
+    }
+  }
+  cells_[key(cell[0], cell[1], cell[2])].push_back(p);
+  return true;
+}
+
+std::int64_t Thinned::index(double x) const { return static_cast<std::int64_t>(std::floor(x / spacing_)); }
+
+bool Thinned::is_near(const Vec3d& p, std::uint64_t key) const {
+  const auto found = cells_.find(key);
+  if (found == cells_.end()) return false;
+  return std::any_of(found->second.begin(), found->second.end(),
+                     [&](const Vec3d& q) { return norm2(p - q) < spacing_ * spacing_; });
+}
 
 std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
   const double length = norm(step.motion);
@@ -149,6 +138,17 @@ std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& sur
   Thinned thinned(step.spacing);
   std::erase_if(contacts, [&](const Contact& contact) { return !thinned.take(contact.point - step.to); });
   return contacts;
+}
+
+std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
+  const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
+  std::vector<Intrusion> found = collected<Intrusion>(places.size(), step.threads, [&](std::size_t i, auto& out) {
+    const Vec3d point = places[i].at(surface.positions);
+    if (const auto way = tool.way_out(point - step.to)) out.push_back({places[i], point, *way});
+  });
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Intrusion& a, const Intrusion& b) { return norm2(a.way) > norm2(b.way); });
+  return found;
 }
 
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {

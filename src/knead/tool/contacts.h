@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <unordered_map>
 #include <vector>
 
 #include "knead/tool/live_surface.h"
@@ -37,6 +39,32 @@ struct StampStep {
 // The places of the surface that the tool pushes in the step, the earliest first; any two are `spacing` or more apart,
 // and every one that was found is within `spacing` of one of these. The same for every number of threads.
 std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+// Points that are `spacing` or more apart, in cubic cells of that size.
+class Thinned {
+ public:
+  explicit Thinned(double spacing) : spacing_(spacing) {}
+
+  // Whether p was taken, being as far from all before.
+  bool take(const Vec3d& p);
+
+ private:
+  std::int64_t index(double x) const;
+  bool is_near(const Vec3d& p, std::uint64_t key) const;
+
+  double spacing_;
+  std::unordered_map<std::uint64_t, std::vector<Vec3d>> cells_;
+};
+
+// A place of the surface inside the tool, and the shortest way out.
+struct Intrusion {
+  Place place;
+  Vec3d point;
+  Vec3d way;
+};
+
+// The places inside the tool at the step's end, the deepest first. The same for every number of threads.
+std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
 // How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);

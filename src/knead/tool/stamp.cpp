@@ -10,6 +10,7 @@
 #include "knead/math/error.h"
 #include "knead/tool/contacts.h"
 #include "knead/tool/describe.h"
+#include "knead/tool/slipping.h"
 
 namespace knead {
 
@@ -28,6 +29,7 @@ constexpr std::size_t kMostDirections = 8;
 constexpr int kQuarters = 4;      // of a step
 constexpr double kLatest = 0.25;  // of a quarter: what is hit later waits for the next
 constexpr int kMostSteps = 1'000'000;
+constexpr int kSlipRounds = 2;  // of a step
 
 // The thresholds of a point set whose points lie `spacing` apart on a plane, for which r = outer at the distance
 // `outer` from the plane. (The sum of |x - p_i|^-m over the plane is 2 pi / (m - 2) outer^(2 - m) / spacing^2.)
@@ -98,7 +100,8 @@ class Stamper {
         tool_(tool, stroke.pose),
         surface_(surface),
         threads_(threads),
-        lengths_(choose_lengths(stroke, tool_)) {
+        lengths_(choose_lengths(stroke, tool_)),
+        slipping_(tool_, lengths_.outer) {
     result_.outer = lengths_.outer;
     result_.step = lengths_.step;
     result_.steps = count_steps(stroke, lengths_.step);
@@ -130,10 +133,12 @@ class Stamper {
     }
     const double depth = penetration(stroke_.path.front());
     if (depth > lengths_.step / 4) {
-      warn(
-          fmt::format("the surface is {:.3g} deep inside the tool where the path begins: that part moves along, but is "
-                      "not pushed out; begin the path outside the shape",
-                      depth));
+      warn(fmt::format(
+          "the surface is {:.3g} deep inside the tool where the path begins: that part {}; begin the path outside the "
+          "shape",
+          depth,
+          stroke_.contact == StampContact::slip ? "is pushed out step by step, by the shortest way"
+                                                : "moves along, but is not pushed out"));
     }
   }
 
@@ -151,7 +156,13 @@ class Stamper {
     const std::size_t steps = steps_between(from, to, lengths_.step);
     for (std::size_t k = 1; k <= steps && !result_.stopped; ++k) {
       const auto done = static_cast<double>(k) / static_cast<double>(steps);
-      push({from + (to - from) * done, (to - from) / static_cast<double>(steps), lengths_.spacing, threads_});
+      const StampStep step{from + (to - from) * done, (to - from) / static_cast<double>(steps), lengths_.spacing,
+                           threads_};
+      if (stroke_.contact == StampContact::slip) {
+        slide(step);
+      } else {
+        push(step);
+      }
     }
   }
 
@@ -181,11 +192,20 @@ class Stamper {
     }
   }
 
+  void slide(const StampStep& step) {
+    for (int round = 0; round < kSlipRounds && !result_.stopped; ++round) {
+      const std::optional<PinsStroke> pins = slipping_.pins(surface_, step);
+      if (!pins) return;
+      result_.stopped = !surface_.apply(*pins);
+    }
+  }
+
   const StampStroke& stroke_;
   StampTool tool_;
   const LiveSurface& surface_;
   int threads_;
   Lengths lengths_;
+  tool_detail::SlippingContacts slipping_;
   StampResult result_;
 };
 
@@ -199,7 +219,8 @@ StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface
 std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool) {
   validate(Stroke(stroke));
   const StampTool posed(tool, stroke.pose);
-  return kQuarters * count_steps(stroke, choose_lengths(stroke, posed).step);
+  const int parts = stroke.contact == StampContact::slip ? kSlipRounds : kQuarters;
+  return parts * count_steps(stroke, choose_lengths(stroke, posed).step);
 }
 
 namespace {
@@ -212,7 +233,13 @@ std::vector<StrokeKey> keys(StampStroke& s) {
           {"pose", Quantity::finite, &s.pose, Presence::optional},
           {"outer", Quantity::positive, &s.outer, Presence::optional, "how far below the contact the motion reaches"},
           {"step", Quantity::positive, &s.step, Presence::optional},
-          {"exponent", Quantity::other, &s.exponent, Presence::optional}};
+          {"contact", Quantity::other, choice(s.contact, {"stick", "slip"}), Presence::optional},
+          {"exponent",
+           Quantity::other,
+           s.contact == StampContact::stick ? &s.exponent : nullptr,
+           Presence::optional,
+           {},
+           "\"contact\": \"stick\""}};
 }
 
 void validate_stamp(const StampStroke& stroke) {
@@ -224,6 +251,9 @@ void validate_stamp(const StampStroke& stroke) {
                                    volume < -1e-9 * size ? "mirrors" : "flattens", volume));
   }
   require_even("exponent", stroke.exponent, 4);
+  if (stroke.contact == StampContact::slip && stroke.falloff != kDefaultFalloff) {
+    throw InvalidInput("\"falloff\" has no meaning where \"contact\" is \"slip\"; remove it");
+  }
 }
 
 void prolong(StampStroke& stroke, double strength) { prolong_path(stroke.path, strength); }

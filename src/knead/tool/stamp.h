@@ -26,9 +26,12 @@ struct StampResult {
 //   in four quarters. A place joins in the quarter in which the tool hits it. Without contacts a step moves nothing.
 // - Every motion goes to surface.apply as a PointsStroke.
 //   It holds the contacts, the stroke's exponent and one displacement for each quarter.
-//   These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
+// - A stamp that slips does neither. In each step, twice at most, it takes what is inside the tool the shortest way
+// out,
+//   as a PinsStroke with the radius stroke.outer. What it has pressed so far is held by further pins.
+// - These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
 // - If the tool already intersects the surface at the start of the path, the part inside moves along but is not pushed
-//   out, and a warning says so.
+//   out, and a warning says so. If the stamp slips, it is pushed out step by step.
 //
 // Throws InvalidInput, beginning with the key in quotes, for an invalid stroke and for a tool that is not closed and
 // oriented outwards; nothing has moved then. Cost, besides apply: about 10 us for each vertex in the tool's box at each

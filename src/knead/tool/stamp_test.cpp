@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
@@ -239,6 +240,77 @@ std::string refusal(StampStroke stroke) {
   return "none";
 }
 
+// A ball of radius 0.3, pressed 0.1 deep into the unit sphere and dragged round it by `angle`.
+StampStroke dragged_ball(double angle, StampContact contact) {
+  StampStroke stroke;
+  stroke.mesh = "ball.ply";
+  stroke.path = {{0, 0, 1.32}};
+  constexpr int pieces = 30;
+  for (int i = 0; i <= pieces; ++i) {
+    const double at = angle * i / pieces;
+    stroke.path.push_back(Vec3d{std::sin(at), 0, std::cos(at)} * 1.2);
+  }
+  stroke.pose = scaling(0.3);
+  stroke.contact = contact;
+  return stroke;
+}
+
+// How deep the groove of that drag is near an angle, at the vertices.
+double depth_at(const Bench& bench, double angle) {
+  double deepest = 0;
+  for (const Vec3d& p : bench.positions()) {
+    if (std::abs(std::atan2(p.x, p.z) - angle) > 0.05 || std::abs(p.y) > 0.05) continue;
+    deepest = std::max(deepest, 1 - norm(p));
+  }
+  return deepest;
+}
+
+TEST(Stamp, ThatSlipsLeavesAnEvenGroove) {
+  Bench bench(sphere(8000));
+  const StampResult result = bench.stamp(dragged_ball(1, StampContact::slip), sphere(642));
+  EXPECT_LT(result.penetration, 0.003);
+  EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
+  EXPECT_LT(std::abs(bench.volume_error()), 2e-4);
+  for (const double angle : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0}) EXPECT_NEAR(depth_at(bench, angle), 0.1, 0.01) << angle;
+  // What the groove is for: a tool that sticks takes the surface along, and folds it.
+  Bench stuck(sphere(8000));
+  stuck.stamp(dragged_ball(1, StampContact::stick), sphere(642));
+  EXPECT_GT(self_intersections(stuck.triangles(), stuck.positions()).count, 100U);
+}
+
+TEST(Stamp, ThatSlipsBecomesPinsThatRepeatIt) {
+  const StampStroke stroke = dragged_ball(0.2, StampContact::slip);
+  Bench one(sphere(4002));
+  Bench two(sphere(4002));
+  one.stamp(stroke, sphere(642), 1);
+  two.stamp(stroke, sphere(642), 2);
+  EXPECT_EQ(one.positions(), two.positions());
+  EXPECT_GT(one.strokes().size(), 10U);
+  EXPECT_LE(one.strokes().size(), stamp_segments(stroke, sphere(642)));
+  Bench replayed(sphere(4002));
+  std::size_t held = 0;
+  for (const Stroke& each : one.strokes()) {
+    const auto& pins = std::get<PinsStroke>(each);
+    EXPECT_NEAR(*pins.radius, 1.5 * 0.3, 1e-3);
+    for (std::size_t i = 0; i < pins.points.size(); ++i) held += pins.points[i] == pins.to[i] ? 1 : 0;
+    replayed.apply(each);
+  }
+  EXPECT_GT(held, one.strokes().size());
+  EXPECT_EQ(one.positions(), replayed.positions());
+}
+
+TEST(Stamp, ThatSlipsPushesOutWhatIsInsideFromTheStart) {
+  Bench bench(sphere(4002));
+  StampStroke stroke = ball_from_above();
+  stroke.contact = StampContact::slip;
+  stroke.path = {{0, 0, 1.3}, {0.1, 0, 1.3}};
+  const StampResult result = bench.stamp(stroke, sphere(642));
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_NE(result.warnings[0].find("step by step"), std::string::npos) << result.warnings[0];
+  EXPECT_LT(result.penetration, 0.005);
+  EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
+}
+
 TEST(Stamp, RefusesNumbersThatMeanNothing) {
   const StampStroke good = ball_from_above();
   EXPECT_EQ(refusal(good), "none");
@@ -261,6 +333,11 @@ TEST(Stamp, RefusesNumbersThatMeanNothing) {
     stroke.exponent = exponent;
     EXPECT_EQ(refusal(stroke).substr(0, 10), "\"exponent\"");
   }
+  stroke = good;
+  stroke.contact = StampContact::slip;
+  EXPECT_EQ(refusal(stroke), "none");
+  stroke.falloff = 5;
+  EXPECT_EQ(refusal(stroke).substr(0, 9), "\"falloff\"");
   stroke = good;
   stroke.step = 1e-9;
   Bench bench(sphere(42));

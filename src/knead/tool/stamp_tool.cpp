@@ -84,7 +84,15 @@ std::optional<StampTool::Front> StampTool::front(const Vec3d& p, const Vec3d& di
 
 Vec3d StampTool::nearest_normal(const Vec3d& p) const { return normal_of(tree_.closest(p)->triangle); }
 
-double StampTool::depth(const Vec3d& p) const { return front(p, {0, 0, 1}) ? tree_.closest(p)->distance : 0.0; }
+std::optional<Vec3d> StampTool::way_out(const Vec3d& p) const {
+  if (!front(p, {0, 0, 1})) return std::nullopt;
+  return tree_.closest(p)->point - p;
+}
+
+double StampTool::depth(const Vec3d& p) const {
+  const std::optional<Vec3d> way = way_out(p);
+  return way ? norm(*way) : 0.0;
+}
 
 double StampTool::half_width(const Vec3d& direction) const {
   double largest = 0;

@@ -32,6 +32,9 @@ class StampTool {
   // The normal of the face nearest to p, as in Front.
   Vec3d nearest_normal(const Vec3d& p) const;
 
+  // The shortest way out of the tool; nothing where p is outside.
+  std::optional<Vec3d> way_out(const Vec3d& p) const;
+
   // The distance of p from the surface where p is inside, else 0.
   double depth(const Vec3d& p) const;
 

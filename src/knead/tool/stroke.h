@@ -110,16 +110,21 @@ struct HandlesStroke {
   friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
 };
 
+// What the surface does where a stamp touches it. stick: it goes with the tool. slip: it goes only out of the tool's
+// way, so that the tool slides along it.
+enum class StampContact { stick, slip };
+
 // Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
-// become moving point sets (tool/stamp.h).
+// become moving point sets, or pins (tool/stamp.h).
 struct StampStroke {
   std::string mesh;                             // the tool's file, relative to the session file
   std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
   Mat3d pose{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // rotation and scale, applied to the tool before it is moved
   std::optional<double> outer = std::nullopt;   // 1.5 times half the tool's largest extent across the motion
   std::optional<double> step = std::nullopt;    // longest motion between two collision tests; outer / 25
-  int exponent = 16;
-  int falloff = kDefaultFalloff;
+  StampContact contact = StampContact::stick;
+  int exponent = 16;              // of stick
+  int falloff = kDefaultFalloff;  // likewise
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
