@@ -391,6 +391,7 @@ tools() {
   tool points --size 900x330 --view 14,8
   tool handles --size 900x420 --view 25,12
   tool stamp --size 900x330 --view 25,15
+  tool slip --size 900x330 --view 55,35
   tool rotate --size 900x330 --view 25,15
   tool stretch --size 900x330 --view 25,15
   tool twist --size 900x220 --view 15,18
