@@ -14,6 +14,8 @@ _TEXT = {"samples", "path", "pose"}  # as JSON; too long for a panel
 
 def _property(key):
     name, help_text, kind = key["name"].replace("_", " ").capitalize(), key["help"], key["type"]
+    if key["name"] == "strength":
+        return FloatProperty(name=name, description=help_text, default=1, min=0, max=1.5)
     if kind.startswith("float"):
         return FloatProperty(name=name, description=help_text, precision=4)
     if kind == "int":
@@ -58,7 +60,9 @@ def _same(a, b):
 
 
 def write(operator, cls, strokes):
-    """Gives the properties the keys of strokes that a gesture made."""
+    """Gives the properties the keys of strokes that a gesture made, and takes away those of an earlier use."""
+    for key in _described(cls):
+        operator.properties.property_unset(key["name"])
     operator.made = json.dumps([stroke.to_dict() for stroke in strokes])
     for name, value in strokes[0].to_dict().items():
         if name in cls.__signature__.parameters and name not in _COMMON:

@@ -47,10 +47,6 @@ def mirrors(obj):
     return {axis.upper() for axis in "xyz" if getattr(obj.data, f"use_mirror_{axis}")}
 
 
-def is_in(region, event):
-    return 0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height
-
-
 class Tool:
     """An operator that drags a tool over the surface; its properties are the keys of the stroke."""
 
@@ -110,7 +106,6 @@ class Tool:
             return {"CANCELLED"}
         self._obj, self._before, self._typed, self._trouble = obj, shape.read(obj), Typed(), ""
         self.mirror = mirrors(obj)
-        self._last = event
         self._draw_handler = bpy.types.SpaceView3D.draw_handler_add(self._draw_rings, (), "WINDOW", "POST_PIXEL")
         active = self
         context.window_manager.modal_handler_add(self)

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import types
 
 import bpy
 import numpy as np
@@ -82,6 +83,93 @@ class Tools(Case):
         refuses(self, lambda: bpy.ops.knead.pull(inner=0.1, outer=0.3), "path")
         self.same(self.vertices(obj), before)
         self.assertEqual(obj.knead.session, "")
+
+    def gesture(self, kind, **settings):
+        """Returns a gesture that begins at the middle of a sphere of 100 pixels a unit, seen from above."""
+        import bmesh
+
+        from knead_blender import gestures, live
+
+        mesh = bpy.data.meshes.new("ball")
+        form = bmesh.new()
+        bmesh.ops.create_icosphere(form, subdivisions=4, radius=1)
+        form.to_mesh(mesh)
+        obj = bpy.data.objects.new("ball", mesh)
+        bpy.context.collection.objects.link(obj)
+        bpy.context.view_layer.objects.active = obj
+        view = types.SimpleNamespace(
+            obj=obj,
+            ray=lambda pixel: ([pixel[0] / 100, pixel[1] / 100, 5], [0, 0, -1]),
+            on_plane=lambda pixel, point: np.array([pixel[0] / 100, pixel[1] / 100, point[2]]),
+            direction=lambda axis: np.eye(3)[axis],
+            pixel_size=lambda point: 0.01,
+            pixels=lambda points: 100 * np.asarray(points)[:, :2],
+        )
+        chosen = bpy.context.scene.knead
+        for key, value in settings.items():
+            setattr(chosen, key, value)
+        kept = live.begin(obj)
+        begin = gestures.Pointer((0, 0), pressure=settings.pop("first", 1.0), ctrl=False)
+        return gestures, gestures.ALL[kind](view, kept, chosen, begin, kept.surface.hit(*view.ray((0, 0))))
+
+    def test_ctrl_snaps_and_numbers_are_taken(self):
+        gestures, rotate = self.gesture("rotate")
+        rotate.move(gestures.Pointer((-47, 0)))
+        self.assertAlmostEqual(rotate.strokes()[0].angle_deg, 23.5)
+        rotate.move(gestures.Pointer((-47, 0), ctrl=True))
+        self.assertEqual(rotate.strokes()[0].angle_deg, 30)
+        rotate.move(gestures.Pointer((-47, 0), ctrl=True, typed=-7.5))
+        self.assertEqual(rotate.strokes()[0].angle_deg, -7.5)
+        rotate.move(gestures.Pointer((0, 0)))
+        self.assertEqual(rotate.strokes(), [])
+        gestures, pull = self.gesture("pull", radius=0.1)
+        step = 0.1 * pull.radius
+        for pixel in ((10, 0), (30, 2), (57, 5)):
+            pull.move(gestures.Pointer(pixel))
+        self.assertEqual(len(pull.strokes()[0].path), 4)
+        pull.move(gestures.Pointer((57, 0), ctrl=True))
+        (stroke,) = pull.strokes()
+        self.assertEqual(len(stroke.path), 2)
+        self.assertAlmostEqual(pull.amount() / step, round(0.57 / step), places=6)
+        pull.move(gestures.Pointer((57, 0), typed=0.2))
+        self.assertAlmostEqual(pull.amount(), 0.2)
+        _, stretch = self.gesture("stretch")
+        stretch.move(gestures.Pointer((0, 0), typed=25.0))
+        self.assertAlmostEqual(stretch.strokes()[0].factor, 1.25)
+
+    def test_a_pen_paints_finer_or_less(self):
+        for kind in ("NONE", "RADIUS", "DEPTH"):
+            gestures, paint = self.gesture("paint", radius=0.05, pressure=kind)
+            for i in range(1, 30):
+                paint.move(gestures.Pointer((i, 0), pressure=1 - i / 40))
+            paint.end()
+            strokes = paint.strokes()
+            radii = [stroke.outer for stroke in strokes]
+            dabs = sum(len(stroke.samples) for stroke in strokes)
+            if kind == "RADIUS":
+                self.assertGreater(len(radii), 2)
+                self.assertEqual(radii, sorted(radii, reverse=True))
+            else:
+                self.assertEqual(len(radii), 1)
+                full = dabs if kind == "NONE" else full  # noqa: F821: NONE comes first
+                self.assertEqual(kind == "DEPTH", dabs < full)
+
+    def test_paint_goes_out_and_with_ctrl_in(self):
+        for ctrl in (False, True):
+            gestures, first = self.gesture("paint", radius=0.05, depth=0.1)
+            begin = gestures.Pointer((0, 0), ctrl=ctrl)
+            paint = gestures.Paint(first.view, first.live, first.settings, begin, (first.point, first.normal))
+            paint.end()
+            first.live.set_strokes(paint.strokes())
+            pole = first.live.base[:, 2].argmax()
+            rise = float(first.live.coordinates[pole, 2]) - 1
+            self.assertGreater(-rise if ctrl else rise, 0.05 * first.radius)
+
+    def test_custom_normals_survive(self):
+        obj = make_hand()
+        obj.data.normals_split_custom_set([(0, 0, 1)] * len(obj.data.loops))
+        bpy.ops.knead.rotate(center=tip_of(self, obj), axis=(1, 0, 0), angle_deg=20, inner=0.1, outer=0.3)
+        self.assertTrue(obj.data.has_custom_normals)
 
     def test_a_stamp_needs_a_closed_mesh(self):
         from knead_blender import stamps, state

@@ -128,6 +128,16 @@ def check_panel(window, obj):
     window.release()
     for _ in range(4):
         yield
+    if PICTURES and obj.mode == "OBJECT":
+        window.move(window.pixel(obj, coordinates(obj).mean(axis=0)))
+        yield
+        window.key("F9")
+        for _ in range(6):
+            yield
+        window.picture(os.path.join(PICTURES, "redo.png"))
+        window.key("ESC")
+        for _ in range(2):
+            yield
     operator = bpy.context.window_manager.operators[-1]
     assert operator.bl_idname == "KNEAD_OT_rotate", operator.bl_idname
     first = coordinates(bpy.context.object)
@@ -141,6 +151,25 @@ def check_panel(window, obj):
     assert len(made) == count + 1, made
     changed = coordinates(obj)
     assert not is_same(changed, first) and not is_same(changed, before)
+    assert abs(made[-1]["angle_deg"] - 12) < 1e-5
+
+    bpy.context.window_manager.operators[-1].strength = 0.5
+    with window.override():
+        bpy.ops.ed.undo_redo()
+    for _ in range(3):
+        yield
+    assert strokes_of(bpy.context.object)[-1]["strength"] == 0.5
+    yield from dragged(window, "rotate", bpy.context.object)  # begins anew: without what the panel changed
+    window.release()
+    for _ in range(4):
+        yield
+    after = coordinates(bpy.context.object)
+    assert "strength" not in strokes_of(bpy.context.object)[-1]
+    with window.override():
+        bpy.ops.ed.undo_redo()
+    for _ in range(3):
+        yield
+    assert is_same(coordinates(bpy.context.object), after), "a repetition has other bits"
 
 
 def check_rings_and_keys(window, obj):
