@@ -54,9 +54,16 @@ def main():
         live.show(obj, kept)
         steps.append(1000 * (time.perf_counter() - start))
         used.append(1000 * (time.process_time() - work))
+    coordinates, writes = kept.coordinates.ravel(), []
+    for _ in range(10):
+        start = time.perf_counter()
+        obj.data.vertices.foreach_set("co", coordinates)
+        writes.append(1000 * (time.perf_counter() - start))
+    print(f"writing all coordinates to Blender's mesh: {np.median(writes):.2f} ms (median)")
     print(f"a step of a drag: {np.median(steps):.0f} ms (median), {max(steps):.0f} ms at most;"
           f" {np.median(used):.0f} ms of processors (median)")
     timed("the release: the session is kept", lambda: live.keep(None, obj, kept, strokes, before))
+    timed("the next press", lambda: live.begin(obj).surface)
     print(f"load of the machine: {os.getloadavg()[0]:.1f}")
 
 

@@ -15,7 +15,7 @@ class Live:
         self.size = float(np.linalg.norm(np.ptp(self.entered, axis=0))) or 1.0
         self._bench = knead.Workbench(self.entered, faces)
         self._texts = [""]  # of the session after each entry of the bench's history
-        self._surface = None
+        self._surface, self._is_stale = None, False
 
     def go_to(self, text):
         """Makes the shape what this session gives."""
@@ -26,6 +26,7 @@ class Live:
             self._bench.set_live(session)
             self._bench.finish()
             self._texts.append(text)
+            self._is_stale = True
         else:
             self._undo_to(text)
 
@@ -34,7 +35,7 @@ class Live:
         while self._texts[-1] != text:
             self._bench.undo()
             self._texts.pop()
-            self._surface = None
+            self._is_stale = True
 
     @property
     def text(self):
@@ -51,11 +52,14 @@ class Live:
         """The surface before the current stroke, in the space of the session."""
         if self._surface is None:
             self._surface = knead.Surface(self._bench.vertices, self.faces)
+        elif self._is_stale:
+            self._surface.move(self._bench.vertices)
+        self._is_stale = False
         return self._surface
 
     @property
     def has_surface(self):
-        return self._surface is not None
+        return self._surface is not None and not self._is_stale
 
     def set_strokes(self, strokes):
         """Replaces the current gesture. Raises knead.InvalidInput and leaves the shape where it cannot be."""
@@ -68,7 +72,7 @@ class Live:
         session.extend(strokes)
         self._bench.finish()
         self._texts.append(session.text())
-        self._surface = None
+        self._is_stale = True
         return session
 
 

@@ -6,13 +6,13 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "arrays.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/sincos.h"
-#include "knead/mesh/normals.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/session/session.h"
 #include "knead/tool/paint.h"
@@ -40,7 +40,7 @@ Vec3d direction_of(const Vector& v, const char* name) {
 
 Vector list(const Vec3d& v) { return {v.x, v.y, v.z}; }
 
-// A surface that a pointer touches; it does not change.
+// A surface that a pointer touches.
 class Surface {
  public:
   Surface(const py::object& vertices, const py::object& faces) {
@@ -48,8 +48,20 @@ class Surface {
     const py::gil_scoped_release released;
     validate(mesh_);
     triangles_ = triangulate(mesh_);
-    normals_ = vertex_normals(mesh_);
+    link();
     tree_.emplace(triangles_, mesh_.positions);
+  }
+
+  void move(const py::object& vertices) {
+    const Points points = points_from(vertices, "vertices");
+    if (points.span().size() != mesh_.positions.size()) {
+      throw InvalidInput(
+          fmt::format("vertices must be {} points, as before, got {}", mesh_.positions.size(), points.span().size()));
+    }
+    const py::gil_scoped_release released;
+    mesh_.positions.assign(points.span().begin(), points.span().end());
+    tree_->refit(mesh_.positions);
+    profile_ = {};
   }
 
   std::optional<std::array<Vector, 2>> hit(const Vector& origin, const Vector& direction) const {
@@ -131,16 +143,41 @@ class Surface {
     const std::optional<SurfacePoint> place = tree_->closest(point);
     const Triangle& t = triangles_[place->triangle];
     Vec3d sum{};
-    for (std::size_t k = 0; k < 3; ++k) sum += normals_[t[k]] * place->barycentric[k];
+    for (std::size_t k = 0; k < 3; ++k) sum += vertex_normal(t[k]) * place->barycentric[k];
     if (norm(sum) > 0) return normalized(sum);
-    const std::vector<Vec3d>& p = mesh_.positions;
-    const Vec3d flat = cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+    const Vec3d flat = area_of(t);
     return norm(flat) > 0 ? normalized(flat) : Vec3d{0, 0, 1};
+  }
+
+  Vec3d area_of(const Triangle& t) const {
+    const std::vector<Vec3d>& p = mesh_.positions;
+    return cross(p[t[1]] - p[t[0]], p[t[2]] - p[t[0]]);
+  }
+
+  // A unit vector; zero where no triangle has an area.
+  Vec3d vertex_normal(std::uint32_t vertex) const {
+    Vec3d sum{};
+    for (std::uint32_t i = first_[vertex]; i < first_[vertex + 1]; ++i) sum += area_of(triangles_[around_[i]]);
+    return norm(sum) > 0 ? normalized(sum) : sum;
+  }
+
+  void link() {
+    first_.assign(mesh_.positions.size() + 1, 0);
+    for (const Triangle& t : triangles_) {
+      for (const std::uint32_t v : t) ++first_[v + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    around_.resize(first_.back());
+    std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
+    for (std::uint32_t t = 0; t < triangles_.size(); ++t) {
+      for (const std::uint32_t v : triangles_[t]) around_[next[v]++] = t;
+    }
   }
 
   Mesh mesh_;
   std::vector<Triangle> triangles_;
-  std::vector<Vec3d> normals_;
+  std::vector<std::uint32_t> first_;   // of each vertex, in around_
+  std::vector<std::uint32_t> around_;  // the triangles at each vertex
   std::optional<SurfaceTree> tree_;
   ZoneProfile profile_;
 };
@@ -201,6 +238,7 @@ std::vector<SessionStroke> symmetric(const std::vector<SessionStroke>& strokes, 
 void add_gesture(py::module_& module) {
   py::class_<Surface>(module, "Surface")
       .def(py::init<const py::object&, const py::object&>())
+      .def("move", &Surface::move)
       .def("hit", &Surface::hit)
       .def("middle", &Surface::middle)
       .def("thickness", &Surface::thickness)

@@ -26,6 +26,17 @@ def test_a_ray_meets_a_sphere(surface):
     assert surface.hit([5, 0, 0], [1, 0, 0]) is None and surface.middle([5, 0, 0], [1, 0, 0]) is None
 
 
+def test_a_moved_surface_is_like_a_new_one(sphere, hand):
+    moved = sphere.vertices * [1.5, 1, 0.5] + 0.1
+    surface, new = knead.Surface(sphere.vertices, sphere.faces), knead.Surface(moved, sphere.faces)
+    surface.move(moved)
+    for origin in np.random.default_rng(2).normal(size=(50, 3)):
+        ray = 5 * origin, 0.1 - 5 * origin
+        assert surface.hit(*ray) == new.hit(*ray) and surface.middle(*ray) == new.middle(*ray)
+    with pytest.raises(knead.InvalidInput, match="as before"):
+        surface.move(hand.vertices)
+
+
 def test_refusals(surface):
     with pytest.raises(knead.InvalidInput, match="direction"):
         surface.hit([0, 0, 5], [0, 0, 0])
