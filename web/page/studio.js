@@ -29,7 +29,7 @@ function isFirstTab() {
 const sync = (studio, fromStore) =>
   new Promise((resolve, reject) => studio.FS.syncfs(fromStore, (error) => (error ? reject(error) : resolve())));
 
-// Stores what Studio has written, and offers new files of its folder to the device.
+// Stores what Studio has written, and downloads new files of its folder.
 class Store {
   constructor(studio) {
     this.studio = studio;

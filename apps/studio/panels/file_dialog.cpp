@@ -12,7 +12,7 @@
 
 #include "knead/io/shape_file.h"
 #include "panels/widgets.h"
-#include "platform/device_files.h"
+#include "platform/brought_files.h"
 
 namespace knead::studio {
 
@@ -82,8 +82,8 @@ void draw_places(FileDialog& dialog) {
   const char* const home = std::getenv("HOME");
   if (home != nullptr && ImGui::Button("Home")) go_to(dialog, home);
   if (home != nullptr) ImGui::SameLine();
-  if (!writes(dialog.use) && has_device_files()) {
-    if (ImGui::Button("From this device...")) choose_device_files();
+  if (!writes(dialog.use) && must_bring_files()) {
+    if (ImGui::Button("From your computer...")) choose_files_to_bring();
     ImGui::SameLine();
   }
   ImGui::SetNextItemWidth(-1);

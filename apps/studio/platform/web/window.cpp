@@ -11,7 +11,7 @@
 #include <utility>
 #include <variant>
 
-#include "platform/device_files.h"
+#include "platform/brought_files.h"
 #include "platform/web/input.h"
 
 // The page's side (web/page/studio.js).
@@ -43,9 +43,9 @@ Modifiers modifiers_of(int bits) { return {(bits & 1) != 0, (bits & 2) != 0, (bi
 
 PageInput& page_input() { return the_state().input; }
 
-bool has_device_files() { return true; }
+bool must_bring_files() { return true; }
 
-void choose_device_files() { page_choose_files(); }
+void choose_files_to_bring() { page_choose_files(); }
 
 Window::Window(const std::string& title, int, int) {
   EmscriptenWebGLContextAttributes attributes;
