@@ -123,7 +123,7 @@ void LiveMesh::shade(const VertexRange& range) {
 // Several threads may set the same mark.
 void LiveMesh::mark(const VertexRange& range) {
   const auto set = [&](std::uint32_t v) {
-    // libc++ has no std::atomic_ref before version 19.
+    // Atomic references come with libc++ 19 only.
     if (__atomic_load_n(&marks_[v], __ATOMIC_RELAXED) == 0)
       __atomic_store_n(&marks_[v], std::uint8_t{1}, __ATOMIC_RELAXED);
   };

@@ -52,8 +52,8 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
 }
 
 bool SlippingContacts::is_near(const Vec3d& point, const std::vector<Intrusion>& moving) const {
-  return std::ranges::any_of(moving,
-                             [&](const Intrusion& each) { return norm2(each.point - point) < radius_ * radius_; });
+  return std::any_of(moving.begin(), moving.end(),
+                     [&](const Intrusion& each) { return norm2(each.point - point) < radius_ * radius_; });
 }
 
 }  // namespace knead::tool_detail
