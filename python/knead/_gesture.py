@@ -34,7 +34,7 @@ class Surface:
 
     def ring(self, point, normal, radius, count=64):
         """Returns a ring of about that radius around the normal at a point, on the surface where that is near: (count, 3)."""
-        return self._native.ring(point, normal, float(radius), int(count))
+        return self._native.ring(point, normal, radius, count)
 
     def part(self, point, direction, *, axis=(0, 0, 0), angle_deg=0):
         """Returns keys of a twist or bend that moves one part alone: center, normal, inner, outer and radius.
@@ -42,7 +42,7 @@ class Surface:
         point: inside the part. direction: along the part, towards its tip. axis, angle_deg: of a bend whose sweep must
         reach nothing else, if possible. Raises InvalidInput where there is no such place, with the reason.
         """
-        return self._native.part(point, direction, axis, float(angle_deg))
+        return self._native.part(point, direction, axis, angle_deg)
 
     def with_safe_zone(self, stroke):
         """Returns a twist or bend with its zone widened where it is too thin for the angle; another stroke as it is."""
@@ -57,14 +57,14 @@ class PaintDrag:
     """
 
     def __init__(self, *, outer, depth, falloff=4):
-        self._native = _knead.PaintDrag(float(outer), float(depth), int(falloff))
+        self._native = _knead.PaintDrag(outer, depth, falloff)
 
     def touch(self, point, normal, *, outer=None, pressure=1.0):
         """Goes on to a place of the surface as it was before the painting; steps longer than `spacing` lose dabs.
 
         outer: the radius here. pressure: how much the way to this place counts, above 0 and at most 1.
         """
-        self._native.touch(point, normal, outer, float(pressure))
+        self._native.touch(point, normal, outer, pressure)
 
     def finish(self):
         """Ends the painting; a single dab gets the full depth."""
@@ -100,5 +100,5 @@ def symmetric(strokes, planes, *, size=1.0, image_file=None):
         return image_file(path, "".join(name for bit, name in numbers.items() if bits & bit))
 
     mask = sum(_PLANES[plane] for plane in set(planes))
-    native = _knead.symmetric([stroke(s)._native for s in strokes], mask, float(size), image)
+    native = _knead.symmetric([stroke(s)._native for s in strokes], mask, size, image)
     return [_wrap(s) for s in native]

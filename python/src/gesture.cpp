@@ -99,6 +99,10 @@ class Surface {
     const Vec3d up = direction_of(normal, "normal");
     const Vec3d u = any_orthogonal(up);
     const Vec3d v = cross(up, u);
+    if (!(radius > 0 && std::isfinite(radius))) throw InvalidInput("radius must be above 0");
+    if (count < 3 || count > kMostPlaces) {
+      throw InvalidInput(fmt::format("count must be from 3 to {}, got {}", kMostPlaces, count));
+    }
     std::vector<Vec3d> places;
     for (int i = 0; i < count; ++i) {
       const SinCos<double> turn = sincos(2 * std::numbers::pi * i / count);
@@ -136,6 +140,7 @@ class Surface {
   }
 
  private:
+  static constexpr int kMostPlaces = 10'000;  // of a ring
   static constexpr double kMostLift = 0.4;    // of a ring's radius
   static constexpr double kOnSurface = 1e-6;  // of the diagonal: a ray from a place of the surface meets it there
 

@@ -184,6 +184,40 @@ def use_workbench(draw):
         np.sum(view) if isinstance(view, np.ndarray) else len(view)
 
 
+directions = st.one_of(vector, vector, anything)
+
+
+def use_surface(draw):
+    surface = knead.Surface(draw(vertices), draw(faces))
+    name = draw(st.sampled_from(["move", "hit", "middle", "thickness", "ring", "part", "with_safe_zone"]))
+    if name == "move":
+        surface.move(draw(vertices))
+    elif name == "ring":
+        surface.ring(draw(directions), draw(directions), draw(numbers), draw(numbers))
+    elif name == "part":
+        surface.part(draw(directions), draw(directions), axis=draw(directions), angle_deg=draw(numbers))
+    elif name == "with_safe_zone":
+        surface.with_safe_zone(draw(good_strokes))
+    else:
+        getattr(surface, name)(draw(directions), draw(directions))
+
+
+def use_paint_drag(draw):
+    falloff = draw(st.one_of(st.integers(2, 8), numbers))
+    drag = knead.PaintDrag(outer=draw(st.one_of(positive, numbers)), depth=draw(numbers), falloff=falloff)
+    for _ in range(draw(st.integers(0, 3))):
+        outer, pressure = draw(st.none() | numbers), draw(st.one_of(st.floats(0.1, 1), numbers))
+        drag.touch(draw(directions), draw(directions), outer=outer, pressure=pressure)
+    drag.finish()
+    assert drag.spacing > 0 and all(stroke.tool == "paint" for stroke in drag.strokes)
+
+
+def use_symmetric(draw):
+    planes = draw(st.one_of(st.sampled_from(["", "x", "xz", "xyz", "w"]), anything))
+    strokes = knead.symmetric(draw(sessions), planes, size=draw(numbers), image_file=draw(anything))
+    assert all(isinstance(stroke, knead.Stroke) for stroke in strokes)
+
+
 def use_session(draw):
     session = knead.Session(draw(sessions), mesh=draw(st.none() | texts), note=draw(st.none() | anything))
     name = draw(st.sampled_from(["resolve", "append", "item", "text"]))
@@ -260,6 +294,9 @@ USES = {
     "deform_mesh": lambda draw: knead.deform_mesh(draw(anything), draw(sessions), **draw(some(accuracy))),
     "files": use_files,
     "flow": use_flow,
+    "PaintDrag": use_paint_drag,
+    "Surface": use_surface,
+    "symmetric": use_symmetric,
     "frames": lambda draw: knead.frames(draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films))),
     "remesh": use_remesh,
     "render": lambda draw: knead.render(draw(vertices), draw(faces), **draw(some(looks))),
