@@ -234,6 +234,7 @@ constexpr double kSameImage = 1e-9;  // of the shape's size: images that differ 
 std::vector<SessionStroke> symmetric(const std::vector<SessionStroke>& strokes, unsigned planes, double size,
                                      const ImageFile& image_file) {
   std::vector<Stroke> plain;
+  plain.reserve(strokes.size());
   for (const SessionStroke& stroke : strokes) plain.push_back(stroke.stroke);
   return session_strokes(symmetric_strokes(plain, mirror_images(planes), kSameImage * size, image_file));
 }
