@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "command.h"
 #include "deform_options.h"
 #include "frames.h"
+#include "interrupt.h"
 #include "knead/io/animation.h"
 #include "knead/io/atomic_file.h"
 #include "knead/io/remeshed.h"
@@ -43,6 +45,13 @@ class Target {
   bool is_animation() const { return is_animation_; }
   std::string path(int index) const { return pattern_ ? frame_path(*pattern_, index) : path_; }
   std::string last_path() const { return path(count_ - 1); }
+
+  // Of an animation: a series of ParaView has one for each frame, and one that names them.
+  std::size_t files() const {
+    std::string extension = std::filesystem::path(path_).extension().string();
+    std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
+    return extension == ".pvd" ? static_cast<std::size_t>(count_) + 1 : 1;
+  }
 
  private:
   std::string path_;
@@ -241,6 +250,7 @@ void run_deform(const DeformOptions& options) {
     const Clock clock;
     const bool is_last = frame.index + 1 == target.count();
     if (add_to_animation) {
+      if (is_last) end_after_last_output(says_more(options), target.files());
       add_to_animation(frame);
     } else {
       if (is_last) end_after_last_shape(target.last_path(), says_more(options));

@@ -19,7 +19,7 @@ std::atomic<Progress*> cancellable = nullptr;  // NOLINT(cppcoreguidelines-avoid
 // Set before the last file is written.
 std::atomic<bool> awaits_last_output = false;  // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 std::atomic<bool> has_more_to_say = false;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
-std::atomic<std::size_t> files_before = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
+std::atomic<std::size_t> files_at_end = 0;     // NOLINT(cppcoreguidelines-avoid-non-const-global-variables)
 static_assert(std::atomic<Progress*>::is_always_lock_free);
 static_assert(std::atomic<bool>::is_always_lock_free);
 
@@ -28,7 +28,7 @@ void on_interruption(int /*signal*/) {
     progress->cancel = true;
     return;
   }
-  if (awaits_last_output && count_files_in_place() > files_before) {
+  if (awaits_last_output && count_files_in_place() >= files_at_end) {
     if (has_more_to_say.exchange(false)) return;
     ::_exit(kDone);
   }
@@ -50,8 +50,8 @@ void handle_interruptions() {
   if (::sigaction(SIGHUP, nullptr, &old) == 0 && old.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);
 }
 
-void end_after_last_output(bool more_to_say) {
-  files_before = count_files_in_place();
+void end_after_last_output(bool more_to_say, std::size_t files) {
+  files_at_end = count_files_in_place() + files;
   has_more_to_say = more_to_say;
   awaits_last_output = true;
 }

@@ -50,11 +50,15 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   if (!quiet) print_notes(first);
   ReplayResult result;
   {
-    const CancelOnInterruption cancel(progress);
+    std::optional<CancelOnInterruption> cancel(std::in_place, progress);
     progress.total = total_work(mesh, session, options);
-    ProgressBar bar(progress, progress.total, !quiet, frame_count(options.frames));
+    const int frames = frame_count(options.frames);
+    ProgressBar bar(progress, progress.total, !quiet, frames);
     if (const auto deliver = options.frames.deliver) {
-      options.frames.deliver = [&bar, deliver](const ReplayFrame& frame) {
+      // From the last frame on, an interruption that comes when all files are in place is none.
+      options.frames.deliver = [&, deliver](const ReplayFrame& frame) {
+        if (frame.index + 1 == frames) cancel.reset();
+        if (progress.cancel) throw Interrupted{};
         deliver(frame);
         bar.count_frame();
       };

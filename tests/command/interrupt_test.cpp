@@ -87,5 +87,26 @@ TEST_F(InterruptTest, WhileWriting) {
   }
 }
 
+// An interruption after the last file is in place is none.
+TEST_F(InterruptTest, WhileFramesAreWritten) {
+  knead_ok({"make", "sphere", "-n", "20000", "-q", "-o", "a.ply"});
+  write("s.knead",
+        kNoStrokes + R"({"tool": "implicit", "inner": 0.3, "outer": 0.9, "path": [[0, 0, 1], [0, 0.5, 1.2]]})");
+  const Words words{"deform", "a.ply", "s.knead", "--frames", "30", "-q", "-o", "o.glb"};
+  const auto start = std::chrono::steady_clock::now();
+  knead_ok(words);
+  const auto whole_time = std::chrono::steady_clock::now() - start;
+  const std::string whole = read("o.glb");
+  constexpr int moments = 20;
+  for (int i = 1; i <= moments; ++i) {
+    write("o.glb", "old");
+    Process process(words, folder());
+    std::this_thread::sleep_for(whole_time * (moments + i) / (2 * moments));
+    process.send(SIGTERM);
+    const Outcome outcome = process.wait();
+    EXPECT_EQ(read("o.glb"), outcome.exit_code == 0 ? whole : "old") << outcome.exit_code;
+  }
+}
+
 }  // namespace
 }  // namespace knead::command_test
