@@ -21,3 +21,18 @@ blender -b --factory-startup --python-exit-code 3 --python-expr \
   exit 1
 }
 blender -b --factory-startup --python-exit-code 3 --python "$test"
+
+# Uninstalled, nothing of it is left.
+blender -b --factory-startup --python-exit-code 3 --python-expr "import bpy
+bpy.ops.preferences.addon_enable(module='knead_blender')
+assert hasattr(bpy.types.Object, 'knead')
+with bpy.context.temp_override(area=bpy.context.window_manager.windows[0].screen.areas[0]):
+    bpy.ops.preferences.addon_remove(module='knead_blender')
+assert not hasattr(bpy.types.Object, 'knead')" >"$scratch/remove.log" 2>&1 || {
+  cat "$scratch/remove.log"
+  exit 1
+}
+[[ ! -e $BLENDER_USER_SCRIPTS/addons/knead_blender ]] || {
+  echo "uninstalling left $BLENDER_USER_SCRIPTS/addons/knead_blender"
+  exit 1
+}
