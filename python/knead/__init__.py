@@ -18,7 +18,7 @@ from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_mesh
 from ._session import Session
-from ._shapes import Shape, check, crossings, read
+from ._shapes import Shape, check, check_cells, crossings, read
 from ._strokes import Stroke, stroke
 
 globals().update({cls.__name__: cls for cls in _strokes._classes.values()})
@@ -42,6 +42,7 @@ __all__ = [
     "animate",
     "certify",
     "check",
+    "check_cells",
     "crossings",
     "deform",
     "deform_mesh",

@@ -87,3 +87,38 @@ def crossings(vertices, faces):
 def check(vertices, faces):
     """Returns what `knead check --json` prints, as a dict: counts, closed, volume, self_intersections and more."""
     return json.loads(_knead.check(vertices, faces))
+
+
+def check_cells(points, cells, before=None):
+    """Returns what a deformation may spoil in the cells of a volume mesh, as a dict of arrays with a value for each cell.
+
+    volume; scaled_jacobian, 1 at best, the least over the corners; inverted, exact: whether a corner has turned. With
+    `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since.
+    cells: (m, 4) tetrahedra, (m, 5) pyramids, (m, 6) wedges or (m, 8) hexahedra in VTK's order of corners; or the cells
+    of a meshio mesh, of which surfaces, lines and points are left out. The wedges of Gmsh have their triangles the other
+    way round: give `before`. Raises InvalidInput for a corner that is no point.
+    """
+    import numpy as np
+
+    corners = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+    if isinstance(cells, (list, tuple)) and all(hasattr(block, "type") for block in cells):
+        kinds = [(block.data, block.type.rstrip("0123456789")) for block in cells]
+        blocks = [np.asarray(data)[:, : corners[kind]] for data, kind in kinds if kind in corners]
+    else:
+        blocks = [np.asarray(cells)]
+    for block in blocks:
+        if block.dtype.kind not in "iu":
+            raise TypeError(f"cells must be an array of whole numbers, got dtype {block.dtype}")
+
+    def measured(places):
+        parts = [_knead.cell_qualities(places, block) for block in blocks]
+        return [np.concatenate(arrays) for arrays in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 3
+
+    volume, jacobian, orientation = measured(points)
+    if before is None:
+        return {"volume": volume, "scaled_jacobian": jacobian, "inverted": orientation != 1}
+    first, _, was = measured(before)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = volume / first
+    turned = jacobian * np.where(was == -1, -1, 1)
+    return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": (orientation != was) | (was == 0)}

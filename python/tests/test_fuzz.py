@@ -289,6 +289,7 @@ USES = {
     "animate": use_animate,
     "certify": lambda draw: knead.certify(draw(vertices), draw(vertices), draw(faces), draw(sessions), **draw(some(accuracy))),
     "check": lambda draw: knead.check(draw(vertices), draw(faces)),
+    "check_cells": lambda draw: knead.check_cells(draw(vertices), draw(st.one_of(faces, anything)), draw(st.one_of(st.none(), vertices))),
     "crossings": lambda draw: knead.crossings(draw(vertices), draw(faces)),
     "deform": lambda draw: knead.deform(draw(vertices), draw(sessions), draw(faces), **draw(some({**accuracy, **more}))),
     "deform_mesh": lambda draw: knead.deform_mesh(draw(anything), draw(sessions), **draw(some(accuracy))),

@@ -76,4 +76,25 @@ std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::
 // so an edge may lie inside a polygon. Triangles without area (see is_degenerate) are ignored.
 std::size_t count_folded_edges(const Mesh& mesh);
 
+// Linear cells of volume meshes, their corners in the order of VTK.
+enum class CellKind { tetrahedron, pyramid, wedge, hexahedron };
+
+// Returns 4, 5, 6 or 8.
+std::size_t corner_count(CellKind kind);
+
+// What a deformation may spoil in a cell.
+struct CellQuality {
+  double volume = 0;  // between its faces, which are bilinear; below 0 for a cell that is inside out
+  // The least of its corners: the determinant of the three edges there over the product of their lengths, times a
+  // constant with which a cell with equal edges has 1. Of a pyramid without its apex. 0 where an edge has no length.
+  double scaled_jacobian = 0;
+  // 1: at all these corners the three edges are right-handed, as they should be; -1: at none; 0: at some, or flat.
+  // Exact.
+  int orientation = 0;
+};
+
+// Returns the quality of a cell. Throws InvalidInput for another number of corners, and for coordinates that are not
+// finite or beyond 1e75. The definition is that of the Verdict library (Stimpson et al., 2007) but for its pyramids.
+CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners);
+
 }  // namespace knead

@@ -1,0 +1,139 @@
+// Volume, scaled Jacobian and orientation of cells.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "knead/math/error.h"
+#include "knead/math/mat3.h"
+#include "knead/mesh/measures.h"
+
+namespace knead {
+namespace {
+
+constexpr std::array kKinds{CellKind::tetrahedron, CellKind::pyramid, CellKind::wedge, CellKind::hexahedron};
+
+// All edges are 1.
+std::vector<Vec3d> regular(CellKind kind) {
+  const double h = std::sqrt(3.0) / 2;
+  switch (kind) {
+    case CellKind::tetrahedron:
+      return {{0, 0, 0}, {1, 0, 0}, {0.5, h, 0}, {0.5, h / 3, std::sqrt(2.0 / 3)}};
+    case CellKind::pyramid:
+      return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, std::sqrt(0.5)}};
+    case CellKind::wedge:
+      return {{0, 0, 0}, {0.5, h, 0}, {1, 0, 0}, {0, 0, 1}, {0.5, h, 1}, {1, 0, 1}};
+    case CellKind::hexahedron:
+      return {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  }
+  return {};
+}
+
+double volume_of_regular(CellKind kind) {
+  const std::array volumes{std::sqrt(2.0) / 12, std::sqrt(2.0) / 6, std::sqrt(3.0) / 4, 1.0};
+  return volumes[static_cast<std::size_t>(kind)];
+}
+
+TEST(Cells, WithEqualEdgesAreTheBest) {
+  for (const CellKind kind : kKinds) {
+    const CellQuality quality = cell_quality(kind, regular(kind));
+    EXPECT_NEAR(quality.volume, volume_of_regular(kind), 1e-15);
+    EXPECT_NEAR(quality.scaled_jacobian, 1, 1e-15);
+    EXPECT_EQ(quality.orientation, 1);
+    EXPECT_EQ(corner_count(kind), regular(kind).size());
+  }
+}
+
+// The volume grows with the determinant of a linear map, and a mirror turns the cell inside out.
+TEST(Cells, FollowLinearMaps) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto vector = [&] { return Vec3d{number(random), number(random), number(random)}; };
+  for (int i = 0; i < 200; ++i) {
+    const Mat3d map{vector(), vector(), vector()};
+    const Vec3d shift = vector() * 10;
+    for (const CellKind kind : kKinds) {
+      std::vector<Vec3d> corners = regular(kind);
+      for (Vec3d& p : corners) p = map * p + shift;
+      const CellQuality quality = cell_quality(kind, corners);
+      EXPECT_NEAR(quality.volume, determinant(map) * volume_of_regular(kind), 1e-13);
+      EXPECT_EQ(quality.orientation, determinant(map) > 0 ? 1 : -1);
+      EXPECT_EQ(quality.scaled_jacobian > 0, determinant(map) > 0);
+      EXPECT_LE(std::abs(quality.scaled_jacobian), 1 / volume_of_regular(CellKind::tetrahedron));
+    }
+  }
+}
+
+// Gauss's rule with two points along each axis is exact for the Jacobian of a trilinear map.
+TEST(Cells, EncloseWhatATrilinearMapDoes) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> number(-0.3, 0.3);
+  for (int i = 0; i < 50; ++i) {
+    std::vector<Vec3d> p = regular(CellKind::hexahedron);
+    for (Vec3d& q : p) q += Vec3d{number(random), number(random), number(random)};
+    const auto blend = [&](std::array<double, 8> w) {
+      Vec3d sum{0, 0, 0};
+      for (std::size_t k = 0; k < 8; ++k) sum += p[k] * w[k];
+      return sum;
+    };
+    double volume = 0;
+    for (int k = 0; k < 8; ++k) {
+      const auto at = [&](int bit) { return 0.5 + ((k >> bit & 1) != 0 ? 0.5 : -0.5) / std::sqrt(3.0); };
+      const double x = at(0);
+      const double y = at(1);
+      const double z = at(2);
+      const double u = 1 - x;
+      const double v = 1 - y;
+      const double w = 1 - z;
+      const Vec3d dx = blend({-v * w, v * w, y * w, -y * w, -v * z, v * z, y * z, -y * z});
+      const Vec3d dy = blend({-u * w, -x * w, x * w, u * w, -u * z, -x * z, x * z, u * z});
+      const Vec3d dz = blend({-u * v, -x * v, -x * y, -u * y, u * v, x * v, x * y, u * y});
+      volume += dot(cross(dx, dy), dz) / 8;
+    }
+    EXPECT_NEAR(cell_quality(CellKind::hexahedron, p).volume, volume, 1e-14);
+  }
+}
+
+TEST(Cells, ThatTurnAtOneCornerAreNoLongerOriented) {
+  for (const CellKind kind : kKinds) {
+    std::vector<Vec3d> corners = regular(kind);
+    corners.front() += (corners.back() - corners.front()) * 1.5;
+    const CellQuality quality = cell_quality(kind, corners);
+    EXPECT_NE(quality.orientation, 1);
+    EXPECT_LT(quality.scaled_jacobian, 0);
+  }
+}
+
+// The determinant of doubles says nothing here: 1e-25 beside 1.
+TEST(Cells, AreOrientedExactly) {
+  std::vector<Vec3d> flat{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1.0 / 3, 1.0 / 3, 0}};
+  for (Vec3d& p : flat) p.z = 3 * p.x + 5 * p.y;
+  EXPECT_EQ(cell_quality(CellKind::tetrahedron, flat).volume, 0);
+  const double up = std::nextafter(flat[3].z, 10) - flat[3].z;
+  flat[3].z += 2 * up;
+  EXPECT_EQ(cell_quality(CellKind::tetrahedron, flat).orientation, 1);
+  flat[3].z -= 4 * up;
+  EXPECT_EQ(cell_quality(CellKind::tetrahedron, flat).orientation, -1);
+}
+
+TEST(Cells, WithoutSizeHaveNoOrientation) {
+  for (const CellKind kind : kKinds) {
+    const CellQuality quality = cell_quality(kind, std::vector<Vec3d>(corner_count(kind), {1, 2, 3}));
+    EXPECT_EQ(quality.volume, 0);
+    EXPECT_EQ(quality.scaled_jacobian, 0);
+    EXPECT_EQ(quality.orientation, 0);
+  }
+}
+
+TEST(Cells, RefuseWhatIsNoCell) {
+  std::vector<Vec3d> corners = regular(CellKind::wedge);
+  EXPECT_THROW(cell_quality(CellKind::hexahedron, corners), InvalidInput);
+  corners[2].y = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(cell_quality(CellKind::wedge, corners), InvalidInput);
+}
+
+}  // namespace
+}  // namespace knead
