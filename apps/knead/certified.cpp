@@ -57,6 +57,11 @@ void certify(const ShapeFile& shape, bool quiet, Certified& certified) {
   certified.certificate = builder.finish(certified.result, certified.options.remesh.single_precision);
 }
 
+bool is_out_of_time(const Certified& certified) {
+  const Provenance* const remeshed = certified.result.shape.provenance();
+  return remeshed != nullptr && remeshed->counts.out_of_time;
+}
+
 [[noreturn]] void refuse(const std::string& shape, const std::string& complaint, int refinements, bool remeshed) {
   if (!remeshed) {
     throw QualityError(fmt::format("{}: {}; add --remesh, or give a finer mesh", shape, complaint));
@@ -95,6 +100,10 @@ Certified replay_certified(const Inputs& inputs, const ReplayOptions& options, b
           fmt::format("{}: {}, and refining makes them more ({} before); the coordinates may be too coarse for so fine "
                       "a mesh: use --precision double, or move the shape to the origin",
                       inputs.session.name, complaints->text, *crossings));
+    }
+    if (is_out_of_time(certified)) {
+      throw QualityError(fmt::format("{}: {}, and --remesh-seconds ended the remeshing; allow more, or deform less",
+                                     inputs.session.name, complaints->text));
     }
     crossings = now;
     if (!quiet) print_message(fmt::format("note: {}; trying again with a finer mesh", complaints->text));

@@ -191,6 +191,9 @@ Inputs read_deform_inputs(const DeformOptions& options, const ReplayOptions& rep
   const bool quiet = options.common.quiet;
   Inputs inputs = read_inputs(options.shape, options.format, options.session, quiet);
   check_until(options, inputs.session);
+  if (!quiet && options.remesh.seconds && !will_remesh(inputs.shape.mesh, inputs.session, replay)) {
+    print_message("note: --remesh-seconds: nothing is remeshed; add --remesh");
+  }
   if (options.inverse) resolve_on_own_shape(inputs.session, replay, quiet);
   if (target.is_animation()) {
     if (quiet) return inputs;

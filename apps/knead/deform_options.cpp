@@ -72,6 +72,10 @@ ReplayOptions replay_options(const DeformOptions& options) {
   replay.part.until = options.until;
   replay.frames = frame_options(options.frames);
   replay.remesh.settings = settings_of(options.remesh);
+  if (const std::optional<double> seconds = options.remesh.seconds) {
+    if (!(*seconds > 0)) throw UsageError(fmt::format("--remesh-seconds {}: give a number above 0", *seconds));
+    replay.remesh.seconds = *seconds;
+  }
   return replay;
 }
 

@@ -88,6 +88,10 @@ void add_remesh_options(std::vector<Option>& options, RemeshFlags& flags) {
                       "FRACTION"},
                      {"--remesh-iterations", &flags.iterations,
                       fmt::format("Rounds that improve triangles (default: {})", kDefaultRemeshIterations), "N"},
+                     {"--remesh-seconds", &flags.seconds,
+                      "After so many seconds a stroke keep the best mesh so far, and say what still crosses; the "
+                      "result then depends on the machine (default: no limit)",
+                      "S"},
                  });
 }
 

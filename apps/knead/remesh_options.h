@@ -17,6 +17,7 @@ struct RemeshFlags {
   std::optional<double> min_edge;
   std::optional<int> iterations;
   std::optional<std::size_t> max_vertices;
+  std::optional<double> seconds;
 };
 
 // Returns the settings that the options ask for, if any. Throws UsageError for a value out of range.

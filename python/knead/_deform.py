@@ -196,6 +196,7 @@ def remesh(
     min_edge=None,
     iterations=None,
     max_vertices=None,
+    seconds=None,
     relative_tolerance=1e-5,
     precision="float32",
     integrator="tsit5",
@@ -206,6 +207,8 @@ def remesh(
 
     max_edge, min_edge: lengths; max_angle_deg: degrees, above 0 to 180; max_chord: a fraction of the diagonal, 0 to 1;
     iterations: rounds, 0 to 100; max_vertices: the most that the mesh may grow to. None: chosen from the shape.
+    seconds: above 0; after that time a stroke (without a session: the call), the best mesh so far is kept, and the report's
+        "out_of_time" is true. The result then depends on the machine. None: no limit.
     Other keywords as for deform. Returns Remeshed, or None if `progress` returned False.
 
     Raises InvalidInput, and AccuracyError where the mesh would need more than max_vertices.
@@ -218,12 +221,15 @@ def remesh(
         "iterations": iterations,
         "max_vertices": max_vertices,
     }
+    limit = math.inf if seconds is None else _number(seconds, "seconds")
+    if not limit > 0:
+        raise _knead.InvalidInput(f"seconds must be above 0, got {seconds}")
     settings = _knead.RemeshSettings(**{key: value for key, value in given.items() if value is not None})
     if session is None:
-        result = _knead.remesh_whole(vertices, faces, settings, threads, progress)
+        result = _knead.remesh_whole(vertices, faces, settings, limit, threads, progress)
     else:
         accuracy = _accuracy(relative_tolerance, precision, integrator, threads)
-        result = _knead.remesh_moved(vertices, faces, native_session(session), settings, accuracy, progress)
+        result = _knead.remesh_moved(vertices, faces, native_session(session), settings, limit, accuracy, progress)
     if result is None:
         return None
     return Remeshed(*result[:3], json.loads(result[3]))

@@ -19,11 +19,12 @@ py::tuple result_of(const Mesh& mesh, const std::vector<std::uint32_t>& source, 
 }
 
 py::object remesh_whole(const py::object& vertices, const py::object& faces, const RemeshSettings& settings,
-                        int threads, const py::object& callback) {
+                        double seconds, int threads, const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
   Progress progress;
   RemeshOptions options;
   options.threads = threads;
+  options.seconds = seconds;
   options.progress = &progress;
   Remeshed result;
   if (!run_watched(callback, progress, [&] { result = remesh(mesh, settings, options); })) return py::none();
@@ -33,17 +34,20 @@ py::object remesh_whole(const py::object& vertices, const py::object& faces, con
                     {"splits", counts.splits},
                     {"collapses", counts.collapses},
                     {"flips", counts.flips},
-                    {"complete", counts.complete}};
+                    {"complete", counts.complete},
+                    {"out_of_time", counts.out_of_time}};
   return result_of(result.mesh, result.face_source, to_text(report));
 }
 
 py::object remesh_moved(const py::object& vertices, const py::object& faces, const Session& session,
-                        const RemeshSettings& settings, const Accuracy& accuracy, const py::object& callback) {
+                        const RemeshSettings& settings, double seconds, const Accuracy& accuracy,
+                        const py::object& callback) {
   const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
   Progress progress;
   ReplayOptions options;
   options.motion = motion_options(accuracy);
   options.remesh.settings = settings;
+  options.remesh.seconds = seconds;
   options.progress = &progress;
   ReplayResult replayed;
   std::string report;

@@ -208,6 +208,7 @@ def remesh(
     min_edge: float | None = None,
     iterations: int | None = None,
     max_vertices: int | None = None,
+    seconds: float | None = None,
     relative_tolerance: float = 1e-5,
     precision: Precision = "float32",
     integrator: Integrator = "tsit5",

@@ -291,6 +291,15 @@ def test_remesh(sphere, session, files):
         knead.remesh(sphere.vertices, sphere.faces, max_edge=-1)
     with pytest.raises(knead.AccuracyError):
         knead.remesh(sphere.vertices, sphere.faces, session, max_edge=1e-5, max_vertices=5000)
+    assert result.report["remesh"]["out_of_time"] is False
+    for moved_by in (session, None):
+        hasty = knead.remesh(sphere.vertices, sphere.faces, moved_by, max_edge=0.05, seconds=1e-9)
+        assert (hasty.report if moved_by is None else hasty.report["remesh"])["out_of_time"] is True
+        same = knead.remesh(sphere.vertices, sphere.faces, moved_by, max_edge=0.05, seconds=1e4)
+        without = knead.remesh(sphere.vertices, sphere.faces, moved_by, max_edge=0.05)
+        assert bits(same.vertices) == bits(without.vertices) and len(hasty.vertices) < len(same.vertices)
+    with pytest.raises(knead.InvalidInput, match="seconds"):
+        knead.remesh(sphere.vertices, sphere.faces, session, seconds=0)
 
 
 def test_check_has_the_keys_and_values_of_the_command(sphere, files):

@@ -186,6 +186,31 @@ TEST_F(RemeshTest, RequireIsMetOrNothingIsWritten) {
   EXPECT_EQ(files(), (Words{"a.ply", "out.ply", "two.knead"}));
 }
 
+TEST_F(RemeshTest, SecondsKeepTheBestSoFarUnlessABoundIsMissed) {
+  const Words words{"deform", "a.ply", "two.knead", "-o", "b.ply", "--remesh", "--remesh-seconds"};
+  const auto with = [&](const std::string& seconds, const Words& more) {
+    Words all = words;
+    all.push_back(seconds);
+    all.insert(all.end(), more.begin(), more.end());
+    return knead(all);
+  };
+  for (const std::string wrong : {"0", "-1", "nan"}) expect_error(with(wrong, {}), 2, "--remesh-seconds");
+  expect_error(with("1e-9", {"-q", "--require", "volume=1e-5"}), 4, "and --remesh-seconds ended the remeshing");
+  EXPECT_EQ(files(), (Words{"a.ply", "two.knead"}));
+  const Outcome best = with("1e-9", {"--json"});
+  EXPECT_EQ(best.exit_code, 0);
+  EXPECT_NE(best.err.find("note: two.knead:2: the mesh was not improved to the end"), std::string::npos) << best.err;
+  EXPECT_TRUE(json::parse(best.out)["remesh"]["out_of_time"]);
+  EXPECT_TRUE(measure(mesh("b.ply")).closed());
+  const Outcome enough = with("1000", {"-q"});
+  EXPECT_EQ(enough.exit_code, 0) << enough.err;
+  const std::string unlimited = read("b.ply");
+  EXPECT_FALSE(deform({"--remesh"})["remesh"]["out_of_time"]);
+  EXPECT_EQ(read("b.ply"), unlimited);
+  const Outcome idle = knead({"deform", "a.ply", "two.knead", "-o", "b.ply", "--remesh-seconds", "1"});
+  EXPECT_NE(idle.err.find("nothing is remeshed"), std::string::npos) << idle.err;
+}
+
 TEST_F(RemeshTest, FramesComeOnceTheBoundsAreMet) {
   knead_ok({"deform", "a.ply", "two.knead", "-o", "F_%d.ply", "--frames", "3", "--remesh", "-q", "--require",
             "volume=1e-5,crossings=0"});

@@ -44,7 +44,7 @@ double edge_quality(const Surface& s, std::uint32_t h) {
 void flip_round(Improver& improver, const Bounds& bounds) {
   Surface& s = improver.surface();
   for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
-    improver.stop_if_cancelled();
+    if (improver.must_end()) break;
     const std::uint32_t h = s.halfedge[e];
     if (h != kNone && edge_quality(s, h) <= kFlipBelow) improver.flip_edge(h, bounds);
   }
@@ -61,7 +61,7 @@ void collapse_short_edges(Improver& improver, double shortest, const Bounds& bou
   }
   std::sort(shortest_first.begin(), shortest_first.end());
   for (const auto& [length, e] : shortest_first) {
-    improver.stop_if_cancelled();
+    if (improver.must_end()) break;
     const std::uint32_t h = s.halfedge[e];
     if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
     improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), bounds);
@@ -76,7 +76,7 @@ void move_round(Improver& improver, const Bounds& bounds) {
     for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
   }
   for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
-    improver.stop_if_cancelled();
+    if (improver.must_end()) break;
     if (poor[v]) improver.move_vertex(v, bounds);
   }
 }
@@ -141,7 +141,7 @@ bool mend_round(Improver& improver, const PoorFaces& poor, const Level& level, b
   Surface& s = improver.surface();
   bool changed = false;
   for (const auto& [q, f] : poor) {
-    improver.stop_if_cancelled();
+    if (improver.must_end()) break;
     if (!s.is_alive(f) || quality(s, f, s.after) >= level.below) continue;
     Bounds own = level.bounds;
     own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
@@ -188,7 +188,7 @@ ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std
   Improver improver(surface, improvement);
   const Bounds bounds = widest_bounds(improvement.targets.max_chord);
   for (const std::uint32_t f : faces) {
-    improver.stop_if_cancelled();
+    if (improver.must_end()) break;
     if (!surface.is_alive(f)) continue;
     const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
     if (improver.collapse_edge(edges[0], kLeastUntangled, bounds)) continue;
@@ -204,7 +204,7 @@ ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
   const double chord = improvement.targets.max_chord;
   const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
   const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
-  for (int i = 0; i < improvement.targets.iterations; ++i) {
+  for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
     flip_round(improver, bounds);
     if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, collapse_bounds);
     move_round(improver, bounds);
@@ -230,7 +230,7 @@ ImprovementCounts mend(Surface& surface, const Improvement& improvement, int lev
   PoorFaces poor = find_poor_faces(surface, at.below);
   // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
   const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
-  for (int i = 0; i < rounds; ++i) {
+  for (int i = 0; i < rounds && !improver.must_end(); ++i) {
     if (!mend_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
     poor = find_poor_faces(surface, at.below);
   }

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/remesh/deadline.h"
 #include "knead/remesh/remesh.h"
 #include "knead/remesh/surface.h"
 
@@ -18,6 +19,7 @@ struct Improvement {
   RemeshTargets targets;
   const Progress* progress = nullptr;  // cancels; the surface is then part-way
   CrossingGuard* guard = nullptr;      // refuses changes that would make triangles cross; null: none are refused
+  Deadline* deadline = nullptr;        // ends after a change, with less improved; null: never
 };
 
 struct ImprovementCounts {

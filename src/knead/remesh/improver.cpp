@@ -27,6 +27,7 @@ Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_c
     : s_(surface),
       targets_(improvement.targets),
       progress_(improvement.progress),
+      deadline_(improvement.deadline),
       guard_(improvement.guard),
       bend_creases_(bend_creases) {}
 

@@ -50,6 +50,12 @@ class Improver {
   // Throws Cancelled if the improvement is cancelled.
   void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
 
+  // Returns whether the improvement has no time left. Throws Cancelled if it is cancelled.
+  bool must_end() const {
+    stop_if_cancelled();
+    return deadline_ != nullptr && deadline_->is_over();
+  }
+
   Surface& surface() { return s_; }
   const ImprovementCounts& counts() const { return counts_; }
 
@@ -86,6 +92,7 @@ class Improver {
   Surface& s_;
   RemeshTargets targets_;
   const Progress* progress_ = nullptr;
+  Deadline* deadline_ = nullptr;
   CrossingGuard* guard_ = nullptr;
   bool bend_creases_ = false;
   ImprovementCounts counts_;

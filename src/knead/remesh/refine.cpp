@@ -38,12 +38,13 @@ double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cr
 }  // namespace
 
 Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-                       std::size_t outside, const Progress* progress)
+                       std::size_t outside, const Progress* progress, Deadline* deadline)
     : s_(surface),
       deformation_(deformation),
       targets_(targets),
       whole_(whole),
       progress_(progress),
+      deadline_(deadline),
       shortest_(kShortestShare * targets.max_chord),
       outside_(static_cast<double>(outside)) {
   deviation_.resize(s_.halfedge.size());
@@ -54,6 +55,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
 
 bool Refinement::split_rounds() {
   for (int round = 0; round < kMostRounds; ++round) {
+    if (deadline_ != nullptr && deadline_->is_over()) return false;
     const Round done = split_round({});
     if (done != Round::split) return done == Round::met;
   }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "knead/remesh/deadline.h"
 #include "knead/remesh/remesh.h"
 #include "knead/remesh/surface.h"
 
@@ -16,12 +17,14 @@ namespace knead::remesh_detail {
 class Refinement {
  public:
   // If `whole`, edges that do not move must also be shorter than targets.max_edge. `progress` cancels.
-  // `outside`: vertices of the mesh outside the surface, which count towards targets.max_vertices.
+  // `outside`: vertices of the mesh outside the surface, which count towards targets.max_vertices. `deadline`: no round
+  // begins after it.
   Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-             std::size_t outside = 0, const Progress* progress = nullptr);
+             std::size_t outside = 0, const Progress* progress = nullptr, Deadline* deadline = nullptr);
 
-  // Splits edges until all meet the targets, or a limit on rounds is reached. Returns true if all do. Throws
-  // RemeshLimit before a round if that would exceed the limits on vertices or work, or if all rounds probably would.
+  // Splits edges until all meet the targets, or a limit on rounds or the deadline is reached. Returns true if all do.
+  // Throws RemeshLimit before a round if that would exceed the limits on vertices or work, or if all rounds probably
+  // would.
   bool refine();
 
   // Splits the edges of these faces once, whatever their length, then continues as refine(), but stops at the limits.
@@ -69,6 +72,7 @@ class Refinement {
   RemeshTargets targets_;
   bool whole_ = false;
   const Progress* progress_ = nullptr;
+  Deadline* deadline_ = nullptr;
   double shortest_ = 0;     // edges shorter than twice this length are not split
   double outside_ = 0;      // vertices of the mesh outside the surface
   bool may_refuse_ = true;  // else stops at the limits

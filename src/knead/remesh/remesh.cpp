@@ -1,12 +1,14 @@
 #include "knead/remesh/remesh.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "knead/math/error.h"
 #include "knead/remesh/carried_normals.h"
 #include "knead/remesh/compensate.h"
 #include "knead/remesh/crossing_guard.h"
+#include "knead/remesh/deadline.h"
 #include "knead/remesh/patch.h"
 #include "knead/remesh/refine.h"
 #include "knead/remesh/remesh_with.h"
@@ -33,14 +35,15 @@ class Remesher {
  public:
   Remesher(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
            const RemeshOptions& options, Improve improve)
-      : before_(before),
+      : deadline_(options.seconds),
+        before_(before),
         after_(after),
         options_(options),
         improve_(std::move(improve)),
         patch_(take_patch(before, after, deformation, options)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
         refinement_(patch_.surface, deformation, options.targets, options.whole,
-                    before.vertex_count() - patch_.vertex_source.size(), options.progress) {}
+                    before.vertex_count() - patch_.vertex_source.size(), options.progress, &deadline_) {}
 
   Remeshed run() {
     counts_steps_ = options_.progress != nullptr && options_.progress->total == 0;
@@ -51,8 +54,10 @@ class Remesher {
     counts_.splits += refinement_.splits();
     stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
+    counts_.out_of_time = deadline_.has_ended_work();
     Remeshed result = put_back(before_, after_, patch_, options_.progress);
     result.counts = counts_;
+    result.crossing_places = std::move(crossing_places_);
     return result;
   }
 
@@ -77,8 +82,9 @@ class Remesher {
     const int steps = hopeless || options_.targets.iterations == 0 ? 1 : kSteps;
     start();
     for (int step = 0; step < steps; ++step) {
-      improve_once(step, nullptr);
+      improve_once(step, nullptr);  // the first keeps the volume, which takes no time worth saving
       end_step();
+      if (deadline_.is_over()) break;
     }
     spread_volume(surface(), std::exchange(volume_, 0), {});
     Crossings found = search_.find(patch_);
@@ -86,14 +92,28 @@ class Remesher {
     if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
     if (!hopeless && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
     counts_.crossings = found.pairs;
+    for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
   }
 
   // Ends crossings where they are, until no more pairs cross than before the deformation; else starts again.
   Crossings end_crossings(Crossings found, const Surface& refined) {
+    if (deadline_.is_over()) return fewest_of(std::move(found), refined);
     std::vector<Box> places = places_of(found);
     found = untangle_faces(std::move(found));
-    return found.pairs <= counts_.crossings_before ? give_volume_back(std::move(found))
-                                                   : improve_guarded(refined, std::move(places));
+    if (found.pairs <= counts_.crossings_before) return give_volume_back(std::move(found));
+    return deadline_.is_over() ? fewest_of(std::move(found), refined) : improve_guarded(refined, std::move(places));
+  }
+
+  // Where no time is left: goes back to the refined surface if fewer triangles cross there.
+  Crossings fewest_of(Crossings found, const Surface& refined) {
+    const Surface improved = std::exchange(surface(), refined);
+    const RemeshCounts counts = counts_;
+    start();
+    Crossings before = search_.find(patch_);
+    if (before.pairs < found.pairs) return before;
+    surface() = improved;
+    counts_ = counts;
+    return found;
   }
 
   // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
@@ -114,7 +134,8 @@ class Remesher {
       });
     }
     end_step();
-    const std::size_t unavoidable = found.pairs;
+    if (deadline_.is_over()) return found;
+    const Crossings unavoidable = found;
     const Surface compensated = surface();
     const RemeshCounts counts = counts_;
     for (int attempt = 1;; ++attempt) {
@@ -123,10 +144,11 @@ class Remesher {
       improve_at_places(places, attempt == kMostGuards);
       found = untangle_faces(search_.find(patch_));
       end_step();
-      if (found.pairs <= unavoidable || attempt == kMostGuards) return give_volume_back(std::move(found));
+      if (found.pairs <= unavoidable.pairs || attempt == kMostGuards) return give_volume_back(std::move(found));
       surface() = compensated;
       counts_ = counts;
       volume_ = 0;
+      if (deadline_.is_over()) return unavoidable;
     }
   }
 
@@ -148,7 +170,7 @@ class Remesher {
     guard.watch_everything();
     std::vector<std::uint32_t> faces = found.faces;
     for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
-      count(untangle(surface(), {options_.targets, options_.progress, &guard}, faces));
+      count(untangle(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
       std::erase_if(faces, [&](std::uint32_t f) {
         stop_if_cancelled(options_.progress);
         return !guard.crosses(f);
@@ -162,6 +184,12 @@ class Remesher {
     if (volume_ == 0) return found;
     return move_all(std::move(found),
                     [&](const std::vector<bool>& locked) { spread_volume(surface(), volume_, locked); });
+  }
+
+  Vec3d centre_of(std::uint32_t f) const {
+    const Surface& s = patch_.surface;
+    const auto [a, b, c] = s.triangle(f);
+    return (s.after[a] + s.after[b] + s.after[c]) * (1.0 / 3);
   }
 
   // Returns the boxes of the faces that cross, a little widened.
@@ -229,7 +257,7 @@ class Remesher {
     Surface best = surface();
     std::vector<Vec3d> deviations = refinement_.deviations();
     for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest.pairs; ++round) {
-      if (found.pairs > kMostPairs) break;
+      if (found.pairs > kMostPairs || deadline_.is_over()) break;
       counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
       found = search_.find(patch_);
       if (found.pairs >= fewest.pairs) continue;
@@ -263,7 +291,7 @@ class Remesher {
   void improve_once(int step, CrossingGuard* guard) {
     Surface& s = surface();
     stop_if_cancelled(options_.progress);
-    const Improvement improvement{options_.targets, options_.progress, guard};
+    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_};
     if (improve_) {
       if (step == 1) count(improve_(s, improvement));
     } else if (step == 0) {
@@ -301,6 +329,7 @@ class Remesher {
     }
   }
 
+  Deadline deadline_;
   const Mesh& before_;
   std::span<const Vec3d> after_;
   const RemeshOptions& options_;
@@ -309,6 +338,7 @@ class Remesher {
   CrossingSearch search_;
   Refinement refinement_;
   RemeshCounts counts_;
+  std::vector<Vec3d> crossing_places_;
   double volume_ = 0;  // that the steps have lost
   bool counts_steps_ = false;
 };
@@ -324,6 +354,7 @@ Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> a
   if (!std::all_of(after.begin(), after.end(), [](const Vec3d& p) { return is_finite(p); })) {
     throw InvalidInput("a position after the deformation is not finite");
   }
+  if (std::isnan(options.seconds)) throw InvalidInput("give the seconds of a remesh as a number");
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {
     throw InvalidInput("give a label for each face, or none");
   }

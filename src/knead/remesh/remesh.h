@@ -109,6 +109,8 @@ struct RemeshOptions {
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
   int threads = 0;  // 0: as many as the machine has
+  // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
+  double seconds = std::numeric_limits<double>::infinity();
   // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.
   Progress* progress = nullptr;
 };
@@ -124,7 +126,9 @@ struct RemeshCounts {
   bool stopped = false;              // as RemeshOptions::stop_where_crossed says
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
-  // False if a limit on rounds left edges that do not meet the targets, or most triangles were too thin to improve.
+  bool out_of_time = false;          // RemeshOptions::seconds ended the work
+  // False if a limit on rounds or time left edges that do not meet the targets, or most triangles were too thin to
+  // improve.
   bool complete = true;
 };
 
@@ -134,6 +138,7 @@ struct Remeshed {
   std::vector<std::uint32_t> face_source;    // for each face: the face of the mesh before that contains it
   std::vector<std::uint32_t> vertex_source;  // for each vertex: its number in the mesh before, or kNewVertex
   std::vector<MeshEdge> creases;             // the given creases in the new mesh, ascending
+  std::vector<Vec3d> crossing_places;        // the centres of the faces that still cross
   std::vector<bool> moved;                   // for each vertex: true if the deformation moves the surface there
   RemeshCounts counts;
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -48,6 +49,33 @@ TEST(Remesh, AStrongPullKeepsVolumeTopologyAndGoodTriangles) {
   EXPECT_EQ(result.counts.crossings, 0U);
   EXPECT_TRUE(result.counts.complete);
   EXPECT_GT(result.counts.splits, 1000U);
+}
+
+TEST(Remesh, EndsWhenItsSecondsAreOverWithASoundMesh) {
+  const Deformed ball = pulled_ball();
+  const Remeshed whole = ball.remeshed();
+  EXPECT_FALSE(whole.counts.out_of_time);
+  RemeshOptions options;
+  options.seconds = 1e6;
+  expect_same(ball.remeshed(options), whole);
+  options.seconds = 0;  // not even the splits
+  const Remeshed none = ball.remeshed(options);
+  EXPECT_TRUE(none.counts.out_of_time);
+  EXPECT_FALSE(none.counts.complete);
+  EXPECT_EQ(none.counts.splits, 0U);
+  EXPECT_EQ(none.mesh.corner_vertex, ball.mesh().corner_vertex);
+  for (const double seconds : {0.002, 0.01, 0.03, 0.1}) {
+    options.seconds = seconds;
+    const Remeshed part = ball.remeshed(options);
+    const Measures measures = measure(part.mesh);
+    EXPECT_TRUE(measures.closed() && measures.manifold() && measures.oriented()) << seconds;
+    EXPECT_EQ(measures.euler, 2) << seconds;
+    EXPECT_EQ(crossings_as_float(part.mesh), part.counts.crossings) << seconds;
+    EXPECT_EQ(part.crossing_places.empty(), part.counts.crossings == 0) << seconds;
+    EXPECT_LE(part.counts.splits, whole.counts.splits) << seconds;
+  }
+  options.seconds = std::nan("");
+  EXPECT_THROW(ball.remeshed(options), InvalidInput);
 }
 
 TEST(Remesh, ShorterChordsComeCloserToTheTrueImage) {

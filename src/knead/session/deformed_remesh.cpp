@@ -1,5 +1,6 @@
 // The mesh of a deformed shape follows its strokes.
 #include <algorithm>
+#include <chrono>
 #include <limits>
 #include <numeric>
 #include <utility>
@@ -67,6 +68,22 @@ struct CarryBudget {
 constexpr int kMostHalvings = 3;
 constexpr std::size_t kMoreThanWhole = 4;
 constexpr double kMostPairsPerFace = 0.5;
+constexpr double kTimeOfHalves = 0.5;  // of the time that is left
+
+using Moment = std::chrono::steady_clock::time_point;
+
+constexpr double kLongest = 1e9;  // seconds, 30 years: longer is for ever
+
+Moment after(double seconds) {
+  if (seconds > kLongest) return Moment::max();
+  return std::chrono::steady_clock::now() +
+         std::chrono::duration_cast<Moment::duration>(std::chrono::duration<double>(seconds));
+}
+
+double seconds_until(Moment end) {
+  if (end == Moment::max()) return std::numeric_limits<double>::infinity();
+  return std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+}
 
 bool has_new_crossings(const RemeshCounts& counts) { return counts.crossings > counts.crossings_before; }
 
@@ -118,6 +135,7 @@ void add(const RemeshCounts& more, RemeshCounts& counts) {
   counts.missing_volume += more.missing_volume;
   counts.compensated_volume += more.compensated_volume;
   counts.complete = counts.complete && more.complete;
+  counts.out_of_time = counts.out_of_time || more.out_of_time;
 }
 
 // Makes a second remesh, of what a first one made, one of the mesh before both.
@@ -271,6 +289,7 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
 RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
                                     Progress* progress) {
   Halving halving{kMostHalvings};
+  halving.end = after(policy_->seconds);
   return remesh({before, before, flow}, settings, halving, progress);
 }
 
@@ -321,6 +340,7 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
   try {
     options.progress = progress;
     options.stop_where_crossed = true;
+    options.seconds = seconds_until(halving.end);
     budget.of_the_stroke = cost * evaluations_each(part, progress);
     budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
                            kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
@@ -330,13 +350,16 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     halving.faces += outcome.remeshed->counts.faces;
     if (has_new_crossings(outcome.remeshed->counts)) {
       RemeshOutcome halves;
+      const Moment end = halving.end;
+      if (is_whole) halving.end = after(kTimeOfHalves * seconds_until(end));
       if (can_halve(outcome.remeshed->counts, halving)) {
         halves = remesh_in_halves(part, settings, halving, progress);
       }
       if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
       halving.spent = 0;
       options.stop_where_crossed = false;
-      if (outcome.remeshed->counts.stopped) outcome.remeshed = knead::remesh(mesh, positions_, deformation, options);
+      options.seconds = seconds_until(end);
+      if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed);
     }
     adopt(*outcome.remeshed, part.before);
     return outcome;
@@ -349,7 +372,23 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
 
 bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving) {
   return halving.left > 0 && halving.faces < halving.most_faces &&
-         static_cast<double>(counts.crossings) <= kMostPairsPerFace * static_cast<double>(counts.faces);
+         static_cast<double>(counts.crossings) <= kMostPairsPerFace * static_cast<double>(counts.faces) &&
+         seconds_until(halving.end) > 0;
+}
+
+// Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
+// not suffice, keeps the result with fewer crossings.
+void DeformedShape::finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
+                                   Remeshed& stopped) const {
+  if (options.seconds > 0) {
+    Remeshed whole = knead::remesh(mesh, positions_, deformation, options);
+    if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
+      stopped = std::move(whole);
+      return;
+    }
+  }
+  stopped.counts.out_of_time = true;
+  stopped.counts.complete = false;
 }
 
 // Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.

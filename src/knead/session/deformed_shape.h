@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -52,6 +54,9 @@ struct RemeshPolicy {
   // One for each face, or empty. Edges between faces of different labels (materials, groups) are kept like seams.
   std::vector<std::uint32_t> face_labels{};
   bool single_precision = true;  // triangles must not cross with positions rounded to float
+  // The time for the mesh to follow one stroke: above 0. Then the best mesh so far is kept, which depends on the
+  // machine.
+  double seconds = std::numeric_limits<double>::infinity();
 };
 
 // Where the vertices and faces of a remeshed shape come from in the shape at the start.
@@ -273,6 +278,7 @@ class DeformedShape {
     double spent = 0;            // evaluations on the points of all remeshes of the stroke
     std::size_t faces = 0;       // of the whole and of the halves that have been begun
     std::size_t most_faces = 0;  // that all of them may have together; 0 before the whole
+    std::chrono::steady_clock::time_point end = std::chrono::steady_clock::time_point::max();  // of the time for them
   };
   double evaluations_each(const Part& part, Progress* progress);
   RemeshOutcome remesh(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
@@ -282,6 +288,8 @@ class DeformedShape {
                                  Progress* progress);
   RemeshOutcome remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving, Progress* progress);
   static bool can_halve(const RemeshCounts& counts, const Halving& halving);
+  void finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
+                      Remeshed& stopped) const;
   AdvectStatus move_uncounted(const Flow& flow, Progress* progress);
   void adopt(Remeshed& remeshed, std::span<const Vec3d> before);
   const session_detail::RelaxMesh& relax_mesh() const;

@@ -247,6 +247,7 @@ int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : fra
 
 ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
   if (options.remesh.settings) validate(*options.remesh.settings);
+  if (!(options.remesh.seconds > 0)) throw InvalidInput("the seconds of a remesh must be above 0");
   simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
   const bool carries = options.frames.same_faces && options.frames.count > 0 && will_remesh(*mesh, session, options);
   ReplayResult result = carries ? replay_same_faces(mesh, session, options) : Replay(mesh, session, options).run();

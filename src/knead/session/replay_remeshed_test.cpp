@@ -401,5 +401,30 @@ TEST(ReplayRemeshed, AStrokeAfterWhichTrianglesCrossIsRemeshedInHalves) {
   }
 }
 
+// Without a limit no triangles cross; without time they do, and the warning says where.
+TEST(ReplayRemeshed, WhatStillCrossesWhenTheTimeIsOverIsNamed) {
+  const Mesh coarse = make_shape(ShapeKind::sphere, 2562);
+  const Session session = session_of({ImplicitStroke{{{0, 0, 1}, {0, 0.3, 1.9}, {1.5, 0.3, 1.9}}, 0.3, 0.9}});
+  ReplayOptions options = remeshing();
+  options.remesh.seconds = 1e-9;
+  const ReplayResult result = replay(coarse, session, options);
+  ASSERT_EQ(result.status, AdvectStatus::done);
+  const RemeshCounts& counts = result.shape.provenance()->counts;
+  EXPECT_TRUE(counts.out_of_time);
+  ASSERT_GT(counts.crossings, 1U);
+  ASSERT_EQ(result.warnings.size(), 1U);
+  EXPECT_EQ(result.warnings[0].rfind("s.knead:2: the mesh was not improved to the end, for want of time; " +
+                                         std::to_string(counts.crossings) + " pairs of triangles still cross, near (",
+                                     0),
+            0U)
+      << result.warnings[0];
+  options.remesh.seconds = 1e5;
+  expect_same(replay(coarse, session, options), replay(coarse, session, remeshing()));
+  for (const double wrong : {0.0, -1.0, std::nan("")}) {
+    options.remesh.seconds = wrong;
+    EXPECT_NE(refusal(coarse, session, options).find("above 0"), std::string::npos) << wrong;
+  }
+}
+
 }  // namespace
 }  // namespace knead

@@ -91,6 +91,8 @@ void add_remesh(const DeformedShape& result, Report& report) {
   remesh.collapses = counts.collapses;
   remesh.flips = counts.flips;
   remesh.complete = counts.complete;
+  remesh.out_of_time = counts.out_of_time;
+  remesh.crossings = counts.crossings;
   if (!report.volume_error) return;
   remesh.missing_volume = counts.missing_volume / report.volume_before;
   remesh.compensated_volume = counts.compensated_volume / report.volume_before;
@@ -104,7 +106,9 @@ Json json_of(const RemeshReport& remesh) {
           {"missing_volume", remesh.missing_volume},
           {"compensated_volume", remesh.compensated_volume},
           {"volume_error_uncompensated", remesh.volume_error_uncompensated},
-          {"complete", remesh.complete}};
+          {"complete", remesh.complete},
+          {"out_of_time", remesh.out_of_time},
+          {"crossings", remesh.crossings}};
 }
 
 Json json_of(const Certificate& certificate) {

@@ -200,6 +200,8 @@ struct RemeshReport {
   std::optional<double> compensated_volume;
   std::optional<double> volume_error_uncompensated;  // the volume error without the compensation
   bool complete = true;                              // false: edges above the targets remain
+  bool out_of_time = false;                          // RemeshPolicy::seconds ended the work after a stroke
+  std::size_t crossings = 0;                         // pairs where the last stroke touched the mesh
 };
 
 // The members are the report's keys.

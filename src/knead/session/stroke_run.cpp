@@ -142,6 +142,27 @@ void require_no_numbers(const Stroke& stroke) {
                   full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
 }
 
+// Names places where triangles still cross, each far from the others.
+std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
+  constexpr std::size_t most = 3;
+  constexpr double far = 0.02;  // of the diagonal
+  std::string text = "the mesh was not improved to the end, for want of time; ";
+  if (remeshed.counts.crossings == 0) return text + "no triangles cross";
+  std::vector<Vec3d> named;
+  for (const Vec3d& place : remeshed.crossing_places) {
+    const bool is_new = std::none_of(named.begin(), named.end(),
+                                     [&](const Vec3d& other) { return norm(place - other) < far * diagonal; });
+    if (is_new) named.push_back(place);
+  }
+  text += remeshed.counts.crossings == 1 ? "1 pair of triangles still crosses"
+                                         : fmt::format("{} pairs of triangles still cross", remeshed.counts.crossings);
+  for (std::size_t i = 0; i < std::min(most, named.size()); ++i) {
+    text += fmt::format("{}({:.4g}, {:.4g}, {:.4g})", i == 0 ? ", near " : ", ", named[i].x, named[i].y, named[i].z);
+  }
+  if (named.size() > most) text += fmt::format(" and {} more places", named.size() - most);
+  return text + "; allow more seconds";
+}
+
 Flow without_barrels(Flow flow) {
   for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
@@ -274,6 +295,9 @@ void StrokeRun::follow(double to, DeformedShape& shape, std::optional<Remeshed>&
   RemeshOutcome outcome = shape.remesh(start_, prefix(stroke_.flow, to), *settings_, progress_);
   stroke_.outcome.status = outcome.status;
   remeshed = std::move(outcome.remeshed);
+  if (remeshed && remeshed->counts.out_of_time) {
+    stroke_.outcome.warnings.push_back(out_of_time_warning(*remeshed, shape.reference_length()));
+  }
 }
 
 void StrokeRun::advance(double to) {
