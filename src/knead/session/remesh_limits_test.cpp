@@ -180,7 +180,8 @@ TEST(RemeshLimits, CancellingEndsThemWithinHalfASecond) {
       R"({"tool": "stretch", "center": [0, 0, 1], "axis": [0, 0, 1], "factor": 1e6, "inner": 0.2, "outer": 0.6})";
   const Mesh mesh = ball();
   const Session session = session_of(strokes);
-  for (const int milliseconds : {50, 400, 2000, 3500}) {
+  int cancelled = 0;
+  for (const int milliseconds : {50, 400, 1200, 2400}) {
     Progress progress;
     ReplayOptions options = with_remesh();
     options.progress = &progress;
@@ -193,10 +194,16 @@ TEST(RemeshLimits, CancellingEndsThemWithinHalfASecond) {
     const ReplayResult result = replay(mesh, session, options);
     const auto ended = std::chrono::steady_clock::now();
     cancels.join();
+    if (result.status == AdvectStatus::done) {  // on a fast machine
+      EXPECT_LT(ended, asked);
+      continue;
+    }
     EXPECT_EQ(result.status, AdvectStatus::cancelled) << milliseconds;
+    ++cancelled;
     // Half a second on a free machine; the tests run beside others.
     EXPECT_LT(std::chrono::duration<double>(ended - asked).count(), 2) << milliseconds;
   }
+  EXPECT_GE(cancelled, 2);
 }
 
 TEST(RemeshLimits, TheSessionHoldsTheKey) {
