@@ -135,7 +135,7 @@ class Remesher {
     }
     end_step();
     if (deadline_.is_over()) return found;
-    const Crossings unavoidable = found;
+    Crossings unavoidable = found;
     const Surface compensated = surface();
     const RemeshCounts counts = counts_;
     for (int attempt = 1;; ++attempt) {

@@ -87,6 +87,7 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
     return;
   }
   std::vector<double> segments;
+  segments.reserve(parts.size());
   for (const SessionStroke& part : parts) segments.push_back(static_cast<double>(flow_of(part).segments.size()));
   const double all = std::accumulate(segments.begin(), segments.end(), 0.0);
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
