@@ -93,7 +93,8 @@ def check_cells(points, cells, before=None):
     """Returns what a deformation may spoil in the cells of a volume mesh, as a dict of arrays with a value for each cell.
 
     volume; scaled_jacobian, 1 at best, the least over the corners; inverted, exact: whether a corner has turned. With
-    `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since.
+    `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since; a
+    cell that was flat or tangled before is not counted.
     cells: (m, 4) tetrahedra, (m, 5) pyramids, (m, 6) wedges or (m, 8) hexahedra in VTK's order of corners; or the cells
     of a meshio mesh, of which surfaces, lines and points are left out. The wedges of Gmsh have their triangles the other
     way round: give `before`. Raises InvalidInput for a corner that is no point.
@@ -121,4 +122,4 @@ def check_cells(points, cells, before=None):
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = volume / first
     turned = jacobian * np.where(was == -1, -1, 1)
-    return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": (orientation != was) | (was == 0)}
+    return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": (orientation != was) & (was != 0)}

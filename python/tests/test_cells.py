@@ -68,6 +68,13 @@ def test_gmsh_orders_wedges_the_other_way():
     assert quality["volume_ratio"] == pytest.approx(8)
 
 
+def test_cells_that_were_flat_before_are_not_counted():
+    flat = CUBE[[0, 1, 2, 2, 4, 5, 6, 6]]
+    cell = np.arange(8)[None]
+    assert knead.check_cells(flat, cell)["inverted"].all()
+    assert not knead.check_cells(2 * flat, cell, before=flat)["inverted"].any()
+
+
 def test_cells_of_meshio():
     meshio = pytest.importorskip("meshio")
     points, cells = grid(6)

@@ -29,7 +29,7 @@ const middle = 1;
 const buttons = [left, middle, 2]; // a browser's, as Studio's MouseButton
 const shift = 1;
 const doublePress = { ms: 400, pixels: 6 };
-const touchSlop = 6; // CSS pixels that a finger moves before its press is told, for a second one may come
+const touchSlop = 6; // CSS pixels: a finger that has moved less may still become one of two
 const touchWait = 130; // ms
 const zoomOfStep = 1.15; // of Studio's wheel
 
@@ -121,15 +121,15 @@ export class Input {
     return event.pointerType === 'pen' && event.pressure > 0 ? event.pressure : 1;
   }
 
-  // One finger is the left button. Two orbit and pinch, three pan; a second finger that comes soon takes the first's
-  // press back before it is told.
+  // One finger is the left button. Two orbit and pinch, three pan. The press of a first finger waits a moment: if a
+  // second one comes, Studio never gets it.
   fingerDown(event) {
     const [x, y] = this.place(event);
     this.fingers.set(event.pointerId, { x, y });
     if (this.fingers.size === 1) {
       this.move(x, y, 1, modifiersOf(event));
       const first = { x, y, isDouble: this.isSecondPress(event, x, y), modifiers: modifiersOf(event) };
-      this.waiting = { ...first, timer: setTimeout(() => this.tellFirst(), touchWait) };
+      this.waiting = { ...first, timer: setTimeout(() => this.sendFirst(), touchWait) };
     } else if (!this.first) {
       this.dropWaiting();
       this.endView();
@@ -142,7 +142,7 @@ export class Input {
     this.waiting = null;
   }
 
-  tellFirst() {
+  sendFirst() {
     if (!this.waiting) return;
     const { x, y, modifiers, isDouble } = this.waiting;
     this.dropWaiting();
@@ -176,7 +176,7 @@ export class Input {
     [finger.x, finger.y] = this.place(event);
     if (this.view) return this.moveView();
     const waiting = this.waiting;
-    if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) this.tellFirst();
+    if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) this.sendFirst();
     if (this.first) this.move(finger.x, finger.y, 1, modifiersOf(event));
   }
 
@@ -193,7 +193,7 @@ export class Input {
   fingerUp(event) {
     const finger = this.fingers.get(event.pointerId);
     if (!finger) return;
-    this.tellFirst();
+    this.sendFirst();
     this.fingers.delete(event.pointerId);
     if (this.first && this.fingers.size === 0) {
       this.press(left, 0, finger.x, finger.y, modifiersOf(event));

@@ -10,8 +10,9 @@ namespace {
 constexpr double kPinsPerRadius = 5;
 // Of a step's motion: what is not deeper inside the tool counts as outside.
 constexpr double kShallow = 0.01;
-// Of a step's motion: what lies deeper where the path begins comes out step by step.
-constexpr double kLongest = 2;
+// Of the distance between pins: two of them cannot meet. What lies deeper comes out step by step. Twice the default
+// step.
+constexpr double kLongest = 0.4;
 // Of a round; what is left moves in the next one, or is not held. A pins stroke may have 2000.
 constexpr std::size_t kMostMoving = 1000;
 constexpr std::size_t kMostPins = 1900;
@@ -31,7 +32,7 @@ std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, con
   for (const Intrusion& intrusion : found) {
     if (moving.size() == kMostMoving) break;
     if (!pinned.take(intrusion.point)) continue;
-    const double part = std::min(1.0, kLongest * length / norm(intrusion.way));
+    const double part = std::min(1.0, kLongest * spacing / norm(intrusion.way));
     stroke.points.push_back(intrusion.point);
     stroke.to.push_back(intrusion.point + intrusion.way * part);
     moving.push_back(intrusion);

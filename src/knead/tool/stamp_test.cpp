@@ -308,6 +308,11 @@ TEST(Stamp, ThatSlipsPushesOutWhatIsInsideFromTheStart) {
   ASSERT_EQ(result.warnings.size(), 1U);
   EXPECT_NE(result.warnings[0].find("step by step"), std::string::npos) << result.warnings[0];
   EXPECT_LT(result.penetration, 0.005);
+  for (const Stroke& each : bench.strokes()) {
+    const auto& pins = std::get<PinsStroke>(each);
+    // Pins are radius / 5 apart: these cannot meet.
+    for (std::size_t i = 0; i < pins.to.size(); ++i) EXPECT_LE(norm(pins.to[i] - pins.points[i]), 0.081 * *pins.radius);
+  }
   EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
 }
 
