@@ -94,7 +94,8 @@ struct CellQuality {
 };
 
 // Returns the quality of a cell. Throws InvalidInput for another number of corners, and for coordinates that are not
-// finite or beyond 1e75. The definition is that of the Verdict library (Stimpson et al., 2007) but for its pyramids.
+// finite or beyond 1e75. The scaled Jacobian is that of the Verdict library (Stimpson et al., 2007) at the corners;
+// that library also looks at the middle of a hexahedron, and measures pyramids in another way.
 CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners);
 
 }  // namespace knead
