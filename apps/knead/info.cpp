@@ -18,7 +18,9 @@ struct InfoOptions {
 
 void run_info(const InfoOptions& options) {
   check_streams({options.shape}, options.format);
-  const ShapeInfo info = describe(read_shape_or_stream(options.shape, options.format));
+  ShapeFile shape = read_shape_or_stream(options.shape, options.format);
+  std::string().swap(shape.bytes);  // frees them: only the mesh is looked at
+  const ShapeInfo info = describe(shape);
   if (options.common.json) {
     print(to_json(info));
   } else if (!options.common.quiet) {

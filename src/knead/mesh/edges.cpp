@@ -37,6 +37,25 @@ bool all_balanced(std::span<HalfUse> uses) {
   return true;
 }
 
+// Sorts the uses at each smaller vertex, which are together, by edge, then by corner; visits each edge.
+void visit_edges(std::span<EdgeUse> uses, const std::function<void(std::span<const EdgeUse>)>& visit) {
+  const auto earlier = [](const EdgeUse& a, const EdgeUse& b) {
+    return a.high != b.high ? a.high < b.high : a.corner < b.corner;
+  };
+  for (std::size_t begin = 0; begin < uses.size();) {
+    std::size_t end = begin;
+    while (end < uses.size() && uses[end].low == uses[begin].low) ++end;
+    std::sort(uses.begin() + static_cast<std::ptrdiff_t>(begin), uses.begin() + static_cast<std::ptrdiff_t>(end),
+              earlier);
+    while (begin < end) {
+      std::size_t next = begin + 1;
+      while (next < end && uses[next].high == uses[begin].high) ++next;
+      visit(uses.subspan(begin, next - begin));
+      begin = next;
+    }
+  }
+}
+
 }  // namespace
 
 bool is_closed_and_oriented(const Mesh& mesh) {
@@ -54,19 +73,27 @@ bool is_closed_and_oriented(const Mesh& mesh) {
   return mesh.face_count() > 0;
 }
 
-std::vector<EdgeUse> edge_uses(const Mesh& mesh) {
-  std::vector<std::size_t> begin(mesh.vertex_count() + 1, 0);
-  for_each_use(mesh, [&](const EdgeUse& use) { ++begin[use.low + 1]; });
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<EdgeUse> uses(begin.back());
-  std::vector<std::size_t> cursor(begin.begin(), begin.end() - 1);
-  for_each_use(mesh, [&](const EdgeUse& use) { uses[cursor[use.low]++] = use; });
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    std::sort(
-        uses.begin() + static_cast<std::ptrdiff_t>(begin[v]), uses.begin() + static_cast<std::ptrdiff_t>(begin[v + 1]),
-        [](const EdgeUse& a, const EdgeUse& b) { return a.high != b.high ? a.high < b.high : a.corner < b.corner; });
+void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit) {
+  std::vector<std::size_t> end(mesh.vertex_count(), 0);  // of the uses at each smaller vertex
+  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low]; });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  const std::size_t all = end.empty() ? 0 : end.back();
+  const std::size_t most = std::max<std::size_t>(all / 8, 1'000'000);
+  std::vector<EdgeUse> uses;
+  for (std::size_t first = 0, done = 0; done < all;) {
+    // The vertices from `first` on whose uses fit into a part, at least one.
+    const auto after = std::upper_bound(end.begin() + static_cast<std::ptrdiff_t>(first) + 1, end.end(), done + most);
+    const auto last = static_cast<std::size_t>(after - end.begin());  // not among them
+    std::vector<std::size_t> cursor(last - first);
+    for (std::size_t v = first; v < last; ++v) cursor[v - first] = (v == 0 ? 0 : end[v - 1]) - done;
+    uses.resize(end[last - 1] - done);
+    for_each_use(mesh, [&](const EdgeUse& use) {
+      if (first <= use.low && use.low < last) uses[cursor[use.low - first]++] = use;
+    });
+    visit_edges(uses, visit);
+    done = end[last - 1];
+    first = last;
   }
-  return uses;
 }
 
 }  // namespace knead

@@ -30,7 +30,7 @@ std::size_t count_folded_edges(const Mesh& mesh) {
   const double cosine = std::cos(170 * std::numbers::pi / 180);
   const Mesh triangles = triangles_of(mesh);
   std::size_t folded = 0;
-  for_each_edge(edge_uses(triangles), [&](std::span<const EdgeUse> edge) {
+  for_each_edge(triangles, [&](std::span<const EdgeUse> edge) {
     if (edge.size() != 2 || edge[0].upward == edge[1].upward) return;
     const Vec3d n = normal_of(triangles, edge[0].corner / 3);
     const Vec3d m = normal_of(triangles, edge[1].corner / 3);

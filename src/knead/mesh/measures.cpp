@@ -39,41 +39,40 @@ void count_triangles(const Mesh& mesh, Measures& m) {
 }
 
 // Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.
-DisjointSets find_fans(const Mesh& mesh, std::span<const EdgeUse> uses) {
-  DisjointSets fans(mesh.corner_vertex.size());
-  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
-    const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
-    if (edge.size() != 2) return;
-    fans.join(corner_at_low(edge[0]), corner_at_low(edge[1]));
-    fans.join(corner_at_high(edge[0]), corner_at_high(edge[1]));
-  });
-  return fans;
+void join_fans(std::span<const EdgeUse> edge, DisjointSets& fans) {
+  const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
+  const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
+  if (edge.size() != 2) return;
+  fans.join(corner_at_low(edge[0]), corner_at_low(edge[1]));
+  fans.join(corner_at_high(edge[0]), corner_at_high(edge[1]));
 }
 
 // Counts boundary loops: boundary edges that meet in one fan belong to the same loop.
-std::size_t count_boundary_loops(std::span<const EdgeUse> uses, DisjointSets& fans, std::size_t corners) {
-  DisjointSets loops(corners);
-  std::vector<std::uint32_t> members;
-  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    if (edge.size() != 1) return;
-    members.push_back(fans.find(edge[0].corner));
-    loops.join(members.back(), fans.find(edge[0].next_corner));
-  });
-  for (std::uint32_t& member : members) member = loops.find(member);
-  std::sort(members.begin(), members.end());
-  return static_cast<std::size_t>(std::unique(members.begin(), members.end()) - members.begin());
+std::size_t count_boundary_loops(std::span<const EdgeUse> boundary, DisjointSets& fans) {
+  std::vector<std::uint32_t> ends;  // the fans that boundary edges meet
+  for (const EdgeUse& edge : boundary) {
+    ends.push_back(fans.find(edge.corner));
+    ends.push_back(fans.find(edge.next_corner));
+  }
+  std::vector<std::uint32_t> sorted = ends;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  const auto place = [&](std::uint32_t fan) {
+    return static_cast<std::uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), fan) - sorted.begin());
+  };
+  DisjointSets loops(sorted.size());
+  for (std::size_t i = 0; i < ends.size(); i += 2) loops.join(place(ends[i]), place(ends[i + 1]));
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < sorted.size(); ++i) count += loops.find(i) == i ? 1 : 0;
+  return count;
 }
 
-void count_edges(std::span<const EdgeUse> uses, Measures& m) {
-  for_each_edge(uses, [&](std::span<const EdgeUse> edge) {
-    ++m.edges;
-    if (edge.size() == 1) ++m.boundary_edges;
-    const std::ptrdiff_t upward =
-        std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.upward; });
-    if (std::abs(2 * upward - std::ssize(edge)) > 1) ++m.misoriented_edges;
-    if (edge.size() > 2) ++m.nonmanifold_edges;
-  });
+void count_edge(std::span<const EdgeUse> edge, Measures& m) {
+  ++m.edges;
+  if (edge.size() == 1) ++m.boundary_edges;
+  const std::ptrdiff_t upward = std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.upward; });
+  if (std::abs(2 * upward - std::ssize(edge)) > 1) ++m.misoriented_edges;
+  if (edge.size() > 2) ++m.nonmanifold_edges;
 }
 
 void count_vertices(const Mesh& mesh, DisjointSets& fans, Measures& m) {
@@ -115,11 +114,15 @@ Measures measure(const Mesh& mesh) {
   Measures m;
   m.vertices = mesh.vertex_count();
   m.faces = mesh.face_count();
-  const std::vector<EdgeUse> uses = edge_uses(mesh);
-  count_edges(uses, m);
-  DisjointSets fans = find_fans(mesh, uses);
+  DisjointSets fans(mesh.corner_vertex.size());
+  std::vector<EdgeUse> boundary;
+  for_each_edge(mesh, [&](std::span<const EdgeUse> edge) {
+    count_edge(edge, m);
+    join_fans(edge, fans);
+    if (edge.size() == 1) boundary.push_back(edge[0]);
+  });
   count_vertices(mesh, fans, m);
-  m.boundary_loops = count_boundary_loops(uses, fans, mesh.corner_vertex.size());
+  m.boundary_loops = count_boundary_loops(boundary, fans);
   m.components = count_components(mesh, m.unused_vertices);
   m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(m.faces);

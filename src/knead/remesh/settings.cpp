@@ -24,7 +24,7 @@ void require_length(const std::optional<double>& value, const char* key) {
 // Returns the lengths of all edges, ascending.
 std::vector<double> edge_lengths(const Mesh& mesh) {
   std::vector<double> lengths;
-  for_each_edge(edge_uses(mesh), [&](std::span<const EdgeUse> uses) {
+  for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
     lengths.push_back(norm(mesh.positions[uses[0].high] - mesh.positions[uses[0].low]));
   });
   std::sort(lengths.begin(), lengths.end());
