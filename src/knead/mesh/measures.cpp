@@ -111,6 +111,7 @@ bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
 }
 
 Measures measure(const Mesh& mesh) {
+  validate(mesh);
   Measures m;
   m.vertices = mesh.vertex_count();
   m.faces = mesh.face_count();

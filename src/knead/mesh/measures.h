@@ -44,7 +44,7 @@ struct Measures {
 };
 
 // Returns the measures of a mesh. Time: linear in the corners, plus a small sort at each vertex. Sums run in the order
-// of faces, so every run returns the same bits.
+// of faces, so every run returns the same bits. Throws InvalidInput where validate(mesh) does.
 Measures measure(const Mesh& mesh);
 
 // Returns the same, in a fifth of the time, from the measures of a mesh that has the same faces.

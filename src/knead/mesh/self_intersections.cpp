@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 
 #include "knead/math/parallel.h"
 #include "knead/mesh/box_tree.h"
@@ -51,18 +52,41 @@ class Findings {
     count_.fetch_add(1, std::memory_order_relaxed);
   }
 
-  SelfIntersections sorted() const {
+  SelfIntersections sorted(std::size_t triangles) const {
     if (full()) return {{}, limit_, false};
     SelfIntersections result;
-    for (const std::vector<Pair>& pairs : pairs_of_) {
-      result.pairs.insert(result.pairs.end(), pairs.begin(), pairs.end());
+    result.count = count_;
+    if (result.count < triangles) {
+      for (const std::vector<Pair>& pairs : pairs_of_) {
+        result.pairs.insert(result.pairs.end(), pairs.begin(), pairs.end());
+      }
+      std::sort(result.pairs.begin(), result.pairs.end());
+    } else {
+      sort_many(triangles, result.pairs);
     }
-    std::sort(result.pairs.begin(), result.pairs.end());
-    result.count = result.pairs.size();
     return result;
   }
 
  private:
+  // Lays the pairs down by their first triangle, then sorts each triangle's own.
+  void sort_many(std::size_t triangles, std::vector<Pair>& sorted) const {
+    std::vector<std::size_t> end(triangles + 1, 0);  // of the pairs of each triangle, once they lie there
+    for (const std::vector<Pair>& pairs : pairs_of_) {
+      for (const Pair& pair : pairs) ++end[pair[0] + 1];
+    }
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    sorted.resize(count_);
+    for (const std::vector<Pair>& pairs : pairs_of_) {
+      for (const Pair& pair : pairs) sorted[end[pair[0]]++] = pair;
+    }
+    std::size_t begin = 0;
+    for (std::size_t t = 0; t < triangles; ++t) {
+      const auto first = sorted.begin();
+      std::sort(first + static_cast<std::ptrdiff_t>(begin), first + static_cast<std::ptrdiff_t>(end[t]));
+      begin = end[t];
+    }
+  }
+
   std::vector<std::vector<Pair>> pairs_of_;
   std::size_t limit_;
   std::atomic<std::size_t> count_ = 0;
@@ -94,6 +118,7 @@ Sorted sort_triangles(std::span<const Triangle> triangles, std::span<const Vec3d
 
 SelfIntersections self_intersections(std::span<const Triangle> triangles, std::span<const Vec3d> positions,
                                      const SelfIntersectionOptions& options) {
+  check_triangles(triangles, positions);
   const std::vector<Vec3d> points = scale_to_range(triangles, positions);
   const Sorted sorted = sort_triangles(triangles, points, options);
   stop_if_cancelled(options.progress);
@@ -124,7 +149,7 @@ SelfIntersections self_intersections(std::span<const Triangle> triangles, std::s
     if (findings.full()) return;
     tree.for_each_overlap(part, [&](std::uint32_t t, std::uint32_t u) { return look_at(first_part + part, t, u); });
   });
-  return findings.sorted();
+  return findings.sorted(triangles.size());
 }
 
 }  // namespace knead

@@ -37,9 +37,9 @@ struct SelfIntersections {
 // A triangle whose corners are collinear is a pair with itself and with no other triangle. CGAL 5.5
 // (Polygon_mesh_processing::self_intersections) returns the same pairs, also for edges with more than two triangles.
 //
-// Positions must be finite. Every decision is exact (predicates.h); coordinates below 2^-250 (about 1e-75) of the
-// largest one count as 0. The result is the same for every number of threads. Use the triangles of triangulate(mesh);
-// the same triangles with two sets of positions compare a mesh before and after a deformation.
+// Throws InvalidInput where check_triangles() does. Every decision is exact (predicates.h); coordinates below 2^-250
+// (about 1e-75) of the largest one count as 0. The result is the same for every number of threads. Use the triangles of
+// triangulate(mesh); the same triangles with two sets of positions compare a mesh before and after a deformation.
 //
 // Time: about n log n for surfaces, n + k log k with k chosen triangles; in the worst case quadratic in the number of
 // triangles whose boxes overlap (a fan of k triangles: k^2 / 2).

@@ -40,6 +40,7 @@ bool before(const RayHit& a, const RayHit& b) { return std::pair(a.t, a.triangle
 
 SurfaceTree::SurfaceTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions)
     : triangles_(triangles.begin(), triangles.end()) {
+  check_triangles(triangles, positions);
   const auto box_of = [&](const Triangle& t) {
     return bounding_box(std::array{positions[t[0]], positions[t[1]], positions[t[2]]});
   };

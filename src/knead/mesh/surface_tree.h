@@ -43,7 +43,7 @@ class SurfaceTree {
  public:
   static constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-  // Builds the tree. It keeps copies of the triangles and positions.
+  // Builds the tree. It keeps copies of the triangles and positions. Throws InvalidInput where check_triangles() does.
   SurfaceTree(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
 
   // Moves the vertices; there must be as many positions as before. After large motions queries are slower than in a

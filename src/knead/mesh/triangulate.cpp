@@ -1,6 +1,9 @@
 #include "knead/mesh/triangulate.h"
 
 #include <cmath>
+#include <string>
+
+#include "knead/math/error.h"
 
 namespace knead {
 namespace {
@@ -138,6 +141,21 @@ std::vector<std::uint32_t> triangle_faces(const Mesh& mesh) {
     for (std::size_t i = 2; i < mesh.face(f).size(); ++i) faces.push_back(static_cast<std::uint32_t>(f));
   }
   return faces;
+}
+
+void check_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> positions) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (const std::uint32_t v : triangles[t]) {
+      if (v >= positions.size()) {
+        throw InvalidInput("triangle " + std::to_string(t) + " uses vertex " + std::to_string(v) + "; there are " +
+                           std::to_string(positions.size()) + ", numbered from 0");
+      }
+      if (!is_finite(positions[v])) {
+        throw InvalidInput("triangle " + std::to_string(t) + " uses vertex " + std::to_string(v) +
+                           ", which has a coordinate that is not finite; place or remove it");
+      }
+    }
+  }
 }
 
 }  // namespace knead

@@ -25,6 +25,10 @@ std::vector<std::uint32_t> triangle_faces(const Mesh& mesh);
 void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::uint32_t> polygon,
                          std::vector<Triangle>& triangles);
 
+// Throws InvalidInput, with the number of the first triangle at fault, unless every triangle has vertices below the
+// number of positions, at finite places.
+void check_triangles(std::span<const Triangle> triangles, std::span<const Vec3d> positions);
+
 // Calls visit(triangle) for each triangle that triangulate() would return for the mesh with these positions.
 template <class Visit>
 void for_each_triangle(const Mesh& mesh, std::span<const Vec3d> positions, Visit visit) {

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
+#include "knead/math/error.h"
 #include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/surface_tree.h"
 #include "knead/mesh/test_shapes.h"
 
 namespace knead {
@@ -115,6 +119,36 @@ TEST(Triangulate, FacesOfFewerThanThreeCornersHaveNone) {
   const Mesh mesh = make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1}, {0, 1, 2}, {2}});
   EXPECT_EQ(triangulate(mesh).size(), 1u);
   EXPECT_EQ(triangle_faces(mesh), std::vector<std::uint32_t>{1});
+}
+
+// Whoever takes triangles looks at them at the door.
+TEST(Triangulate, TrianglesWithoutPlacesAreRefusedWithTheirNumber) {
+  const std::vector<Vec3d> places{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  std::vector<Vec3d> lost = places;
+  lost[1].z = std::nan("");
+  const std::vector<Triangle> good{{0, 1, 2}};
+  const std::vector<Triangle> beyond{{0, 1, 2}, {0, 3, 1}};
+  const auto refusal = [](const auto& take) -> std::string {
+    try {
+      take();
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  EXPECT_EQ(refusal([&] { check_triangles(good, places); }), "taken");
+  const auto expect_all = [&](std::span<const Triangle> triangles, std::span<const Vec3d> positions,
+                              const std::string& what) {
+    EXPECT_EQ(refusal([&] { check_triangles(triangles, positions); }), what);
+    EXPECT_EQ(refusal([&] { self_intersections(triangles, positions); }), what);
+    EXPECT_EQ(refusal([&] { SurfaceTree(triangles, positions); }), what);
+  };
+  expect_all(beyond, places, "triangle 1 uses vertex 3; there are 3, numbered from 0");
+  expect_all(good, lost, "triangle 0 uses vertex 1, which has a coordinate that is not finite; place or remove it");
+  Mesh mesh;
+  mesh.positions = places;
+  mesh.add_face(beyond[1]);
+  EXPECT_NE(refusal([&] { measure(mesh); }), "taken");
 }
 
 }  // namespace

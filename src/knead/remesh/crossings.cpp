@@ -117,14 +117,15 @@ Crossings CrossingSearch::find(const Patch& patch) const {
   const SelfIntersections found = self_intersections(searched.triangles, searched.positions, options);
   Crossings crossings;
   if (!found.complete) crossings.pairs = found.count;
+  std::vector<bool> crosses(found.pairs.empty() ? 0 : searched.triangles.size(), false);
   for (const auto& [t, u] : found.pairs) {
     ++crossings.pairs;
-    for (const std::uint32_t w : {t, u}) {
-      if (w >= outside_.size()) crossings.faces.push_back(searched.faces[w - outside_.size()]);
-    }
+    crosses[t] = true;
+    crosses[u] = true;
   }
-  std::sort(crossings.faces.begin(), crossings.faces.end());
-  crossings.faces.erase(std::unique(crossings.faces.begin(), crossings.faces.end()), crossings.faces.end());
+  for (std::size_t w = outside_.size(); w < crosses.size(); ++w) {  // in ascending order
+    if (crosses[w]) crossings.faces.push_back(searched.faces[w - outside_.size()]);
+  }
   return crossings;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "knead/math/error.h"
@@ -347,12 +348,14 @@ class Remesher {
 
 Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
                                     const RemeshOptions& options, const Improve& improve) {
-  validate(before);
+  if (!options.assume_valid) validate(before);
   if (after.size() != before.vertex_count()) {
     throw InvalidInput("give as many positions after the deformation as the mesh has vertices");
   }
-  if (!std::all_of(after.begin(), after.end(), [](const Vec3d& p) { return is_finite(p); })) {
-    throw InvalidInput("a position after the deformation is not finite");
+  const auto is_wrong = [](const Vec3d& p) { return !is_finite(p); };
+  const auto wrong = options.assume_valid ? after.end() : std::find_if(after.begin(), after.end(), is_wrong);
+  if (wrong != after.end()) {
+    throw InvalidInput("position " + std::to_string(wrong - after.begin()) + " after the deformation is not finite");
   }
   if (std::isnan(options.seconds)) throw InvalidInput("give the seconds of a remesh as a number");
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {

@@ -109,6 +109,8 @@ struct RemeshOptions {
   // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
   std::span<const std::uint32_t> face_labels{};
   int threads = 0;  // 0: as many as the machine has
+  // The mesh and the positions are known to be sound, so remesh() does not look: else it throws InvalidInput.
+  bool assume_valid = false;
   // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
   double seconds = std::numeric_limits<double>::infinity();
   // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.

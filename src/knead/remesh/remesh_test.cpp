@@ -390,13 +390,25 @@ TEST(Remesh, SpansOfAnotherSizeAreRefused) {
   EXPECT_THROW(remesh(ball.mesh(), few, ball.deformation(), options), InvalidInput);
   std::vector<Vec3d> nowhere = ball.after();
   nowhere.back().z = std::nan("");
-  EXPECT_THROW(remesh(ball.mesh(), nowhere, ball.deformation(), options), InvalidInput);
+  try {
+    remesh(ball.mesh(), nowhere, ball.deformation(), options);
+    ADD_FAILURE() << "a position that is not finite was taken";
+  } catch (const InvalidInput& refusal) {
+    EXPECT_NE(std::string(refusal.what()).find("position " + std::to_string(nowhere.size() - 1)), std::string::npos);
+  }
   Mesh beyond = ball.mesh();
   beyond.corner_vertex.back() = static_cast<std::uint32_t>(beyond.vertex_count());
   EXPECT_THROW(remesh(beyond, ball.after(), ball.deformation(), options), InvalidInput);
   const std::vector<std::uint32_t> labels(3);
   options.face_labels = labels;
   EXPECT_THROW(remesh(ball.mesh(), ball.after(), ball.deformation(), options), InvalidInput);
+}
+
+TEST(Remesh, OfWhatIsKnownToBeSoundIsTheSame) {
+  const Deformed ball = pulled_ball();
+  RemeshOptions options;
+  options.assume_valid = true;
+  expect_same(ball.remeshed(options), ball.remeshed());
 }
 
 // Cancelled while points are carried for the k-th time, it never carries others.

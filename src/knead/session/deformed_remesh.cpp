@@ -280,6 +280,7 @@ RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
   RemeshOptions options;
   options.targets = targets_of(settings);
   options.single_precision = policy_->single_precision;
+  options.assume_valid = true;  // the mesh at the start was looked at, and path lines end at finite places
   options.face_labels = labels;
   options.creases = *provenance_->creases;
   options.threads = motion_.threads;
