@@ -11,6 +11,7 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/glb/remeshed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb/rewrite_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/glb/glb_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gltf/compressed_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gltf/gltf_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/obj/obj_test.cpp
@@ -24,3 +25,9 @@ knead_test(knead_io_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/cloud/clouds_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cloud/xyz_test.cpp)
 target_compile_definitions(knead_io_test PRIVATE KNEAD_FUZZ_CORPUS="${PROJECT_SOURCE_DIR}/fuzz/corpus")
+# They compress what is then read.
+foreach(codec IN LISTS KNEAD_CODECS)
+  string(TOUPPER KNEAD_HAS_${codec} definition)
+  target_link_libraries(knead_io_test PRIVATE ${codec}::${codec})
+  target_compile_definitions(knead_io_test PRIVATE ${definition})
+endforeach()

@@ -29,29 +29,13 @@ const ComponentType& component_type(NumberType type) {
                        [&](const ComponentType& known) { return known.type == type; });
 }
 
-NumberType component_type(const Value& code) {
-  const std::size_t number = code.whole();
-  for (const ComponentType& known : kComponentTypes) {
-    if (known.code == number) return known.type;
-  }
-  code.fail(fmt::format("{} is no component type of glTF; repair the file", number));
-}
-
-std::size_t component_count(const Value& type) {
-  const std::string text = type.text();
-  for (const auto& [name, count] :
-       {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}) {
-    if (text == name) return static_cast<std::size_t>(count);
-  }
-  type.fail("must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4; repair the file");
-}
-
 // Elements of `size` bytes in the buffer view that `user` (an accessor, or part of a sparse one) names.
 DenseData find_elements(const Document& document, const Value& user, std::size_t count, std::size_t size) {
   const Value view = document.root().item("bufferViews", user.at("bufferView").whole());
   for (const char* extension : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
     if (view.find("extensions") && view.at("extensions").find(extension)) {
-      view.fail(fmt::format("is compressed ({}), which cannot be read; export it without compression", extension));
+      view.fail(
+          fmt::format("is compressed ({}), which this build cannot read; export it without compression", extension));
     }
   }
   const std::size_t buffer = view.at("buffer").whole();
@@ -141,7 +125,26 @@ void replace_sparse(const Document& document, const Value& value, const Accessor
 
 }  // namespace
 
-std::size_t Accessor::element_size() const { return components * component_type(type).size; }
+NumberType component_type(const Value& code) {
+  const std::size_t number = code.whole();
+  for (const ComponentType& known : kComponentTypes) {
+    if (known.code == number) return known.type;
+  }
+  code.fail(fmt::format("{} is no component type of glTF; repair the file", number));
+}
+
+std::size_t component_count(const Value& type) {
+  const std::string text = type.text();
+  for (const auto& [name, count] :
+       {std::pair{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}}) {
+    if (text == name) return static_cast<std::size_t>(count);
+  }
+  type.fail("must be SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3 or MAT4; repair the file");
+}
+
+std::size_t component_size(NumberType type) { return component_type(type).size; }
+
+std::size_t Accessor::element_size() const { return components * component_size(type); }
 
 Accessor find_accessor(const Document& document, std::size_t index) {
   const Value value = document.root().item("accessors", index);

@@ -63,6 +63,11 @@ struct Accessor {
   std::size_t element_size() const;
 };
 
+// What a componentType and a type of an accessor say: the type of number, its bytes, and how many make an element.
+NumberType component_type(const Value& code);
+std::size_t component_size(NumberType type);
+std::size_t component_count(const Value& type);
+
 // The accessor of that index with every range checked against the binary chunk. Throws InvalidInput for one that is
 // malformed, that lies in another buffer, that is compressed, or that holds no data.
 Accessor find_accessor(const Document& document, std::size_t index);

@@ -186,12 +186,6 @@ TEST(ReadGlb, NodesThatAreNoTrees) {
 }
 
 TEST(ReadGlb, WhatCannotBeReadHonestly) {
-  GlbFile draco = square_glb();
-  draco.primitive()["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
-  expect_error(draco.bytes(), "meshes[0].primitives[0]: is compressed (KHR_draco_mesh_compression)");
-  GlbFile meshopt = square_glb();
-  meshopt.json["bufferViews"][0]["extensions"]["EXT_meshopt_compression"] = GlbJson::object();
-  expect_error(meshopt.bytes(), "bufferViews[0]: is compressed (EXT_meshopt_compression)");
   GlbFile external = square_glb();
   external.json["buffers"][0]["uri"] = "../../etc/passwd";
   expect_error(external.bytes(), "is no plain name of a file in the same folder");

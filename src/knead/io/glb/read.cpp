@@ -80,7 +80,8 @@ class Reader {
     constexpr const char* kDraco = "KHR_draco_mesh_compression";
     const std::optional<Value> extensions = primitive.find("extensions");
     if (!extensions || !extensions->find(kDraco)) return;
-    primitive.fail(fmt::format("is compressed ({}), which cannot be read; export it without compression", kDraco));
+    primitive.fail(
+        fmt::format("is compressed ({}), which this build cannot read; export it without compression", kDraco));
   }
 
   static Block described(const Instance& instance, const Value& primitive) {

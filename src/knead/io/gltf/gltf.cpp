@@ -8,6 +8,8 @@
 #include "knead/io/cursor.h"
 #include "knead/io/glb/edit.h"
 #include "knead/io/glb/glb.h"
+#include "knead/io/gltf/codecs.h"
+#include "knead/io/gltf/decompress.h"
 #include "knead/io/layout.h"
 
 namespace knead::io_detail::gltf {
@@ -55,8 +57,9 @@ class Collector {
     json_ = glb::parse_object(text_, parts.text_begin, name_);
   }
 
-  // False where the binary chunk is the one buffer.
+  // False where the binary chunk is the one buffer, and nothing in it is compressed.
   bool is_needed() const {
+    if (names_codec(text_)) return true;
     for (std::size_t i = 0; i < root().count("buffers"); ++i) {
       if (root().item("buffers", i).find("uri")) return true;
     }
@@ -84,6 +87,11 @@ class Collector {
   void add_buffer(std::size_t index, const Value& value) {
     Buffer buffer;
     std::string bytes;
+    if (is_placeholder(value)) {
+      buffer.begin = bin_.size();
+      buffers_.push_back(std::move(buffer));
+      return;
+    }
     if (const std::optional<Value> uri = value.find("uri")) {
       bytes = bytes_of(*uri, buffer);
     } else if (index == 0) {
@@ -100,6 +108,13 @@ class Collector {
     buffer.begin = bin_.size();
     bin_.append(bytes, 0, buffer.size);
     buffers_.push_back(std::move(buffer));
+  }
+
+  // Returns whether the buffer has no bytes: those of its views are compressed.
+  static bool is_placeholder(const Value& buffer) {
+    const char* extension = meshopt_extension(buffer.json());
+    return has_meshopt() && extension != nullptr && !buffer.find("uri") &&
+           buffer.at("extensions").at(extension).flag("fallback");
   }
 
   std::string bytes_of(const Value& uri, Buffer& buffer) const {
@@ -134,15 +149,24 @@ class Collector {
     const std::vector<glb::Member> views = members(text_, *array);
     for (std::size_t v = 0; v < views.size(); ++v) {
       const Value view = root().item("bufferViews", v);
-      const std::size_t buffer = view.at("buffer").whole();
-      if (buffer >= buffers_.size()) view.fail(fmt::format("is in buffer {}, which there is not", buffer));
-      if (buffer == 0) continue;
-      const Span number = *member(text_, views[v].value, "buffer");
-      const std::string begin = std::to_string(buffers_[buffer].begin + view.whole("byteOffset").value_or(0));
-      const std::optional<Span> offset = member(text_, views[v].value, "byteOffset");
-      patches.push_back({number, offset ? "0" : R"(0,"byteOffset":)" + begin});
-      if (offset) patches.push_back({*offset, begin});
+      add_range_patches(view, views[v].value, patches);
+      const char* extension = meshopt_extension(view.json());
+      if (extension == nullptr) continue;
+      const Span extensions = *member(text_, views[v].value, "extensions");
+      add_range_patches(view.at("extensions").at(extension), *member(text_, extensions, extension), patches);
     }
+  }
+
+  // Of a buffer view, or of the extension that compresses one.
+  void add_range_patches(const Value& range, const Span& span, std::vector<Patch>& patches) const {
+    const std::size_t buffer = range.at("buffer").whole();
+    if (buffer >= buffers_.size()) range.fail(fmt::format("is in buffer {}, which there is not", buffer));
+    if (buffer == 0) return;
+    const Span number = *member(text_, span, "buffer");
+    const std::string begin = std::to_string(buffers_[buffer].begin + range.whole("byteOffset").value_or(0));
+    const std::optional<Span> offset = member(text_, span, "byteOffset");
+    patches.push_back({number, offset ? "0" : R"(0,"byteOffset":)" + begin});
+    if (offset) patches.push_back({*offset, begin});
   }
 
   const Parts& parts_;
@@ -157,14 +181,16 @@ class Collector {
 
 ShapeFile wrapped(std::string bytes, const char* format, const std::string& name, Collector& collector) {
   Layout layout;
-  layout.glb = glb::parse(collector.run(layout), name);
+  std::string plain = collector.run(layout);
   ShapeFile shape;
+  if (names_codec(parts_of(plain, name).text)) plain = decompressed(std::move(plain), name, shape.notes);
+  layout.glb = glb::parse(std::move(plain), name);
   shape.format = format;
   shape.mesh = layout.glb.mesh;
-  shape.notes = layout.glb.notes;
-  if (layout.buffers.size() > 1) {
-    shape.notes.push_back(std::to_string(layout.buffers.size()) + " buffers are written as one if a vertex moves");
-  }
+  shape.notes.insert(shape.notes.end(), layout.glb.notes.begin(), layout.glb.notes.end());
+  const auto full =
+      std::count_if(layout.buffers.begin(), layout.buffers.end(), [](const Buffer& b) { return b.size > 0; });
+  if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
   shape.bytes = std::move(bytes);
   set_layout(shape, std::move(layout));
   return shape;

@@ -1,0 +1,327 @@
+#include "knead/io/gltf/decompress.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+
+#include "knead/io/glb/accessor.h"
+#include "knead/io/glb/edit.h"
+#include "knead/io/gltf/codecs.h"
+
+namespace knead::io_detail::gltf {
+namespace {
+
+using glb::Span;
+using glb::Value;
+
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+constexpr const char* kMeshopt[] = {"EXT_meshopt_compression", "KHR_meshopt_compression"};
+
+bool is_codec(std::string_view extension) {
+  return extension == kDraco || extension == kMeshopt[0] || extension == kMeshopt[1];
+}
+
+// Returns the object without that member.
+Json without(const Json& object, std::string_view key) {
+  Json result = Json::object();
+  for (const JsonMember& member : object.members()) {
+    if (member.key != key) result.set(member.key, member.value);
+  }
+  return result;
+}
+
+// Returns the object without the extensions that compress.
+Json without_codecs(const Json& object) {
+  const Json* extensions = object.find("extensions");
+  if (extensions == nullptr) return object;
+  Json others = *extensions;
+  for (const JsonMember& member : extensions->members()) {
+    if (is_codec(member.key)) others = without(others, member.key);
+  }
+  Json result = without(object, "extensions");
+  if (!others.members().empty()) result.set("extensions", others);
+  return result;
+}
+
+std::size_t aligned(std::size_t size) { return (size + 3) / 4 * 4; }
+
+// Elements of `size` bytes side by side, each at a multiple of four bytes.
+std::string spread(const std::string& elements, std::size_t size) {
+  if (size == aligned(size)) return elements;
+  std::string result(elements.size() / size * aligned(size), '\0');
+  for (std::size_t i = 0; i * size < elements.size(); ++i) {
+    std::memcpy(result.data() + i * aligned(size), elements.data() + i * size, size);
+  }
+  return result;
+}
+
+std::string as_indices(const std::vector<std::uint32_t>& corners, std::size_t size) {
+  std::string result(corners.size() * size, '\0');
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    for (std::size_t b = 0; b < size; ++b) result[i * size + b] = static_cast<char>(corners[i] >> (8 * b) & 0xff);
+  }
+  return result;
+}
+
+class Decompressor {
+ public:
+  Decompressor(std::string_view bytes, const std::string& name)
+      : layout_(glb::parse_chunks(bytes, name)),
+        document_(glb::open_document(bytes, layout_, name)),
+        views_(root().count("bufferViews")) {
+    for (std::size_t v = 0; v < views_.size(); ++v) views_[v].json = root().item("bufferViews", v).json();
+  }
+
+  // Returns what was decompressed, as words.
+  std::vector<std::string> run() {
+    std::vector<std::string> done;
+    if (has_meshopt()) {
+      for (std::size_t v = 0; v < views_.size(); ++v) decode_view(v);
+      if (decoded_ > 0) done.push_back("meshopt");
+    }
+    decoded_ = 0;
+    if (has_draco()) {
+      for (std::size_t m = 0; m < root().count("meshes"); ++m) decode_mesh(root().item("meshes", m));
+      if (decoded_ > 0) done.push_back("Draco");
+    }
+    return done;
+  }
+
+  std::string file() const {
+    std::string bin;
+    const Json views = place_views(bin);
+    Json json = Json::object();
+    for (const JsonMember& member : document_.json.members()) json.set(member.key, member.value);
+    json.set("buffers", Json(std::vector<Json>{Json({{"byteLength", bin.size()}})}));
+    json.set("bufferViews", views);
+    if (json.has("accessors")) json.set("accessors", accessors());
+    if (json.has("meshes")) json.set("meshes", meshes());
+    for (const char* key : {"extensionsUsed", "extensionsRequired"}) json = with_others(std::move(json), key);
+    std::string chunks;
+    glb::append_chunk(chunks, glb::kJson, to_text(json));
+    glb::append_chunk(chunks, glb::kBin, bin);
+    return glb::with_header(chunks);
+  }
+
+ private:
+  struct View {
+    Json json;
+    std::optional<std::string> bytes;  // that replace what it has
+    std::size_t stride = 0;            // of new views, or 0
+  };
+
+  Value root() const { return document_.root(); }
+
+  // The bytes that a buffer view, or the extension that compresses one, names.
+  Span range(const Value& view) const {
+    const std::size_t begin = view.whole("byteOffset").value_or(0);
+    const std::size_t size = view.at("byteLength").whole();
+    const std::size_t all = document_.bin.size();
+    if (view.at("buffer").whole() != 0 || begin > all || size > all - begin) {
+      view.fail(fmt::format("ends after its buffer of {} bytes; the file is damaged", all));
+    }
+    return {begin, begin + size};
+  }
+
+  std::string_view bytes_of(const Span& span) const { return document_.bin.substr(span.begin, span.end - span.begin); }
+
+  void decode_view(std::size_t v) {
+    const Value value = root().item("bufferViews", v);
+    const char* key = meshopt_extension(value.json());
+    if (key == nullptr) return;
+    const Value packed = value.at("extensions").at(key);
+    const std::optional<Value> filter = packed.find("filter");
+    const MeshoptView view{packed.at("byteStride").whole(), packed.at("count").whole(), packed.at("mode").text(),
+                           filter ? filter->text() : "NONE"};
+    const Span span = range(packed);
+    views_[v].bytes = decode_meshopt(bytes_of(span), view);
+    if (!views_[v].bytes) {
+      packed.fail("cannot be decompressed; the file is damaged, or uses a newer version of the codec");
+    }
+    gone_.push_back(span);
+    ++decoded_;
+  }
+
+  void decode_mesh(const Value& mesh) {
+    for (std::size_t p = 0; p < mesh.count("primitives"); ++p) {
+      const Value primitive = mesh.item("primitives", p);
+      const std::optional<Value> extensions = primitive.find("extensions");
+      const std::optional<Value> packed = extensions ? extensions->find(kDraco) : std::nullopt;
+      if (packed) decode_primitive(primitive, *packed);
+    }
+  }
+
+  void decode_primitive(const Value& primitive, const Value& packed) {
+    const std::size_t view = packed.at("bufferView").whole();
+    const Span span = range(root().item("bufferViews", view));
+    std::vector<DracoAttribute> wanted;
+    std::vector<std::size_t> accessors;
+    for (const JsonMember& member : packed.at("attributes").json().members()) {
+      accessors.push_back(primitive.at("attributes").at(member.key.c_str()).whole());
+      const Value accessor = root().item("accessors", accessors.back());
+      wanted.push_back({static_cast<std::uint32_t>(packed.at("attributes").at(member.key.c_str()).whole()),
+                        glb::component_type(accessor.at("componentType")), glb::component_count(accessor.at("type"))});
+    }
+    const auto mesh = decode_draco(bytes_of(span), wanted, glb::most_elements(document_.bytes.size()));
+    if (!mesh) packed.fail("cannot be decompressed; the file is damaged");
+    for (std::size_t i = 0; i < accessors.size(); ++i) {
+      require_count(accessors[i], mesh->vertices);
+      const std::size_t size = wanted[i].components * glb::component_size(wanted[i].type);
+      add_data(accessors[i], view, spread(mesh->attributes[i], size), aligned(size), glb::kVertexData);
+    }
+    const std::size_t indices = primitive.at("indices").whole();
+    require_count(indices, mesh->corners.size());
+    const Value type = root().item("accessors", indices).at("componentType");
+    const std::size_t size = glb::component_size(glb::component_type(type));
+    if (size < 4 && mesh->vertices > std::size_t{1} << (8 * size)) type.fail("is too small for the indices");
+    add_data(indices, view, as_indices(mesh->corners, size), 0, glb::kIndexData);
+    gone_.push_back(span);
+    ++decoded_;
+  }
+
+  void require_count(std::size_t accessor, std::size_t count) const {
+    const Value stated = root().item("accessors", accessor).at("count");
+    if (stated.whole() == count) return;
+    stated.fail(fmt::format("should be {}, as in the compressed mesh; the file is damaged", count));
+  }
+
+  // Gives an accessor a view of its own; the first one gets that of the compressed bytes.
+  void add_data(std::size_t accessor, std::size_t compressed, std::string bytes, std::size_t stride,
+                std::size_t target) {
+    if (view_of_.count(accessor) > 0) return;
+    const bool is_first = !views_[compressed].bytes;
+    const std::size_t number = is_first ? compressed : views_.size();
+    if (!is_first) views_.emplace_back();
+    view_of_[accessor] = number;
+    views_[number] = {Json({{"target", target}}), std::move(bytes), stride};
+  }
+
+  // The views after decompression; their bytes go to `bin`. Compressed bytes are left out unless others use them.
+  Json place_views(std::string& bin) const {
+    const std::vector<Span> cuts = find_cuts();
+    std::size_t kept = 0;
+    for (const Span& cut : cuts) {
+      bin += document_.bin.substr(kept, cut.begin - kept);
+      kept = cut.end;
+    }
+    bin += document_.bin.substr(kept);
+    Json result = Json::array();
+    for (std::size_t v = 0; v < views_.size(); ++v) {
+      Json json = without_codecs(views_[v].json);
+      if (views_[v].bytes) {
+        bin.resize(aligned(bin.size()), '\0');
+        json.set("buffer", 0);
+        json.set("byteOffset", bin.size());
+        json.set("byteLength", views_[v].bytes->size());
+        if (views_[v].stride != 0) json.set("byteStride", views_[v].stride);
+        bin += *views_[v].bytes;
+      } else if (const std::size_t begin = root().item("bufferViews", v).whole("byteOffset").value_or(0); begin > 0) {
+        json.set("byteOffset", begin - cut_before(cuts, begin));
+      }
+      result.push_back(std::move(json));
+    }
+    return result;
+  }
+
+  // Disjoint and ascending; whole words, so that what follows stays aligned.
+  std::vector<Span> find_cuts() const {
+    std::vector<Span> used;
+    for (std::size_t v = 0; v < root().count("bufferViews"); ++v) {
+      if (!views_[v].bytes) used.push_back(range(root().item("bufferViews", v)));
+    }
+    std::vector<Span> cuts;
+    for (const Span& span : gone_) {
+      const Span cut{aligned(span.begin), span.end / 4 * 4};
+      const auto meets = [&](const Span& other) { return cut.begin < other.end && other.begin < cut.end; };
+      if (cut.begin < cut.end && std::none_of(used.begin(), used.end(), meets)) cuts.push_back(cut);
+    }
+    const auto earlier = [](const Span& a, const Span& b) { return a.begin < b.begin; };
+    std::sort(cuts.begin(), cuts.end(), earlier);
+    std::vector<Span> disjoint;
+    for (const Span& cut : cuts) {
+      if (disjoint.empty() || cut.begin >= disjoint.back().end) disjoint.push_back(cut);
+    }
+    return disjoint;
+  }
+
+  static std::size_t cut_before(const std::vector<Span>& cuts, std::size_t position) {
+    std::size_t sum = 0;
+    for (const Span& cut : cuts) sum += cut.end <= position ? cut.end - cut.begin : 0;
+    return sum;
+  }
+
+  Json accessors() const {
+    Json result = Json::array();
+    for (std::size_t a = 0; a < root().count("accessors"); ++a) {
+      Json json = root().item("accessors", a).json();
+      const auto view = view_of_.find(a);
+      if (view != view_of_.end()) {
+        json.set("bufferView", view->second);
+        json.set("byteOffset", 0);
+      }
+      result.push_back(std::move(json));
+    }
+    return result;
+  }
+
+  Json meshes() const {
+    Json result = Json::array();
+    for (std::size_t m = 0; m < root().count("meshes"); ++m) {
+      Json mesh = root().item("meshes", m).json();
+      Json primitives = Json::array();
+      for (const Json& primitive : mesh.at("primitives").items()) primitives.push_back(without_codecs(primitive));
+      mesh.set("primitives", primitives);
+      result.push_back(std::move(mesh));
+    }
+    return result;
+  }
+
+  static Json with_others(Json json, const char* key) {
+    const Json* extensions = json.find(key);
+    if (extensions == nullptr) return json;
+    std::vector<Json> others;
+    for (const Json& extension : extensions->items()) {
+      if (!extension.is_text() || !is_codec(extension.text())) others.push_back(extension);
+    }
+    if (others.empty()) return without(json, key);
+    json.set(key, Json(others));
+    return json;
+  }
+
+  glb::Layout layout_;
+  glb::Document document_;
+  std::vector<View> views_;
+  std::map<std::size_t, std::size_t> view_of_;  // of accessors with new data
+  std::vector<Span> gone_;                      // bytes that were decompressed
+  std::size_t decoded_ = 0;
+};
+
+}  // namespace
+
+const char* meshopt_extension(const Json& view) {
+  const Json* extensions = view.find("extensions");
+  if (extensions == nullptr) return nullptr;
+  for (const char* key : kMeshopt) {
+    if (extensions->has(key)) return key;
+  }
+  return nullptr;
+}
+
+bool names_codec(std::string_view text) {
+  return (has_draco() && text.find(kDraco) != std::string_view::npos) ||
+         (has_meshopt() &&
+          (text.find(kMeshopt[0]) != std::string_view::npos || text.find(kMeshopt[1]) != std::string_view::npos));
+}
+
+std::string decompressed(std::string bytes, const std::string& name, std::vector<std::string>& notes) {
+  Decompressor decompressor(bytes, name);
+  const std::vector<std::string> done = decompressor.run();
+  if (done.empty()) return bytes;
+  notes.push_back(fmt::format("it is compressed with {}; if a vertex moves, it is written without compression",
+                              fmt::join(done, " and ")));
+  return decompressor.file();
+}
+
+}  // namespace knead::io_detail::gltf
