@@ -309,7 +309,9 @@ void run_application(const ApplicationOptions& options) {
 
 SteppedApplication::SteppedApplication(const ApplicationOptions& options) {
   StudioOptions studio_options;
-  studio_options.has_worker = false;
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+  studio_options.has_worker = false;  // no thread can be started
+#endif
   studio_ = std::make_unique<Studio>(studio_options);
   discard_empty_journals(*studio_);
   application_ = std::make_unique<Application>(*studio_);

@@ -21,7 +21,8 @@ void run_application(const ApplicationOptions& options);
 
 class Application;
 
-// The same, where the system asks for one picture after the other, as a browser does. All work is done in step().
+// The same, where the system asks for one picture after the other, as a browser does. Where no thread can be started,
+// all work is done in step().
 class SteppedApplication {
  public:
   explicit SteppedApplication(const ApplicationOptions& options);

@@ -29,10 +29,21 @@ function(knead_studio_page)
                                            platform/web/window.cpp)
   target_link_options(
     knead_studio_page
-    PRIVATE -fexceptions -O2 -lidbfs.js -sMODULARIZE=1 -sEXPORT_ES6=1 -sENVIRONMENT=web -sALLOW_MEMORY_GROWTH=1
-            -sMAXIMUM_MEMORY=4GB -sTOTAL_STACK=4MB -sMAX_WEBGL_VERSION=2 -sMIN_WEBGL_VERSION=2 -sDYNAMIC_EXECUTION=0
-            -sINVOKE_RUN=0 "-sEXPORTED_RUNTIME_METHODS=['ccall','callMain','FS','IDBFS','HEAPU8']"
+    PRIVATE -fexceptions -O2 -lidbfs.js -sMODULARIZE=1 -sEXPORT_ES6=1 -sALLOW_MEMORY_GROWTH=1 -sMAXIMUM_MEMORY=4GB
+            -sTOTAL_STACK=4MB -sMAX_WEBGL_VERSION=2 -sMIN_WEBGL_VERSION=2 -sDYNAMIC_EXECUTION=0 -sINVOKE_RUN=0
+            "-sEXPORTED_RUNTIME_METHODS=['ccall','callMain','FS','IDBFS','HEAPU8']"
             --embed-file ${KNEAD_STUDIO_FONT}@/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf)
-  set_target_properties(knead_studio_page PROPERTIES OUTPUT_NAME knead_studio SUFFIX .mjs
+  set(name knead_studio)
+  if(KNEAD_WEB_THREADS)
+    set(name knead_studio_threads)
+    # Studio's worker and what hardware_threads() says but one, all started before main().
+    target_link_options(knead_studio_page PRIVATE -sENVIRONMENT=web,worker -sDEFAULT_PTHREAD_STACK_SIZE=4MB
+                        "-sPTHREAD_POOL_SIZE=Math.min(8,navigator.hardwareConcurrency)")
+  else()
+    target_link_options(knead_studio_page PRIVATE -sENVIRONMENT=web)
+  endif()
+  set_target_properties(knead_studio_page PROPERTIES OUTPUT_NAME ${name} SUFFIX .mjs
                                                      RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/page)
+  add_custom_command(TARGET knead_studio_page POST_BUILD
+                     COMMAND node ${PROJECT_SOURCE_DIR}/web/list_fused.mjs ${PROJECT_BINARY_DIR}/page/${name}.wasm)
 endfunction()

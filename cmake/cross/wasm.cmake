@@ -15,3 +15,8 @@ set(CMAKE_CXX_STANDARD_INCLUDE_DIRECTORIES ${headers})
 set(KNEAD_STB_INCLUDE_DIR ${headers}/stb CACHE PATH "Headers only")
 # Errors are exceptions.
 set(CMAKE_CXX_FLAGS_INIT -fexceptions)
+option(KNEAD_WEB_THREADS "Build for pages that may start threads" OFF)
+list(APPEND CMAKE_TRY_COMPILE_PLATFORM_VARIABLES KNEAD_WEB_THREADS)
+if(KNEAD_WEB_THREADS)
+  string(APPEND CMAKE_CXX_FLAGS_INIT " -pthread")
+endif()

@@ -1,5 +1,6 @@
 // Knead for JavaScript: deforms meshes in typed arrays, and files, by sessions. index.d.ts describes the functions.
 import makeModule from './knead_core.mjs';
+import { withFused } from './fused.js';
 
 // An error of the library: one line that says what is wrong and what to do.
 export class KneadError extends Error {
@@ -26,7 +27,7 @@ async function readWasm() {
 let loading = null;
 // Loads the library once. The functions below do it themselves at their first call.
 export function load() {
-  loading ??= readWasm().then((wasmBinary) => makeModule({ wasmBinary }));
+  loading ??= readWasm().then((wasmBinary) => makeModule({ wasmBinary: withFused(wasmBinary) }));
   return loading;
 }
 

@@ -1,10 +1,12 @@
 // Starts Studio on the page: its stored files, its canvas, and what it asks of the browser.
-import makeStudio from './knead_studio.mjs';
+import { withFused } from './fused.js';
 import { Input } from './input.js';
 
 const home = '/home/web_user';
 const folder = `${home}/files`;
 const storeEvery = 500; // ms
+const single = ['knead_studio.mjs', 'knead_studio.wasm'];
+const threaded = ['knead_studio_threads.mjs', 'knead_studio_threads.wasm', 'knead_studio_threads.worker.js'];
 
 const canvas = document.getElementById('canvas');
 const notice = document.getElementById('notice');
@@ -160,12 +162,48 @@ function listen(studio, store, state) {
   });
 }
 
+// Loads Studio, with threads or without.
+async function load(name, options) {
+  const program = fetch(`${name}.wasm`).then((response) => {
+    if (!response.ok) throw new Error(`${name}.wasm: cannot be read (${response.status})`);
+    return response.arrayBuffer();
+  });
+  const { default: makeStudio } = await import(`./${name}.mjs`);
+  return makeStudio({ ...options, wasmBinary: withFused(await program) });
+}
+
+async function loadBest(options) {
+  if (window.crossOriginIsolated) {
+    try {
+      return [await load('knead_studio_threads', options), threaded];
+    } catch (error) {
+      console.warn(`without threads: ${error.message ?? error}`);
+    }
+  }
+  return [await load('knead_studio', options), single];
+}
+
+// The program is kept for later without a network.
+function keep(files) {
+  navigator.serviceWorker?.ready.then(({ active }) => active.postMessage({ keep: files }));
+}
+
+// Where the server sends no headers for threads, the service worker does; the page must be loaded through it.
+async function mustReload() {
+  if (window.crossOriginIsolated || !window.isSecureContext || !navigator.serviceWorker) return false;
+  if (sessionStorage.getItem('knead-reloaded') !== null) return false;
+  sessionStorage.setItem('knead-reloaded', 'yes');
+  const ready = navigator.serviceWorker.ready.then(() => true);
+  return Promise.race([ready, new Promise((resolve) => setTimeout(() => resolve(false), 5000))]);
+}
+
 async function start() {
+  if (await mustReload()) return location.reload();
   if (!document.createElement('canvas').getContext('webgl2')) {
     throw new Error('this browser has no WebGL 2; use a newer one, or turn on its hardware acceleration');
   }
   const state = { hasEnded: false };
-  const studio = await makeStudio({ canvas, page: pageOf(state) });
+  const [studio, files] = await loadBest({ canvas, page: pageOf(state) });
   const { FS, IDBFS } = studio;
   const store = new Store(studio);
   store.isKept = await isFirstTab();
@@ -179,8 +217,10 @@ async function start() {
   store.learn();
   listen(studio, store, state);
   if (store.isKept) show('');
+  if (files === single) show('This browser gives the page one thread only: large shapes are slower.', 8000);
   studio.callMain([]);
   canvas.focus();
+  keep(files);
   window.kneadStudio = studio;
   performance.mark('knead-studio-started');
 }

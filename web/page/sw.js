@@ -11,9 +11,23 @@ self.addEventListener('activate', (event) => {
   event.waitUntil(caches.keys().then(old).then(() => self.clients.claim()));
 });
 
+// What threads need (serve.mjs), for servers that do not send it.
+function isolated(response) {
+  if (response.type !== 'basic' && response.type !== 'default') return response;
+  const headers = new Headers(response.headers);
+  headers.set('Cross-Origin-Opener-Policy', 'same-origin');
+  headers.set('Cross-Origin-Embedder-Policy', 'require-corp');
+  return new Response(response.body, { status: response.status, statusText: response.statusText, headers });
+}
+
 // What is kept is shown first: all files of a version belong together.
 self.addEventListener('fetch', (event) => {
   if (event.request.method !== 'GET' || new URL(event.request.url).origin !== self.location.origin) return;
   const kept = caches.open(version).then((cache) => cache.match(event.request, { ignoreSearch: true }));
-  event.respondWith(kept.then((response) => response ?? fetch(event.request)));
+  event.respondWith(kept.then((response) => response ?? fetch(event.request)).then(isolated));
+});
+
+// The page names the program that this browser runs: one of two.
+self.addEventListener('message', (event) => {
+  event.waitUntil(caches.open(version).then((cache) => cache.addAll(event.data.keep)));
 });

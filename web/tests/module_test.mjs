@@ -3,20 +3,8 @@ import assert from 'node:assert/strict';
 import { existsSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { describe, it } from 'node:test';
-import { complaint, knead, meshes, read, scratch, sessions } from './support.mjs';
+import { compare, complaint, knead, meshes, read, scratch, sessions } from './support.mjs';
 import { deform, deformFile, KneadError, readShape } from 'knead';
-
-// What the command makes of a file, and the module.
-async function compare(folder, file, name, session, words = [], options = {}) {
-  writeFileSync(path.join(folder, 'one.knead'), session);
-  const input = path.join(folder, name);
-  writeFileSync(input, file);
-  const output = path.join(folder, `out${path.extname(name)}`);
-  knead('deform', input, path.join(folder, 'one.knead'), '-o', output, '--digits', 'shortest', ...words);
-  const { file: bytes } = await deformFile(file, name, session, options);
-  assert.ok(Buffer.from(bytes).equals(Buffer.from(read(output))), `${name}: other bytes than the command's`);
-  assert.ok(!Buffer.from(bytes).equals(Buffer.from(file)), `${name}: nothing moved`);
-}
 
 describe('deformFile writes the bytes of the command', () => {
   for (const format of ['ply', 'obj', 'stl', 'off', 'glb', 'xyz']) {

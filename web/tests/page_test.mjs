@@ -246,7 +246,7 @@ describe('the page of Studio', { skip }, () => {
   it('opens without a network', async (test) => {
     const context = await browser.newContext({ viewport: size });
     const tab = await open(test, context);
-    await tab.evaluate(() => navigator.serviceWorker.ready);
+    await tab.waitForFunction(() => caches.match('knead_studio_threads.wasm'));
     await context.setOffline(true);
     await tab.reload();
     await tab.waitForFunction(() => window.kneadStudio, null, { timeout: 20_000 });

@@ -1,8 +1,10 @@
 // What the tests of the web share. The environment names what `./dev web` has built.
+import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
-import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
+import { deformFile } from 'knead';
 
 export const command = process.env.KNEAD; // the native command
 export const built = process.env.KNEAD_WEB_BUILD; // with npm/ and node_modules/
@@ -27,6 +29,18 @@ export function complaint(...words) {
 }
 
 export const read = (...parts) => new Uint8Array(readFileSync(path.join(...parts)));
+
+// What the command makes of a file, and the module.
+export async function compare(folder, file, name, session, words = [], options = {}) {
+  writeFileSync(path.join(folder, 'one.knead'), session);
+  const input = path.join(folder, name);
+  writeFileSync(input, file);
+  const output = path.join(folder, `out${path.extname(name)}`);
+  knead('deform', input, path.join(folder, 'one.knead'), '-o', output, '--digits', 'shortest', ...words);
+  const { file: bytes } = await deformFile(file, name, session, options);
+  assert.ok(Buffer.from(bytes).equals(Buffer.from(read(output))), `${name}: other bytes than the command's`);
+  assert.ok(!Buffer.from(bytes).equals(Buffer.from(file)), `${name}: nothing moved`);
+}
 
 // Of a closed shape about the origin, about two units long.
 export const sessions = {

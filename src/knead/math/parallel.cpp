@@ -4,6 +4,7 @@
 
 #ifdef KNEAD_STD_THREADS
 #include <atomic>
+#include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -19,7 +20,12 @@
 namespace knead {
 
 int hardware_threads() {
-#ifdef KNEAD_STD_THREADS
+#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
+  return 1;  // no other can be started
+#elif defined(__EMSCRIPTEN__)
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1,
+                    8);  // each takes memory; web.cmake starts them
+#elif defined(KNEAD_STD_THREADS)
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 #else
   return tbb::this_task_arena::max_concurrency();
@@ -28,32 +34,114 @@ int hardware_threads() {
 
 #ifdef KNEAD_STD_THREADS
 
-// ThreadSanitizer does not see oneTBB's synchronisation, so its build runs the same chunks on plain threads.
+namespace {
+
+// One call of parallel_for: whoever has time takes its next chunk.
+struct Loop {
+  std::size_t count = 0;
+  std::size_t grain = 0;
+  std::size_t chunks = 0;
+  const std::function<void(std::size_t, std::size_t)>* body = nullptr;
+  std::atomic<std::size_t> next{0};
+  std::size_t wanted = 0;  // threads that may still join
+  std::size_t active = 0;  // that have joined and are not done
+  std::exception_ptr failure;
+
+  bool is_open() const { return wanted > 0 && next < chunks; }
+};
+
+// Threads that wait for loops. The caller of a loop does all chunks that no other takes, so loops may lie in loops.
+class Pool {
+ public:
+  explicit Pool(int threads) {
+    for (int i = 0; i < threads; ++i) threads_.emplace_back([this] { serve(); });
+  }
+  ~Pool() {
+    {
+      const std::scoped_lock lock(mutex_);
+      is_ending_ = true;
+    }
+    changed_.notify_all();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  void run(Loop& loop) {
+    {
+      const std::scoped_lock lock(mutex_);
+      loops_.push_back(&loop);
+    }
+    changed_.notify_all();
+    work(loop);
+    std::unique_lock lock(mutex_);
+    loops_.erase(std::find(loops_.begin(), loops_.end(), &loop));
+    done_.wait(lock, [&] { return loop.active == 0; });
+  }
+
+  void work(Loop& loop) {
+    try {
+      for (std::size_t chunk = loop.next++; chunk < loop.chunks; chunk = loop.next++) {
+        (*loop.body)(chunk * loop.grain, std::min(loop.count, (chunk + 1) * loop.grain));
+      }
+    } catch (...) {
+      const std::scoped_lock lock(mutex_);
+      if (!loop.failure) loop.failure = std::current_exception();
+    }
+  }
+
+ private:
+  Loop* open_loop() const {
+    const auto found = std::find_if(loops_.begin(), loops_.end(), [](const Loop* loop) { return loop->is_open(); });
+    return found == loops_.end() ? nullptr : *found;
+  }
+
+  void serve() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+      changed_.wait(lock, [this] { return is_ending_ || open_loop() != nullptr; });
+      if (is_ending_) return;
+      Loop& loop = *open_loop();
+      --loop.wanted;
+      ++loop.active;
+      lock.unlock();
+      work(loop);
+      lock.lock();
+      --loop.active;
+      done_.notify_all();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::condition_variable done_;
+  std::vector<Loop*> loops_;
+  bool is_ending_ = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace
+
+// For ThreadSanitizer, which does not see oneTBB's synchronisation, and where oneTBB is not: the same chunks on threads
+// of our own.
 void parallel_for(std::size_t count, std::size_t grain, int threads,
                   const std::function<void(std::size_t, std::size_t)>& body) {
   const std::size_t chunks = (count + grain - 1) / grain;
-#if defined(__EMSCRIPTEN__) && !defined(__EMSCRIPTEN_PTHREADS__)
-  threads = 1;  // no other can be started
-#endif
-  const std::size_t workers = std::min<std::size_t>(chunks, threads > 0 ? threads : hardware_threads());
-  std::atomic<std::size_t> next{0};
-  std::exception_ptr failure;
-  std::mutex failure_mutex;
-  const auto work = [&] {
-    try {
-      for (std::size_t chunk = next++; chunk < chunks; chunk = next++) {
-        body(chunk * grain, std::min(count, (chunk + 1) * grain));
-      }
-    } catch (...) {
-      const std::scoped_lock lock(failure_mutex);
-      if (!failure) failure = std::current_exception();
-    }
-  };
-  std::vector<std::thread> pool;
-  for (std::size_t i = 1; i < workers; ++i) pool.emplace_back(work);
-  work();
-  for (std::thread& thread : pool) thread.join();
-  if (failure) std::rethrow_exception(failure);
+  const auto most = static_cast<std::size_t>(threads > 0 ? std::min(threads, hardware_threads()) : hardware_threads());
+  const std::size_t workers = std::min(chunks, most);
+  if (workers <= 1) {
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) body(chunk * grain, std::min(count, (chunk + 1) * grain));
+    return;
+  }
+  static Pool pool(hardware_threads() - 1);
+  Loop loop;
+  loop.count = count;
+  loop.grain = grain;
+  loop.chunks = chunks;
+  loop.body = &body;
+  loop.wanted = workers - 1;
+  pool.run(loop);
+  if (loop.failure) std::rethrow_exception(loop.failure);
 }
 
 #else

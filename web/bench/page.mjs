@@ -1,11 +1,11 @@
 // Prints the size of Studio's page, its start-up, and the time of the steps of a drag in Chromium without a GPU:
-// node measure_page.mjs [SHAPE]; without one, Studio's own sphere of 40,000 vertices.
+// node bench/page.mjs [SHAPE]; without one, Studio's own sphere of 40,000 vertices.
 import { readdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { gzipSync } from 'node:zlib';
 import { serve } from '../serve.mjs';
-import { startBrowser } from './browser.mjs';
-import { built } from './support.mjs';
+import { startBrowser } from '../tests/browser.mjs';
+import { built } from '../tests/support.mjs';
 
 const site = path.join(built, 'site');
 const sizes = readdirSync(site).map((name) => gzipSync(readFileSync(path.join(site, name)), { level: 9 }).length);
