@@ -17,14 +17,14 @@ const types = {
   '.webmanifest': 'application/manifest+json',
 };
 
-const headers = {
+const plainHeaders = { 'Cache-Control': 'no-cache', 'X-Content-Type-Options': 'nosniff' };
+const threadHeaders = {
+  ...plainHeaders,
   'Cross-Origin-Opener-Policy': 'same-origin',
   'Cross-Origin-Embedder-Policy': 'require-corp',
-  'Cache-Control': 'no-cache',
-  'X-Content-Type-Options': 'nosniff',
 };
 
-async function answer(folder, request, response) {
+async function answer(folder, headers, request, response) {
   const { pathname } = new URL(request.url, 'http://localhost');
   let file = path.join(folder, path.normalize(decodeURIComponent(pathname)));
   if ((await stat(file)).isDirectory()) file = path.join(file, 'index.html');
@@ -33,10 +33,11 @@ async function answer(folder, request, response) {
   response.end(bytes);
 }
 
-// Returns the server once it listens; port 0: any that is free.
-export function serve(folder, port = 0) {
+// Returns the server once it listens; port 0: any that is free. Tests also serve without the headers for threads.
+export function serve(folder, port = 0, allowsThreads = true) {
+  const headers = allowsThreads ? threadHeaders : plainHeaders;
   const server = createServer((request, response) => {
-    answer(folder, request, response).catch(() => {
+    answer(folder, headers, request, response).catch(() => {
       response.writeHead(404, headers);
       response.end('not found\n');
     });

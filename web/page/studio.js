@@ -5,6 +5,7 @@ import { Input } from './input.js';
 const home = '/home/web_user';
 const folder = `${home}/files`;
 const storeEvery = 500; // ms
+const mostFailures = 10; // one after the other
 const single = ['knead_studio.mjs', 'knead_studio.wasm'];
 const threaded = ['knead_studio_threads.mjs', 'knead_studio_threads.wasm', 'knead_studio_threads.worker.js'];
 
@@ -37,6 +38,7 @@ class Store {
     this.studio = studio;
     this.known = new Map();
     this.isStoring = false;
+    this.failures = 0;
   }
 
   fileStates() {
@@ -72,9 +74,12 @@ class Store {
     this.isStoring = true;
     try {
       await sync(this.studio, false);
+      this.failures = 0;
     } catch (error) {
-      this.isKept = false;
-      show(`Your work is not stored: ${error.message ?? error}. Save it to a file.`);
+      // Studio may rename a file while it is being stored: the next time it is there.
+      this.failures += 1;
+      this.isKept = error instanceof this.studio.FS.ErrnoError && this.failures < mostFailures;
+      if (!this.isKept) show(`Your work is not stored: ${error.message ?? error}. Save it to a file.`);
     }
     this.isStoring = false;
   }

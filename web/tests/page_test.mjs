@@ -27,7 +27,7 @@ describe('the page of Studio', { skip }, () => {
 
   const address = () => `http://127.0.0.1:${server.address().port}/`;
 
-  async function open(test, context) {
+  async function open(test, context, url = address()) {
     context ??= await browser.newContext({ viewport: size, acceptDownloads: true });
     test.after(() => context.close());
     const tab = await context.newPage();
@@ -36,7 +36,7 @@ describe('the page of Studio', { skip }, () => {
     tab.on('console', (message) => {
       if (message.type() === 'error' || /GL_INVALID|INVALID_/.test(message.text())) tab.problems.push(message.text());
     });
-    await tab.goto(address());
+    await tab.goto(url);
     await tab.waitForFunction(() => window.kneadStudio).catch(() => assert.fail(tab.problems.join('\n')));
     await settle(tab);
     return tab;
@@ -252,4 +252,20 @@ describe('the page of Studio', { skip }, () => {
     await tab.waitForFunction(() => window.kneadStudio, null, { timeout: 20_000 });
     assert.ok(await tab.evaluate(() => performance.getEntriesByName('knead-studio-started').length > 0));
   });
+
+  // Without the headers for threads the service worker sends them; where it cannot run, one thread does all.
+  for (const serviceWorkers of ['allow', 'block']) {
+    it(`runs from a server without headers for threads, service worker: ${serviceWorkers}`, async (test) => {
+      const plain = await serve(site, 0, false);
+      test.after(() => plain.close());
+      const context = await browser.newContext({ viewport: size, acceptDownloads: true, serviceWorkers });
+      const tab = await open(test, context, `http://127.0.0.1:${plain.address().port}/`);
+      const hasThreads = serviceWorkers === 'allow';
+      assert.equal(await tab.evaluate(() => window.crossOriginIsolated), hasThreads);
+      assert.equal(/one thread only/.test(await tab.textContent('#notice')), !hasThreads);
+      await drag(tab, middle, { x: middle.x + 100, y: middle.y });
+      assert.ok(strokes(await save(tab, 'pulled')).length > 0);
+      assert.deepEqual(tab.problems, []);
+    });
+  }
 });

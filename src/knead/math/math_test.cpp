@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "knead/math/mat3.h"
@@ -72,6 +73,19 @@ TEST(ParallelFor, CoversEveryIndexOnceInChunksThatDoNotDependOnTheThreads) {
     });
     for (const auto& count : visits) ASSERT_EQ(count, 1);
   }
+}
+
+TEST(ParallelFor, NestsAndIsCalledFromSeveralThreads) {
+  std::atomic<int> visits{0};
+  const auto count_all = [&] {
+    parallel_for(50, 1, 0, [&](std::size_t, std::size_t) {
+      parallel_for(200, 7, 0, [&](std::size_t begin, std::size_t end) { visits += static_cast<int>(end - begin); });
+    });
+  };
+  std::thread other(count_all);
+  count_all();
+  other.join();
+  EXPECT_EQ(visits, 2 * 50 * 200);
 }
 
 TEST(ParallelFor, RethrowsAndDoesNothingForNoWork) {
