@@ -39,7 +39,7 @@ struct Pull {
 
   double touched_edges() const {
     double count = 0;
-    for_each_edge(edge_uses(mesh), [&](std::span<const EdgeUse> uses) {
+    for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
       const auto is_moved = [&](std::uint32_t v) { return after[v] != mesh.positions[v]; };
       if (is_moved(uses[0].low) || is_moved(uses[0].high)) ++count;
     });

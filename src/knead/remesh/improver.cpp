@@ -106,6 +106,7 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   tell_guard({&v[2], 1});
   if (!restore_volume(-volume, v, bounds)) {
     flip(s_, h);
+    tell_guard({&v[0], 1});
     return false;
   }
   s_.edge_flags[s_.edge[h]] = 0;  // the new diagonal is no crease
