@@ -1,9 +1,13 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
 #include "knead/math/error.h"
+#include "knead/math/parallel.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/predicates.h"
 
@@ -91,6 +95,67 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
   }
   quality.volume = twelfths / 12;
   return quality;
+}
+
+void Cells::add(CellKind kind, std::span<const std::uint32_t> numbers) {
+  if (numbers.size() != corner_count(kind)) throw InvalidInput("a cell of this kind has another number of corners");
+  kinds.push_back(kind);
+  corners.insert(corners.end(), numbers.begin(), numbers.end());
+  first.push_back(corners.size());
+}
+
+CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                          int threads) {
+  constexpr std::size_t cells_at_a_time = 1024;
+  const std::size_t count = cells.size();
+  const std::size_t points = std::min(before.size(), after.size());
+  CellChanges changes{std::vector<double>(count), std::vector<double>(count), std::vector<std::uint8_t>(count), 0};
+  std::atomic<std::size_t> inverted{0};
+  parallel_for(count, cells_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
+    std::array<Vec3d, 8> old;
+    std::array<Vec3d, 8> now;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::span<const std::uint32_t> corners = cells.corners_of(i);
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        if (corners[k] >= points) {
+          throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", i, corners[k], points));
+        }
+        old[k] = before[corners[k]];
+        now[k] = after[corners[k]];
+      }
+      const CellQuality was = cell_quality(cells.kinds[i], std::span(old).first(corners.size()));
+      const CellQuality is = cell_quality(cells.kinds[i], std::span(now).first(corners.size()));
+      changes.volume_ratio[i] = is.volume / was.volume;
+      changes.scaled_jacobian[i] = was.orientation == -1 ? -is.scaled_jacobian : is.scaled_jacobian;
+      if (was.orientation == 0 || is.orientation == was.orientation) continue;
+      changes.is_inverted[i] = 1;
+      ++inverted;
+    }
+  });
+  changes.inverted = inverted;
+  return changes;
+}
+
+double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points) {
+  if (faces.size() < 2) return 0;
+  // Seen from a corner, because large coordinates would cancel.
+  const auto point = [&](std::size_t at) {
+    if (std::max(faces[at], faces[1]) < points.size()) return points[faces[at]] - points[faces[1]];
+    throw InvalidInput(
+        fmt::format("a polyhedron has the corner {}, but there are {} points", faces[at], points.size()));
+  };
+  double sixths = 0;
+  for (std::size_t at = 0; at < faces.size();) {
+    const std::size_t count = faces[at++];
+    if (count == 0 || count > faces.size() - at) throw InvalidInput("the list of a polyhedron's faces is cut off");
+    Vec3d middle{0, 0, 0};
+    for (std::size_t k = 0; k < count; ++k) middle += point(at + k) * (1.0 / static_cast<double>(count));
+    for (std::size_t k = 0; k < count; ++k) {
+      sixths += determinant_of(middle, point(at + k), point(at + (k + 1) % count));
+    }
+    at += count;
+  }
+  return sixths / 6;
 }
 
 }  // namespace knead

@@ -135,5 +135,66 @@ TEST(Cells, RefuseWhatIsNoCell) {
   EXPECT_THROW(cell_quality(CellKind::wedge, corners), InvalidInput);
 }
 
+Cells one_of_each(std::vector<Vec3d>& points) {
+  Cells cells;
+  for (const CellKind kind : kKinds) {
+    std::vector<std::uint32_t> numbers;
+    for (const Vec3d& p : regular(kind)) {
+      numbers.push_back(static_cast<std::uint32_t>(points.size()));
+      points.push_back(p);
+    }
+    cells.add(kind, numbers);
+  }
+  return cells;
+}
+
+TEST(Cells, AreComparedWithWhatTheyWere) {
+  std::vector<Vec3d> before;
+  const Cells cells = one_of_each(before);
+  std::vector<Vec3d> after = before;
+  for (Vec3d& p : after) p = {2 * p.x, 3 * p.y, 0.5 * p.z};
+  CellChanges changes = compare_cells(cells, before, after);
+  for (std::size_t i = 0; i < cells.size(); ++i) EXPECT_NEAR(changes.volume_ratio[i], 3, 1e-14);
+  EXPECT_EQ(changes.inverted, 0U);
+
+  after[cells.corners_of(2)[0]].z += 3;  // the wedge
+  changes = compare_cells(cells, before, after);
+  EXPECT_EQ(changes.inverted, 1U);
+  EXPECT_EQ(changes.is_inverted, (std::vector<std::uint8_t>{0, 0, 1, 0}));
+  EXPECT_LT(changes.scaled_jacobian[2], 0);
+}
+
+// A mirror of both is no inversion; a flat cell cannot be inverted.
+TEST(Cells, AreInvertedOnlyIfTheyTurned) {
+  std::vector<Vec3d> before;
+  const Cells cells = one_of_each(before);
+  for (Vec3d& p : before) p.z = -p.z;
+  const CellChanges same = compare_cells(cells, before, before);
+  EXPECT_EQ(same.inverted, 0U);
+  for (const double jacobian : same.scaled_jacobian) EXPECT_NEAR(jacobian, 1, 1e-15);
+
+  const std::vector<Vec3d> mirrored_back = [&] {
+    std::vector<Vec3d> points = before;
+    for (Vec3d& p : points) p.z = -p.z;
+    return points;
+  }();
+  EXPECT_EQ(compare_cells(cells, before, mirrored_back).inverted, cells.size());
+  const std::vector<Vec3d> flat(before.size(), {1, 2, 3});
+  EXPECT_EQ(compare_cells(cells, flat, before).inverted, 0U);
+  EXPECT_THROW(compare_cells(cells, before, std::span(before).first(3)), InvalidInput);
+}
+
+TEST(Cells, OfAnyFacesHaveAVolume) {
+  std::vector<Vec3d> points = regular(CellKind::hexahedron);
+  const std::vector<std::uint32_t> faces{4, 0, 3, 2, 1, 4, 4, 5, 6, 7, 4, 0, 1, 5, 4,
+                                         4, 1, 2, 6, 5, 4, 2, 3, 7, 6, 4, 3, 0, 4, 7};
+  EXPECT_NEAR(polyhedron_volume(faces, points), 1, 1e-15);
+  for (Vec3d& p : points) p = {p.x + 1e6, -2 * p.y, p.z - 1e6};
+  EXPECT_NEAR(polyhedron_volume(faces, points), -2, 1e-9);
+  EXPECT_EQ(polyhedron_volume({}, points), 0);
+  EXPECT_THROW(polyhedron_volume(std::span(faces).first(8), points), InvalidInput);
+  EXPECT_THROW(polyhedron_volume(faces, std::span(points).first(7)), InvalidInput);
+}
+
 }  // namespace
 }  // namespace knead

@@ -98,4 +98,36 @@ struct CellQuality {
 // that library also looks at the middle of a hexahedron, and measures pyramids in another way.
 CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners);
 
+// The linear cells of a volume mesh.
+struct Cells {
+  std::vector<CellKind> kinds;
+  std::vector<std::size_t> first{0};   // where the corners of each cell begin, and after the last their number
+  std::vector<std::uint32_t> corners;  // numbers of points in VTK's order
+
+  std::size_t size() const { return kinds.size(); }
+  std::span<const std::uint32_t> corners_of(std::size_t cell) const {
+    return std::span(corners).subspan(first[cell], first[cell + 1] - first[cell]);
+  }
+  // Appends a cell, which has corner_count(kind) corners.
+  void add(CellKind kind, std::span<const std::uint32_t> numbers);
+};
+
+// What a deformation did to cells: a value for each.
+struct CellChanges {
+  std::vector<double> volume_ratio;         // the volume after over that before; not finite where that was 0
+  std::vector<double> scaled_jacobian;      // after; its negative for a cell that was inside out before
+  std::vector<std::uint8_t> is_inverted{};  // 1: a corner has turned; 0 for a cell that was flat or mixed before
+  std::size_t inverted = 0;                 // how many
+};
+
+// Compares cells before and after a deformation. The result is the same for every number of threads. Throws
+// InvalidInput with the cell's number for a corner that is no point, and where cell_quality does.
+CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                          int threads = 0);
+
+// Returns the volume between the faces of a polyhedron: [n, v1 ... vn, n, ...], which look outward. A face is cut into
+// triangles around the mean of its corners. Throws InvalidInput for a list that is cut off, and a corner that is no
+// point.
+double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
+
 }  // namespace knead
