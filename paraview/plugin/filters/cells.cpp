@@ -1,0 +1,122 @@
+#include "cells.h"
+
+#include <vtkCellType.h>
+#include <vtkDataSetAttributes.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkPointSet.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <optional>
+
+#include "knead/math/error.h"
+
+namespace knead::paraview {
+namespace {
+
+std::optional<CellKind> kind_of(int type) {
+  switch (type) {
+    case VTK_TETRA:
+    case VTK_QUADRATIC_TETRA:
+    case VTK_LAGRANGE_TETRAHEDRON:
+    case VTK_BEZIER_TETRAHEDRON:
+      return CellKind::tetrahedron;
+    case VTK_PYRAMID:
+    case VTK_QUADRATIC_PYRAMID:
+    case VTK_TRIQUADRATIC_PYRAMID:
+    case VTK_LAGRANGE_PYRAMID:
+    case VTK_BEZIER_PYRAMID:
+      return CellKind::pyramid;
+    case VTK_WEDGE:
+    case VTK_QUADRATIC_WEDGE:
+    case VTK_QUADRATIC_LINEAR_WEDGE:
+    case VTK_BIQUADRATIC_QUADRATIC_WEDGE:
+    case VTK_LAGRANGE_WEDGE:
+    case VTK_BEZIER_WEDGE:
+      return CellKind::wedge;
+    case VTK_HEXAHEDRON:
+    case VTK_QUADRATIC_HEXAHEDRON:
+    case VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON:
+    case VTK_TRIQUADRATIC_HEXAHEDRON:
+    case VTK_LAGRANGE_HEXAHEDRON:
+    case VTK_BEZIER_HEXAHEDRON:
+      return CellKind::hexahedron;
+    default:
+      return std::nullopt;
+  }
+}
+
+void add_polyhedron(vtkUnstructuredGrid& grid, vtkIdType cell, VolumeCells& cells) {
+  vtkIdType faces = 0;
+  const vtkIdType* numbers = nullptr;
+  grid.GetFaceStream(cell, faces, numbers);
+  for (vtkIdType f = 0; f < faces; ++f) {
+    const vtkIdType size = *numbers;
+    cells.faces.insert(cells.faces.end(), numbers, numbers + size + 1);
+    numbers += size + 1;
+  }
+  cells.first.push_back(cells.faces.size());
+  cells.polyhedron_numbers.push_back(cell);
+}
+
+}  // namespace
+
+VolumeCells volume_cells(vtkPointSet& set) {
+  if (set.GetNumberOfPoints() > std::numeric_limits<std::uint32_t>::max()) {
+    throw InvalidInput("a part has over 4 thousand million points; use more ranks");
+  }
+  VolumeCells cells;
+  const vtkIdType count = set.GetNumberOfCells();
+  cells.is_counted.assign(static_cast<std::size_t>(count), 1);
+  vtkUnsignedCharArray* const ghosts = set.GetCellGhostArray();
+  auto* const grid = vtkUnstructuredGrid::SafeDownCast(&set);
+  constexpr int hidden = vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::HIDDENCELL;
+  vtkNew<vtkIdList> list;
+  std::array<std::uint32_t, 8> corners{};
+  for (vtkIdType i = 0; i < count; ++i) {
+    if (ghosts != nullptr && (ghosts->GetValue(i) & hidden) != 0) cells.is_counted[static_cast<std::size_t>(i)] = 0;
+    const int type = set.GetCellType(i);
+    if (type == VTK_POLYHEDRON && grid != nullptr) add_polyhedron(*grid, i, cells);
+    const std::optional<CellKind> kind = kind_of(type);
+    if (!kind) continue;
+    vtkIdType size = 0;
+    const vtkIdType* numbers = nullptr;
+    set.GetCellPoints(i, size, numbers, list);
+    const std::size_t used = corner_count(*kind);
+    if (static_cast<std::size_t>(size) < used) continue;
+    std::transform(numbers, numbers + used, corners.begin(), [](vtkIdType n) { return static_cast<std::uint32_t>(n); });
+    cells.linear.add(*kind, std::span(corners).first(used));
+    cells.linear_numbers.push_back(i);
+  }
+  return cells;
+}
+
+Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  Damage damage{std::vector<double>(cells.is_counted.size(), none), std::vector<double>(cells.is_counted.size(), none)};
+  const auto invert = [&](vtkIdType number) {
+    if (cells.is_counted[static_cast<std::size_t>(number)] == 0) return;
+    if (damage.inverted++ == 0 || number < damage.first) damage.first = number;
+  };
+  const CellChanges changes = compare_cells(cells.linear, before, after);
+  for (std::size_t i = 0; i < cells.linear.size(); ++i) {
+    const auto number = static_cast<std::size_t>(cells.linear_numbers[i]);
+    damage.volume_ratio[number] = changes.volume_ratio[i];
+    damage.scaled_jacobian[number] = changes.scaled_jacobian[i];
+    if (changes.is_inverted[i] != 0) invert(cells.linear_numbers[i]);
+  }
+  for (std::size_t i = 0; i < cells.polyhedron_numbers.size(); ++i) {
+    const auto faces = std::span(cells.faces).subspan(cells.first[i], cells.first[i + 1] - cells.first[i]);
+    const double was = polyhedron_volume(faces, before);
+    const double ratio = polyhedron_volume(faces, after) / was;
+    damage.volume_ratio[static_cast<std::size_t>(cells.polyhedron_numbers[i])] = ratio;
+    if (was != 0 && !(ratio > 0)) invert(cells.polyhedron_numbers[i]);
+  }
+  return damage;
+}
+
+}  // namespace knead::paraview

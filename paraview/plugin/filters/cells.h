@@ -1,0 +1,39 @@
+// The cells of a data set, as the library judges them.
+#pragma once
+
+#include <vtkType.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/mesh/measures.h"
+
+class vtkPointSet;
+
+namespace knead::paraview {
+
+// The cells of a data set that have a volume. Of quadratic cells the corners.
+struct VolumeCells {
+  Cells linear;
+  std::vector<vtkIdType> linear_numbers;  // in the data set
+  std::vector<std::uint32_t> faces;       // of all polyhedra, as polyhedron_volume() takes them
+  std::vector<std::size_t> first{0};      // where each polyhedron begins in `faces`, and the end of the last
+  std::vector<vtkIdType> polyhedron_numbers;
+  std::vector<std::uint8_t> is_counted;  // for each cell of the data set: 0 for ghosts and blanked cells
+};
+
+// Returns the cells of a data set. Throws InvalidInput if a point's number does not fit into 32 bits.
+VolumeCells volume_cells(vtkPointSet& set);
+
+// What a deformation did to the cells of a data set.
+struct Damage {
+  std::vector<double> volume_ratio;     // NaN for cells without volume
+  std::vector<double> scaled_jacobian;  // NaN also for polyhedra
+  std::int64_t inverted = 0;            // of the cells that are counted
+  vtkIdType first = -1;                 // of the inverted ones
+};
+Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after);
+
+}  // namespace knead::paraview

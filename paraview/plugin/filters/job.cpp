@@ -1,0 +1,229 @@
+#include "job.h"
+
+#include <fmt/format.h>
+#include <vtkPointSet.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/tool/strain.h"
+
+namespace knead::paraview {
+namespace {
+
+constexpr const char* kVolumeRatio = "KneadVolumeRatio";
+constexpr const char* kScaledJacobian = "KneadScaledJacobian";
+constexpr const char* kStretch = "KneadStretch";
+
+class Job {
+ public:
+  Job(std::vector<Block>& blocks, const Settings& settings, const Ranks& ranks, const Watch& watch)
+      : blocks_(blocks), settings_(settings), ranks_(ranks), watch_(watch) {}
+
+  Findings run() {
+    ranks_.together([&] { prepare(); });
+    find_length();
+    ranks_.together([&] { move_points(); });
+    judge_cells();
+    ranks_.together([&] { derive_arrays(); });
+    require_vectors();
+    for (Block& block : blocks_) store_points(block);
+    return std::move(findings_);
+  }
+
+ private:
+  void prepare() {
+    session_ = read_flow_session(settings_.session_file);
+    findings_.notes = session_.warnings;
+    const auto strokes = static_cast<double>(session_.strokes.size());
+    if (!(settings_.until >= 0)) {
+      throw InvalidInput(fmt::format("Until must be a number of strokes, 0 or more, got {}", settings_.until));
+    }
+    until_ = std::min(settings_.until, strokes);
+    flow_ = flow_until(until_);
+    if (settings_.diagonal < 0) {
+      throw InvalidInput(fmt::format("Diagonal must be a length, or 0, got {}", settings_.diagonal));
+    }
+  }
+
+  Flow flow_until(double until) const {
+    return flow_of(session_, {settings_.inverse ? Direction::backwards : Direction::forwards, until});
+  }
+
+  // Collective: the box is that of all ranks.
+  void find_length() {
+    Box box;
+    for (const Block& block : blocks_) {
+      for (const Vec3d& p : block.before) box.extend(p);
+    }
+    box = ranks_.united(box);
+    ranks_.together([&] {
+      MotionOptions motion;
+      motion.relative_tolerance = settings_.relative_tolerance;
+      motion.precision = settings_.precision;
+      const std::vector<Vec3d> corners = box.empty() ? std::vector<Vec3d>(1) : std::vector<Vec3d>{box.min, box.max};
+      options_ = advect_options(motion, settings_.diagonal > 0 ? settings_.diagonal : reference_length(corners));
+    });
+  }
+
+  bool needs_jacobians(const Block& block) const {
+    return settings_.quality || !settings_.vectors.empty() || has_point_normals(block);
+  }
+
+  void move_points() {
+    Progress progress;
+    std::uint64_t points = 0;
+    for (const Block& block : blocks_) points += block.before.size() * (needs_jacobians(block) ? 2 : 1);
+    progress.total = points * flow_.segments.size();
+    watch_(progress, [&] {
+      for (Block& block : blocks_) {
+        block.after = moved(block, flow_, progress);
+        if (needs_jacobians(block)) jacobians_.push_back(jacobians_of(block, progress));
+        if (!needs_jacobians(block)) jacobians_.emplace_back();
+      }
+    });
+  }
+
+  std::vector<Vec3d> moved(const Block& block, const Flow& flow, Progress& progress) const {
+    std::vector<Vec3d> points = block.before;
+    AdvectOptions options = options_;
+    options.progress = &progress;
+    if (!points.empty() && advect(flow, points, options).status == AdvectStatus::step_limit) {
+      throw InvalidInput(settings_.session_file + ": " + kStepLimitAdvice);
+    }
+    stop_if_cancelled(&progress);
+    round_points(block, points);
+    return points;
+  }
+
+  std::vector<Mat3d> jacobians_of(const Block& block, Progress& progress) const {
+    AdvectOptions options = options_;
+    options.progress = &progress;
+    return block.before.empty() ? std::vector<Mat3d>() : jacobians(flow_, block.before, options);
+  }
+
+  // Collective.
+  void judge_cells() {
+    ranks_.together([&] {
+      for (const Block& block : blocks_) {
+        cells_.push_back(volume_cells(*block.set));
+        damages_.push_back(damage_of(cells_.back(), block.before, block.after));
+      }
+    });
+    std::int64_t own = 0;
+    for (const Damage& damage : damages_) own += damage.inverted;
+    findings_.inverted = ranks_.sum(own);
+    if (findings_.inverted == 0) return;
+    const std::string count = findings_.inverted == 1 ? "1 cell is" : fmt::format("{} cells are", findings_.inverted);
+    const std::string what = fmt::format("{} inverted, {}", count, ranks_.first(first_inverted()));
+    if (!settings_.fail_on_inversion) {
+      findings_.notes.push_back(what);
+      return;
+    }
+    const double safe = greatest_until(until_, [&](double until) { return inverts_nothing(until); });
+    throw Failure(
+        fmt::format("{}: {}; no cell is inverted up to Until = {:.6g}. Use that, finer cells, or strokes with a wider "
+                    "transition; or switch FailOnInversion off",
+                    settings_.session_file, what, safe));
+  }
+
+  std::string first_inverted() const {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      if (damages_[i].inverted == 0) continue;
+      const std::string block = blocks_[i].name.empty() ? "" : fmt::format(" of block \"{}\"", blocks_[i].name);
+      const std::string rank = ranks_.count() > 1 ? fmt::format(" on rank {}", ranks_.rank()) : "";
+      return fmt::format("the first is cell {}{}{}", damages_[i].first, block, rank);
+    }
+    return {};
+  }
+
+  // Collective.
+  bool inverts_nothing(double until) const {
+    std::int64_t inverted = 0;
+    ranks_.together([&] {
+      const Flow flow = flow_until(until);
+      Progress progress;
+      watch_(progress, [&] {
+        for (std::size_t i = 0; i < blocks_.size(); ++i) {
+          const std::vector<Vec3d> points = moved(blocks_[i], flow, progress);
+          inverted += damage_of(cells_[i], blocks_[i].before, points).inverted;
+        }
+      });
+    });
+    return ranks_.sum(inverted) == 0;
+  }
+
+  void derive_arrays() {
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      Block& block = blocks_[i];
+      found_vectors_ += carry_vectors(block, settings_.vectors, jacobians_[i]);
+      carry_normals(block, jacobians_[i]);
+      if (!settings_.quality) continue;
+      std::vector<double> stretch;
+      for (const Mat3d& jacobian : jacobians_[i]) stretch.push_back(stretches_of(jacobian).greatest);
+      add_point_array(block, kStretch, stretch);
+      add_cell_array(block, kVolumeRatio, damages_[i].volume_ratio);
+      add_cell_array(block, kScaledJacobian, damages_[i].scaled_jacobian);
+    }
+  }
+
+  // Collective. A part without points need not have the arrays.
+  void require_vectors() {
+    std::int64_t points = 0;
+    for (const Block& block : blocks_) points += static_cast<std::int64_t>(block.before.size());
+    const bool is_missing = ranks_.sum(static_cast<std::int64_t>(found_vectors_)) == 0 && !settings_.vectors.empty();
+    if (ranks_.sum(points) == 0 || !is_missing) return;
+    throw Failure(fmt::format("VectorsToTransform: there is no array \"{}\" with three components at the points",
+                              settings_.vectors.front()));
+  }
+
+  std::vector<Block>& blocks_;
+  const Settings& settings_;
+  const Ranks& ranks_;
+  const Watch& watch_;
+  Session session_;
+  double until_ = 0;
+  Flow flow_;
+  AdvectOptions options_;
+  std::vector<std::vector<Mat3d>> jacobians_;  // of the points of each block; empty where they are not needed
+  std::vector<VolumeCells> cells_;
+  std::vector<Damage> damages_;
+  std::size_t found_vectors_ = 0;
+  Findings findings_;
+};
+
+std::string resolved_name(const std::string& path) {
+  std::filesystem::path name(path);
+  return name.replace_extension(".resolved.knead").string();
+}
+
+}  // namespace
+
+Session read_flow_session(const std::string& path) {
+  if (path.empty()) throw InvalidInput("SessionFile is empty; name a file of strokes (.knead)");
+  Session session = without_off(read_session(path));
+  for (const SessionStroke& stroke : session.strokes) {
+    if (!is_applied(stroke)) continue;
+    if (!is_flow(stroke.stroke)) {
+      throw InvalidInput({path, stroke.line}, "a relax is no flow, so it cannot be applied here; remove this line");
+    }
+    if (!reads_surface(stroke.stroke)) continue;
+    throw InvalidInput({path, stroke.line},
+                       fmt::format("this stroke reads the surface, of which a rank has only a part; resolve the "
+                                   "session first: knead resolve {} {} -o {}",
+                                   session.mesh.value_or("SHAPE"), path, resolved_name(path)));
+  }
+  const bool remeshes =
+      std::ranges::any_of(session.strokes, [](const SessionStroke& s) { return s.remesh.has_value(); });
+  if (remeshes) session.warnings.push_back(path + ": the remesh events are ignored; points and cells stay as they are");
+  return session;
+}
+
+Findings knead_blocks(std::vector<Block>& blocks, const Settings& settings, const Ranks& ranks, const Watch& watch) {
+  return Job(blocks, settings, ranks, watch).run();
+}
+
+}  // namespace knead::paraview

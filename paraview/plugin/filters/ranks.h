@@ -1,0 +1,45 @@
+// What the ranks of a parallel ParaView tell each other: a few numbers and messages.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stdexcept>
+#include <string>
+
+#include "knead/math/box.h"
+
+class vtkMultiProcessController;
+
+namespace knead::paraview {
+
+// Why the filter stops, the same on all ranks. An empty message: it was cancelled.
+class Failure : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The ranks of a controller. All ranks must call the same functions in the same order.
+class Ranks {
+ public:
+  // Null: there is one rank.
+  explicit Ranks(vtkMultiProcessController* controller) : controller_(controller) {}
+
+  int rank() const;
+  int count() const;
+
+  // Does the work on each rank. Throws Failure on all ranks if it throws on any, with the message of the lowest one.
+  void together(const std::function<void()>& work) const;
+
+  std::int64_t sum(std::int64_t number) const;
+  Box united(const Box& box) const;
+
+  // Returns the text of the lowest rank that gives one that is not empty; else an empty one.
+  std::string first(const std::string& text) const;
+
+ private:
+  int least(int number) const;
+  std::string sent_from(int rank, std::string text) const;
+
+  vtkMultiProcessController* controller_;
+};
+
+}  // namespace knead::paraview

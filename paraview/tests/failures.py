@@ -1,0 +1,85 @@
+"""What the filter refuses, and what it says then."""
+
+import re
+
+import numpy as np
+
+from support import *  # noqa: F403
+from vtkmodules.vtkCommonCore import vtkFileOutputWindow, vtkOutputWindow
+
+log = path_of(f"messages_{RANKS}")
+window = vtkFileOutputWindow()
+window.SetFileName(log)
+window.FlushOn()
+vtkOutputWindow.SetInstance(window)
+seen = 0
+
+
+def messages():
+    """What was said since the last call."""
+    global seen
+    try:
+        with open(log) as file:
+            text = file.read()
+    except FileNotFoundError:
+        return ""
+    new, seen = text[seen:], len(text)
+    return new
+
+
+def refusal(source, session, **properties):
+    messages()
+    result = deformed(source, session, **properties)
+    require(sum(data.GetNumberOfPoints() for data in leaves(result)) == 0, f"{session}: there is a result")
+    return messages()
+
+
+def test_inversion():
+    source = opened("box.vtu")
+    said = refusal(source, "invert")
+    found = re.search(r"(\d+) cells are inverted, the first is cell (\d+).*up to Until = ([0-9.e-]*[0-9])", said)
+    require(found, f"does not name the cell and the part: {said}")
+    until = float(found[3])
+    require(0 < until < 1, f"Until = {until}")
+    safe = leaves(deformed(source, "invert", Until=until))[0]
+    require(safe.GetNumberOfPoints() > 0, "what it proposes is refused")
+    require(array_of(safe.GetCellData(), "KneadScaledJacobian").min() > 0, "what it proposes inverts a cell")
+    require("inverted" in refusal(source, "invert", Until=until + 2 / 1024), "it could have gone farther")
+
+    messages()
+    all_of_it = leaves(deformed(source, "invert", FailOnInversion=0))[0]
+    count = int(array_of(all_of_it.GetFieldData(), "KneadInvertedCells")[0])
+    require(count == int(found[1]) and f"{count} cells are inverted" in messages(), "no warning, or another count")
+    corners = np.array([[all_of_it.GetCell(i).GetPointId(k) for k in range(4)] for i in range(all_of_it.GetNumberOfCells())])
+    inverted = knead.check_cells(points_of(all_of_it), corners, before=start_of(all_of_it))["inverted"]
+    ghosts = all_of_it.GetCellData().GetArray("vtkGhostType")
+    own = np.ones(len(corners), bool) if ghosts is None else vtk_to_numpy(ghosts) == 0
+    require(inverted[own].sum() == count, "the library counts others")
+    if RANKS == 1:
+        require(np.flatnonzero(inverted)[0] == int(found[2]), "another cell is the first")
+    require((array_of(all_of_it.GetCellData(), "KneadScaledJacobian")[inverted] < 0).all(), "inverted, but not below 0")
+
+
+def test_surface():
+    said = refusal(opened("box.vtu"), "surface")
+    file = session_file("surface")
+    command = f"knead resolve SHAPE {file} -o {path_of('surface.resolved.knead')}"
+    require(f"{file}:2: " in said and command in said, said)
+
+
+def test_bad_properties():
+    source = opened("box.vtu")
+    require("SessionFile is empty" in refusal_of(source, SessionFile=""), "an empty name")
+    require("cannot be opened" in refusal(source, "missing") or "missing" in refusal(source, "missing"), "no such file")
+    require("VectorsToTransform" in refusal(source, "move", VectorsToTransform=["vorticity"]), "no such array")
+
+
+def refusal_of(source, **properties):
+    messages()
+    result = simple.Knead(Input=source, **properties)
+    result.UpdatePipeline()
+    require(sum(data.GetNumberOfPoints() for data in leaves(result)) == 0, "there is a result")
+    return messages()
+
+
+run_tests(globals())

@@ -1,0 +1,94 @@
+"""The filter moves points as the command and the library do, to the bit, and its arrays say what they should."""
+
+import numpy as np
+from support import *  # noqa: F403
+
+
+def check_points(name, **properties):
+    """Every point of the result is where the library takes it; returns the data sets."""
+    source = opened(name)
+    sets = [data for data in leaves(deformed(source, "move", **properties)) if data.GetNumberOfPoints()]
+    require(sets, f"{name}: nothing came out")
+    session = knead.Session.read(session_file("move"))
+    diagonal = diagonal_of(source)
+    for data in sets:
+        expected = knead.deform(start_of(data), session, diagonal=diagonal, inverse=bool(properties.get("Inverse", 0)),
+                                until=properties.get("Until"))
+        require(np.array_equal(points_of(data), expected), f"{name} {properties}: other points than the library's")
+        require(not np.array_equal(expected, start_of(data)), f"{name}: nothing moved")
+    return sets
+
+
+def test_polydata_has_the_bits_of_the_command():
+    source = simple.PLYReader(FileNames=[path_of("torus.ply")])
+    start = points_of(leaves(source)[0])
+    expected = points_of(leaves(simple.PLYReader(FileNames=[path_of("moved.ply")]))[0])
+    if RANKS > 1:
+        source = simple.XMLPartitionedPolydataReader(FileName=[path_of("torus.pvtp")])
+    before = np.vstack([points_of(data) for data in leaves(source)])
+    after = np.vstack([points_of(data) for data in leaves(deformed(source, "move"))])
+    require(after.dtype == np.float32, "float points became doubles")
+    known = {p.tobytes(): q.tobytes() for p, q in zip(start, expected)}
+    require(len(known) == len(start), "two points of the torus are equal")
+    require(len(before) >= len(start), "points are missing")
+    for p, q in zip(before, after):
+        require(known[p.tobytes()] == q.tobytes(), f"{p} went to {q}")
+
+
+def test_every_kind_of_data_set():
+    for name in ["zoo.vtu", "box.vtu", "image.vti", "rectilinear.vtr", "curvilinear.vts", "blocks.vtm", "parts.vtpc"]:
+        check_points(name)
+    check_points("box.vtu", Until=0.4)
+    check_points("box.vtu", Inverse=1)
+
+
+def test_quality():
+    data = check_points("zoo.vtu")[0]
+    types = np.array([data.GetCellType(i) for i in range(data.GetNumberOfCells())])
+    require(not np.isin(types, [8, 11]).any(), "voxels or pixels are left, though their axes are bent")
+    ratio = array_of(data.GetCellData(), "KneadVolumeRatio")
+    jacobian = array_of(data.GetCellData(), "KneadScaledJacobian")
+    has_volume = types >= 10
+    require(np.isfinite(ratio[has_volume]).all() and np.isnan(ratio[~has_volume]).all(), "volume ratios")
+    # The corners of large cells follow the flow, their edges do not.
+    changed = np.abs(ratio[has_volume] - 1)
+    require(ratio[has_volume].min() > 0 and changed.mean() < 0.05, f"volumes changed by {changed.mean()}")
+    require(np.isnan(jacobian[types == 42]).all() and (jacobian[has_volume & (types != 42)] > 0).all(), "Jacobians")
+
+    box = check_points("box.vtu")[0]
+    corners = np.array([[box.GetCell(i).GetPointId(k) for k in range(4)] for i in range(box.GetNumberOfCells())])
+    expected = knead.check_cells(points_of(box), corners, before=start_of(box))
+    for name, key in [("KneadVolumeRatio", "volume_ratio"), ("KneadScaledJacobian", "scaled_jacobian")]:
+        require(np.array_equal(array_of(box.GetCellData(), name), expected[key]), f"{name} is not check_cells'")
+    gradient = knead.Flow(knead.Session.read(session_file("move"))).jacobian(start_of(box), diagonal=diagonal_of(opened("box.vtu")))
+    stretch = array_of(box.GetPointData(), "KneadStretch")
+    require(np.allclose(stretch, np.linalg.norm(gradient, 2, axis=(1, 2)), rtol=1e-12), "KneadStretch")
+    require(array_of(box.GetFieldData(), "KneadInvertedCells")[0] == 0, "cells were inverted")
+
+    plain = leaves(deformed(opened("box.vtu"), "move", Quality=0))[0]
+    require(plain.GetCellData().GetArray("KneadVolumeRatio") is None, "arrays without Quality")
+
+
+def test_vectors():
+    source = opened("box.vtu")
+    before = leaves(source)[0]
+    after = leaves(deformed(source, "move", VectorsToTransform=["velocity"]))[0]
+    require(np.array_equal(start_of(before), start_of(after)), "points in another order")
+    gradient = knead.Flow(knead.Session.read(session_file("move"))).jacobian(start_of(before), diagonal=diagonal_of(opened("box.vtu")))
+    velocity = array_of(before.GetPointData(), "velocity")
+    expected = np.einsum("nij,nj->ni", gradient, velocity)
+    require(np.allclose(array_of(after.GetPointData(), "velocity"), expected, rtol=1e-12, atol=1e-14), "velocities")
+    untouched = leaves(deformed(source, "move"))[0]
+    require(np.array_equal(array_of(untouched.GetPointData(), "velocity"), velocity), "velocities changed unasked")
+
+
+def test_ghosts_agree():
+    """A point that two ranks have goes to the same place on both; ghost cells are there, but are not counted."""
+    source = opened("box.vtu")
+    result = leaves(deformed(source, "move"))[0]
+    places = {}
+    for p, q in zip(start_of(result), points_of(result)):
+        require(places.setdefault(p.tobytes(), q.tobytes()) == q.tobytes(), "a point went to two places")
+
+
+run_tests(globals())
