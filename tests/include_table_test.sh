@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 # room: the rooms it may include besides itself. Tests (*_test.cpp) may include any room and tests/support.
-# apps, python, web, bench, examples and public headers may include public headers only: those that a CMakeLists.txt under src/knead
+# apps, python, paraview, web, bench, examples and public headers may include public headers only: those that a CMakeLists.txt under src/knead
 # lists after FILE_SET HEADERS.
 readonly table='
 math:
@@ -89,7 +89,7 @@ public_headers() {
 }
 
 violations() {
-  (cd "$1" && find src/knead apps python bench examples web -mindepth 1 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
+  (cd "$1" && find src/knead apps python paraview bench examples web -mindepth 1 \( -name '*.h' -o -name '*.cpp' \) -print0 | sort -z |
     TABLE=$table MEASURED=$measured PUBLIC=$(public_headers .) xargs -0 -r awk "$checker")
 }
 
@@ -113,7 +113,7 @@ check() {
 # tests/include_table/violations is a tree in which every line that breaks the table ends in "// wrong".
 self_test() {
   local tree=$here/include_table/violations
-  diff <(cd "$tree" && grep -rn '// wrong$' src apps python bench examples web | cut -d: -f1,2 | sort) \
+  diff <(cd "$tree" && grep -rn '// wrong$' src apps python paraview bench examples web | cut -d: -f1,2 | sort) \
     <(violations "$tree" | cut -d: -f1,2 | sort) ||
     { echo "expected (<) and found (>) violations differ, see above" >&2; return 1; }
 }

@@ -1,0 +1,3 @@
+// Read by include_table_test.sh --self-test only, never compiled.
+#include "knead/flow/kernel.h"  // wrong
+#include "knead/knead.h"
