@@ -77,6 +77,11 @@ class Application {
 
   bool has_ended() const { return interface_.has_ended(); }
 
+  std::string message() const {
+    const auto& messages = interface_.messages().messages;
+    return messages.empty() ? std::string() : messages.back().notice.text;
+  }
+
   // Takes the events, and draws a picture if something changes.
   void step() {
     const std::vector<Event> events = window_.events(studio_.is_busy() ? kBusyWait : kIdleWait);
@@ -319,6 +324,8 @@ SteppedApplication::SteppedApplication(const ApplicationOptions& options) {
 }
 
 SteppedApplication::~SteppedApplication() = default;
+
+std::string SteppedApplication::message() const { return application_->message(); }
 
 bool SteppedApplication::step() {
   if (application_->has_ended()) return false;

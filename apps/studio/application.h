@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "preferences.h"
 #include "studio.h"
@@ -32,6 +33,9 @@ class SteppedApplication {
 
   // Takes the events, and draws a picture if something changes. Returns false once the person has quit.
   bool step();
+
+  // The message that appeared last, while it is shown; empty: none.
+  std::string message() const;
 
  private:
   std::unique_ptr<Studio> studio_;

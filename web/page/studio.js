@@ -41,12 +41,14 @@ class Store {
     this.failures = 0;
   }
 
-  fileStates() {
+  // By their paths in Studio's folder: files, and the stamps that lie beside a saved session.
+  fileStates(path = '', states = new Map()) {
     const { FS } = this.studio;
-    const states = new Map();
-    for (const name of FS.readdir(folder)) {
-      const stat = FS.stat(`${folder}/${name}`);
-      if (FS.isFile(stat.mode) && !name.startsWith('.')) states.set(name, `${stat.mtime.getTime()} ${stat.size}`);
+    for (const name of FS.readdir(`${folder}/${path}`)) {
+      const stat = FS.stat(`${folder}/${path}${name}`);
+      if (name.startsWith('.')) continue;
+      if (FS.isFile(stat.mode)) states.set(`${path}${name}`, `${stat.mtime.getTime()} ${stat.size}`);
+      else if (name.endsWith('_stamps') && path === '') this.fileStates(`${name}/`, states);
     }
     return states;
   }
@@ -63,7 +65,7 @@ class Store {
       if (this.known.get(name) === state) continue;
       if (this.seen?.get(name) !== state) continue;
       this.known.set(name, state);
-      download(name, this.studio.FS.readFile(`${folder}/${name}`));
+      download(name.split('/').at(-1), this.studio.FS.readFile(`${folder}/${name}`));
     }
     this.seen = states;
   }
@@ -129,6 +131,9 @@ function pageOf(state) {
       else document.documentElement.requestFullscreen().catch(() => show('The browser allows no full screen here.', 4000));
     },
     chooseFiles: () => input.click(),
+    tell: (line) => {
+      document.getElementById('message').textContent = line;
+    },
     fail: (line) => {
       state.hasEnded = true;
       show(line);

@@ -1,104 +1,20 @@
 // Studio's page in Chromium: opens files, deforms by mouse and by touch, undoes, saves, and recovers after a killed page.
 import assert from 'node:assert/strict';
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, it } from 'node:test';
 import { serve } from '../serve.mjs';
-import { skip as noBrowser, startBrowser } from './browser.mjs';
-import { built, knead, scratch } from './support.mjs';
-
-const site = path.join(built, 'site');
-const skip = noBrowser || (existsSync(path.join(site, 'index.html')) ? false : 'the page was not built');
-const size = { width: 1200, height: 800 };
-const middle = { x: size.width / 2 - 60, y: size.height / 2 };
-const folder = '/home/web_user/files';
+import { drag, drop, middle, picture, save, settle, site, size, skip, startPage, strokes, turn, write } from './page.mjs';
+import { knead, scratch } from './support.mjs';
 
 describe('the page of Studio', { skip }, () => {
-  let server;
   let browser;
+  let open;
+  let close;
   before(async () => {
-    server = await serve(site);
-    browser = await startBrowser();
+    ({ browser, open, close } = await startPage());
   });
-  after(async () => {
-    await browser?.close();
-    server?.close();
-  });
-
-  const address = () => `http://127.0.0.1:${server.address().port}/`;
-
-  async function open(test, context, url = address()) {
-    context ??= await browser.newContext({ viewport: size, acceptDownloads: true });
-    test.after(() => context.close());
-    const tab = await context.newPage();
-    tab.problems = [];
-    tab.on('pageerror', (error) => tab.problems.push(error.message));
-    tab.on('console', (message) => {
-      if (message.type() === 'error' || /GL_INVALID|INVALID_/.test(message.text())) tab.problems.push(message.text());
-    });
-    await tab.goto(url);
-    await tab.waitForFunction(() => window.kneadStudio).catch(() => assert.fail(tab.problems.join('\n')));
-    await settle(tab);
-    return tab;
-  }
-
-  // Until so many pictures were drawn.
-  const settle = (tab, pictures = 8) =>
-    tab.evaluate(async (count) => {
-      for (let i = 0; i < count; ++i) await new Promise((resolve) => requestAnimationFrame(resolve));
-    }, pictures);
-
-  async function picture(tab, name) {
-    if (!process.env.KNEAD_WEB_PICTURES) return;
-    mkdirSync(process.env.KNEAD_WEB_PICTURES, { recursive: true });
-    await settle(tab, 30);
-    await tab.screenshot({ path: path.join(process.env.KNEAD_WEB_PICTURES, `${name}.png`) });
-  }
-
-  async function drag(tab, from, to, button = 'left') {
-    await tab.mouse.move(from.x, from.y);
-    await settle(tab, 3);
-    await tab.mouse.down({ button });
-    for (let i = 1; i <= 8; ++i) {
-      await tab.mouse.move(from.x + ((to.x - from.x) * i) / 8, from.y + ((to.y - from.y) * i) / 8);
-      await settle(tab, 1);
-    }
-    await tab.mouse.up({ button });
-    await settle(tab);
-  }
-
-  // Places a tool that turns by a gizmo, and drags beside the gizmo, round its middle.
-  async function turn(tab, at) {
-    await tab.mouse.click(at.x, at.y);
-    await settle(tab);
-    await drag(tab, { x: at.x + 90, y: at.y + 70 }, { x: at.x + 40, y: at.y + 110 });
-  }
-
-  const drop = (tab, name, bytes) =>
-    tab.evaluate(
-      ([file, content]) => {
-        const data = new DataTransfer();
-        data.items.add(new File([new Uint8Array(content)], file));
-        window.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
-      },
-      [name, Array.from(bytes)],
-    );
-
-  // Presses keys, types a name into the dialog, and returns the file of that ending that the browser downloads.
-  async function write(tab, keys, name, ending) {
-    const isWanted = (download) => download.suggestedFilename().endsWith(ending);
-    const download = tab.waitForEvent('download', { predicate: isWanted, timeout: 20_000 });
-    await tab.keyboard.press(keys);
-    await settle(tab);
-    await tab.keyboard.press('Control+a');
-    await tab.keyboard.type(name);
-    await settle(tab);
-    await tab.keyboard.press('Enter');
-    return readFileSync(await (await download).path());
-  }
-  const save = async (tab, name) => (await write(tab, 'Control+Shift+S', name, '.knead')).toString();
-
-  const strokes = (text) => text.trim().split('\n').slice(1);
+  after(() => close?.());
 
   it('deforms by mouse, undoes and exports, with the bytes of the command', async (test) => {
     const home = scratch(test);

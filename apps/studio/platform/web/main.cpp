@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <memory>
 #include <new>
+#include <string>
 
 #include "application.h"
 
 EM_JS(void, page_fail, (const char* line), { Module.page.fail(UTF8ToString(line)); });
+EM_JS(void, page_tell, (const char* line), { Module.page.tell(UTF8ToString(line)); });
 EM_JS(void, page_end, (), { Module.page.end(); });
 
 namespace {
@@ -37,9 +39,18 @@ void guarded(Function function) {
   }
 }
 
+// The page repeats Studio's messages for readers of the screen.
+void tell_messages() {
+  static std::string told;
+  const std::string message = application()->message();
+  if (message == told) return;
+  told = message;
+  page_tell(told.c_str());
+}
+
 void step() {
   guarded([] {
-    if (application()->step()) return;
+    if (application()->step()) return tell_messages();
     emscripten_cancel_main_loop();
     page_end();
   });

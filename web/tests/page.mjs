@@ -1,0 +1,98 @@
+// Studio's page in Chromium, as tests drive it.
+import assert from 'node:assert/strict';
+import { existsSync, mkdirSync, readFileSync } from 'node:fs';
+import path from 'node:path';
+import { serve } from '../serve.mjs';
+import { skip as noBrowser, startBrowser } from './browser.mjs';
+import { built } from './support.mjs';
+
+export const site = path.join(built, 'site');
+export const skip = noBrowser || (existsSync(path.join(site, 'index.html')) ? false : 'the page was not built');
+export const size = { width: 1200, height: 800 };
+export const middle = { x: size.width / 2 - 60, y: size.height / 2 };
+
+// A browser and a server for the tests of a file; `close` ends both.
+export async function startPage() {
+  const server = await serve(site);
+  const browser = await startBrowser();
+  const address = `http://127.0.0.1:${server.address().port}/`;
+
+  async function open(test, context, url = address) {
+    context ??= await browser.newContext({ viewport: size, acceptDownloads: true });
+    test.after(() => context.close());
+    const tab = await context.newPage();
+    tab.problems = [];
+    tab.on('pageerror', (error) => tab.problems.push(error.message));
+    tab.on('console', (message) => {
+      if (message.type() === 'error' || /GL_INVALID|INVALID_/.test(message.text())) tab.problems.push(message.text());
+    });
+    await tab.goto(url);
+    await tab.waitForFunction(() => window.kneadStudio).catch(() => assert.fail(tab.problems.join('\n')));
+    await settle(tab);
+    return tab;
+  }
+
+  async function close() {
+    await browser.close();
+    server.close();
+  }
+  return { browser, open, close };
+}
+
+// Until so many pictures were drawn.
+export const settle = (tab, pictures = 8) =>
+  tab.evaluate(async (count) => {
+    for (let i = 0; i < count; ++i) await new Promise((resolve) => requestAnimationFrame(resolve));
+  }, pictures);
+
+export async function picture(tab, name) {
+  if (!process.env.KNEAD_WEB_PICTURES) return;
+  mkdirSync(process.env.KNEAD_WEB_PICTURES, { recursive: true });
+  await settle(tab, 30);
+  await tab.screenshot({ path: path.join(process.env.KNEAD_WEB_PICTURES, `${name}.png`) });
+}
+
+export async function drag(tab, from, to, button = 'left') {
+  await tab.mouse.move(from.x, from.y);
+  await settle(tab, 3);
+  await tab.mouse.down({ button });
+  for (let i = 1; i <= 8; ++i) {
+    await tab.mouse.move(from.x + ((to.x - from.x) * i) / 8, from.y + ((to.y - from.y) * i) / 8);
+    await settle(tab, 1);
+  }
+  await tab.mouse.up({ button });
+  await settle(tab);
+}
+
+// Places a tool that turns by a gizmo, and drags beside the gizmo, round its middle.
+export async function turn(tab, at) {
+  await tab.mouse.click(at.x, at.y);
+  await settle(tab);
+  await drag(tab, { x: at.x + 90, y: at.y + 70 }, { x: at.x + 40, y: at.y + 110 });
+}
+
+export const drop = (tab, name, bytes) =>
+  tab.evaluate(
+    ([file, content]) => {
+      const data = new DataTransfer();
+      data.items.add(new File([new Uint8Array(content)], file));
+      window.dispatchEvent(new DragEvent('drop', { dataTransfer: data, bubbles: true, cancelable: true }));
+    },
+    [name, Array.from(bytes)],
+  );
+
+// Presses keys, types a name into the dialog, and returns the file of that ending that the browser downloads.
+export async function write(tab, keys, name, ending) {
+  const isWanted = (download) => download.suggestedFilename().endsWith(ending);
+  const download = tab.waitForEvent('download', { predicate: isWanted, timeout: 20_000 });
+  await tab.keyboard.press(keys);
+  await settle(tab);
+  await tab.keyboard.press('Control+a');
+  await tab.keyboard.type(name);
+  await settle(tab);
+  await tab.keyboard.press('Enter');
+  return readFileSync(await (await download).path());
+}
+export const save = async (tab, name) => (await write(tab, 'Control+Shift+S', name, '.knead')).toString();
+
+export const strokes = (text) => text.trim().split('\n').slice(1);
