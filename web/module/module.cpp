@@ -3,6 +3,7 @@
 #include <emscripten.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <exception>
 #include <memory>
@@ -20,6 +21,9 @@
 #include "knead/session/replay.h"
 #include "knead/session/report.h"
 #include "knead/session/session.h"
+
+// The caller's function, after each stroke.
+EM_JS(void, tell_progress, (double fraction), { Module.onProgress(fraction); });
 
 namespace {
 
@@ -41,6 +45,7 @@ struct Task {
 struct Options {
   ReplayOptions replay;
   bool has_report = false;
+  bool has_progress = false;
 };
 
 [[noreturn]] void fail(std::string_view key, const char* expected) {
@@ -70,6 +75,8 @@ void read_option(const JsonMember& member, Options& options) {
   } else if (key == "report") {
     if (!value.is_flag()) fail(key, "true or false");
     options.has_report = value.flag();
+  } else if (key == "hasProgress") {  // set by index.js
+    options.has_progress = value.flag();
   } else if (key == "singlePrecision") {  // of the arrays; set by index.js
     replay.remesh.single_precision = value.flag();
   } else {
@@ -87,9 +94,17 @@ Options options_of(const std::string& text) {
   return options;
 }
 
-ReplayResult replay_or_throw(const std::shared_ptr<const Mesh>& mesh, const Session& session,
-                             const ReplayOptions& options) {
-  ReplayResult result = replay(mesh, session, options);
+ReplayResult replay_or_throw(const std::shared_ptr<const Mesh>& mesh, const Session& session, const Options& options) {
+  ReplayOptions with_progress = options.replay;
+  Progress progress;
+  if (options.has_progress) {
+    with_progress.progress = &progress;
+    const auto total = static_cast<double>(std::max<std::uint64_t>(total_work(*mesh, session, with_progress), 1));
+    with_progress.on_stroke = [&progress, total](const AppliedStroke&) {
+      tell_progress(std::min(static_cast<double>(progress.done) / total, 1.0));
+    };
+  }
+  ReplayResult result = replay(mesh, session, with_progress);
   if (result.status == AdvectStatus::step_limit) {
     throw InvalidInput(fmt::format("{}:{}: {}", session.name, result.failed_line, kStepLimitAdvice));
   }
@@ -100,7 +115,7 @@ void deform_arrays(Task& task) {
   const Options options = options_of(task.options);
   const Session session = without_off(parse_session(task.session, "session"));
   const auto mesh = std::make_shared<const Mesh>(std::move(task.mesh));
-  const ReplayResult result = replay_or_throw(mesh, session, options.replay);
+  const ReplayResult result = replay_or_throw(mesh, session, options);
   if (options.has_report) task.report = to_json(make_report(*mesh, result, options.replay, {}));
   task.is_remeshed = result.shape.is_remeshed();
   task.positions = result.shape.positions();
@@ -116,7 +131,7 @@ void deform_file(Task& task) {
   WriteOptions write;
   options.replay.remesh.single_precision = stores_floats(task.name, source, write);
   const auto mesh = std::make_shared<const Mesh>(source.mesh);
-  const ReplayResult result = replay_or_throw(mesh, session, options.replay);
+  const ReplayResult result = replay_or_throw(mesh, session, options);
   if (options.has_report) task.report = to_json(make_report(*mesh, result, options.replay, {}));
   const std::vector<Vec3d> normals = result.shape.normals();
   if (result.shape.is_remeshed()) {

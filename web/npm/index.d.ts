@@ -19,6 +19,10 @@ export interface Options {
   inverse?: boolean;
   /** Only so many strokes; 2.5: two and half of the third. */
   until?: number;
+  /** The files that the session names (shapes of stamps), by their names there. */
+  files?: Record<string, Uint8Array | ArrayBuffer>;
+  /** Called after each stroke, with how much of the work is done: 0 to 1. */
+  onProgress?: (fraction: number) => void;
   /** Adds the report of `knead deform --report` to the result. */
   report?: boolean;
 }

@@ -1,14 +1,9 @@
 // Knead for JavaScript: deforms meshes in typed arrays, and files, by sessions. index.d.ts describes the functions.
 import makeModule from './knead_core.mjs';
+import { KneadError } from './error.js';
 import { withFused } from './fused.js';
 
-// An error of the library: one line that says what is wrong and what to do.
-export class KneadError extends Error {
-  constructor(message) {
-    super(message);
-    this.name = 'KneadError';
-  }
-}
+export { KneadError };
 
 const texts = { session: 0, options: 1, file: 2, name: 3, report: 4, error: 5 };
 const noMemory = 'there is not enough memory for this shape; use a smaller one';
@@ -24,10 +19,15 @@ async function readWasm() {
   return readFile(url);
 }
 
+const folder = '/files'; // of the library's own file system, in memory
 let loading = null;
 // Loads the library once. The functions below do it themselves at their first call.
 export function load() {
-  loading ??= readWasm().then((wasmBinary) => makeModule({ wasmBinary: withFused(wasmBinary) }));
+  loading ??= readWasm().then((wasmBinary) => makeModule({ wasmBinary: withFused(wasmBinary) })).then((module) => {
+    module.FS.mkdirTree(folder);
+    module.FS.chdir(folder);
+    return module;
+  });
   return loading;
 }
 
@@ -48,12 +48,30 @@ function bytesIn(module, task, which) {
 
 const textIn = (module, task, which) => new TextDecoder().decode(bytesIn(module, task, which));
 
+// Puts the files that a session names where the library looks for them. Returns a function that removes them.
+function bring(module, files) {
+  const { FS } = module;
+  const made = [];
+  for (const [name, content] of Object.entries(files)) {
+    if (name.startsWith('/') || name.split('/').some((part) => part === '..' || part === '')) {
+      throw new KneadError(`files: "${name}" must be a name as the session has it, in its folder`);
+    }
+    const path = `${folder}/${name}`;
+    FS.mkdirTree(path.slice(0, path.lastIndexOf('/')));
+    FS.writeFile(path, bytesOf(content));
+    made.push(path);
+  }
+  return () => made.forEach((path) => FS.unlink(path));
+}
+
 // Calls body with a new task of the library, runs the function, and returns what result makes of the task.
-async function runTask(name, fill, result) {
+async function runTask(name, fill, result, { files = {}, onProgress } = {}) {
   const module = await load();
+  module.onProgress = onProgress;
+  const remove = bring(module, files);
   const task = module._knead_task();
-  if (task === 0) throw new KneadError(noMemory);
   try {
+    if (task === 0) throw new KneadError(noMemory);
     fill(module, task);
     module[name](task);
     const error = textIn(module, task, 'error');
@@ -61,7 +79,13 @@ async function runTask(name, fill, result) {
     return result(module, task);
   } finally {
     module._knead_free(task);
+    remove();
   }
+}
+
+// What the library itself reads of the options.
+function textOf({ files, onProgress, ...options }, more = {}) {
+  return JSON.stringify({ ...options, ...more, hasProgress: onProgress !== undefined });
 }
 
 const isFloats = (array) => array instanceof Float32Array || array instanceof Float64Array;
@@ -114,25 +138,25 @@ export function deform(mesh, session, options = {}) {
   const Type = mesh.positions instanceof Float64Array ? Float64Array : Float32Array;
   const fill = (module, task) => {
     setText(module, task, 'session', session);
-    setText(module, task, 'options', JSON.stringify({ ...options, singlePrecision: Type === Float32Array }));
+    setText(module, task, 'options', textOf(options, { singlePrecision: Type === Float32Array }));
     setMesh(module, task, mesh);
   };
   return runTask('_knead_deform', fill, (module, task) => {
     const result = { positions: positionsIn(module, task, Type) };
     if (module._knead_is_remeshed(task)) Object.assign(result, facesIn(module, task));
     return withReport(module, task, options, result);
-  });
+  }, options);
 }
 
 export function deformFile(file, name, session, options = {}) {
   const fill = (module, task) => {
     setText(module, task, 'session', session);
-    setText(module, task, 'options', JSON.stringify(options));
+    setText(module, task, 'options', textOf(options));
     setText(module, task, 'name', name);
     setText(module, task, 'file', file);
   };
   return runTask('_knead_deform_file', fill, (module, task) =>
-    withReport(module, task, options, { file: bytesIn(module, task, 'file') }));
+    withReport(module, task, options, { file: bytesIn(module, task, 'file') }), options);
 }
 
 export function readShape(file, name) {

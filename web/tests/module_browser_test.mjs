@@ -25,27 +25,75 @@ const page = `<!doctype html>
   window.result = { positions: Array.from(mesh.geometry.attributes.position.array), report };
 </script>`;
 
-it('the example bends a tube of three.js, in node and in Chromium alike', { skip }, async (test) => {
-  const { mesh, report } = await bentTube();
-  const { position } = mesh.geometry.attributes;
-  assert.ok(report.moved_vertices > 1000 && report.moved_vertices <= position.count);
-  assert.ok(Math.abs(report.volume_error ?? 0) < 1e-3);
+// Serves the page with the module and three.js, and opens it.
+async function show(test, text) {
   const folder = scratch(test);
   cpSync(path.join(built, 'npm'), path.join(folder, 'npm'), { recursive: true });
   for (const name of ['three.module.js', 'three.core.js']) {
     cpSync(path.join(built, 'node_modules/three/build', name), path.join(folder, name));
   }
-  writeFileSync(path.join(folder, 'index.html'), page);
+  writeFileSync(path.join(folder, 'index.html'), text);
   const server = await serve(folder);
   test.after(() => server.close());
   const browser = await startBrowser();
   test.after(() => browser.close());
   const tab = await browser.newPage();
-  const errors = [];
-  tab.on('pageerror', (error) => errors.push(error.message));
+  tab.errors = [];
+  tab.on('pageerror', (error) => tab.errors.push(error.message));
   await tab.goto(`http://127.0.0.1:${server.address().port}/`);
-  await tab.waitForFunction(() => window.result).catch((error) => assert.fail(`${errors.join('; ')} ${error.message}`));
-  const shown = await tab.evaluate(() => window.result);
+  return tab;
+}
+
+async function resultOf(tab) {
+  await tab.waitForFunction(() => window.result).catch((error) => assert.fail(`${tab.errors.join('; ')} ${error.message}`));
+  return tab.evaluate(() => window.result);
+}
+
+const workerPage = `<!doctype html>
+<script type="module">
+  import { startWorker } from '/npm/client.js';
+  const worker = startWorker();
+  const sides = 400;
+  const positions = Float32Array.from({ length: 3 * sides * sides }, (_, i) => 2 * Math.sin(i * 0.7));
+  const stroke = '{"tool": "bend", "center": [0, 0, 0], "axis": [0, 0, 1], "normal": [0, 1, 0], "width": 2.5, "angle_deg": 60}';
+  const sessionOf = (strokes) => '{"knead": 1}' + String.fromCharCode(10) + (stroke + String.fromCharCode(10)).repeat(strokes);
+  const once = await worker.deform({ positions }, sessionOf(1));
+  const controller = new AbortController();
+  let fractions = 0;
+  let cancelled;
+  const long = worker.deform({ positions }, sessionOf(200), {
+    signal: controller.signal,
+    onProgress: () => {
+      fractions += 1;
+      if (fractions !== 2) return;
+      cancelled = performance.now();
+      controller.abort();
+    },
+  });
+  const reason = await long.catch((error) => error.name);
+  const seconds = (performance.now() - cancelled) / 1000;
+  const again = await worker.deform({ positions }, sessionOf(1));
+  const wrong = await worker.deform({ positions }, 'nonsense').catch((error) => error.name);
+  const same = again.positions.every((x, i) => x === once.positions[i]);
+  const moved = again.positions.some((x, i) => x !== positions[i]);
+  window.result = { fractions, reason, seconds, same, moved, wrong };
+</script>`;
+
+it('a worker tells its progress, is cancelled at once, and works again', { skip }, async (test) => {
+  const tab = await show(test, workerPage);
+  const result = await resultOf(tab);
+  assert.ok(result.seconds < 0.5, `${result.seconds} s`);
+  assert.deepEqual({ ...result, seconds: 0 },
+    { fractions: 2, reason: 'AbortError', seconds: 0, same: true, moved: true, wrong: 'KneadError' });
+});
+
+it('the example bends a tube of three.js, in node and in Chromium alike', { skip }, async (test) => {
+  const { mesh, report } = await bentTube();
+  const { position } = mesh.geometry.attributes;
+  assert.ok(report.moved_vertices > 1000 && report.moved_vertices <= position.count);
+  assert.ok(Math.abs(report.volume_error ?? 0) < 1e-3);
+  const tab = await show(test, page);
+  const shown = await resultOf(tab);
   assert.deepEqual(new Float32Array(shown.positions), position.array);
   assert.equal(shown.report.moved_vertices, report.moved_vertices);
   if (process.env.KNEAD_WEB_PICTURES) {

@@ -1,6 +1,6 @@
 // The module of JavaScript in node: the same bytes as the command, and its errors.
 import assert from 'node:assert/strict';
-import { existsSync, readdirSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, readdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { describe, it } from 'node:test';
 import { compare, complaint, knead, meshes, read, scratch, sessions } from './support.mjs';
@@ -57,6 +57,33 @@ describe('deform', () => {
     assert.ok(rounded.positions instanceof Float32Array);
     assert.deepEqual(rounded.positions.slice(0, 9), Float32Array.from(exact.positions).slice(0, 9));
     assert.equal(rounded.report.vertices, 4);
+  });
+});
+
+describe('options of a call', () => {
+  const stamp = '{"tool": "stamp", "mesh": "shapes/ball.ply", "path": [[0, 0, 1.3], [0, 0, 1.1]], "outer": 0.4}';
+  it('files: stamps by their bytes, with the bytes of the command', async (test) => {
+    const folder = scratch(test);
+    mkdirSync(path.join(folder, 'shapes'));
+    knead('make', 'sphere', '-n', '300', '-o', path.join(folder, 'ball.ply'));
+    knead('make', 'sphere', '-n', '2000', '-o', path.join(folder, 'made.obj'));
+    const ball = read(folder, 'ball.ply');
+    writeFileSync(path.join(folder, 'shapes/ball.ply'), ball);
+    const session = `{"knead": 1}\n${stamp}\n`;
+    await compare(folder, read(folder, 'made.obj'), 'shape.obj', session, [], { files: { 'shapes/ball.ply': ball } });
+    await assert.rejects(deformFile(read(folder, 'made.obj'), 'shape.obj', session), /ball\.ply/);
+    for (const name of ['/etc/a.ply', '../a.ply', 'a//b.ply']) {
+      await assert.rejects(deformFile(read(folder, 'made.obj'), 'shape.obj', session, { files: { [name]: ball } }), KneadError);
+    }
+  });
+  it('onProgress: after each stroke, up to 1, and the same bits', async () => {
+    const told = [];
+    const mesh = { positions: Float64Array.from({ length: 3000 }, (_, i) => Math.sin(i)) };
+    const text = `${sessions.pull}${sessions.bend.split('\n')[1]}\n`;
+    const watched = await deform(mesh, text, { onProgress: (fraction) => told.push(fraction) });
+    assert.deepEqual(watched, await deform(mesh, text));
+    assert.equal(told.length, 2);
+    assert.ok(told[0] > 0 && told[0] < 1 && told[1] === 1, told.join());
   });
 });
 

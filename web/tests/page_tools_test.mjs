@@ -138,6 +138,29 @@ describe("the page's tools", { skip }, () => {
     assert.ok(depths[0.2] > 1.0001 && depths[1] - 1 > 1.5 * (depths[0.2] - 1), JSON.stringify(depths));
   });
 
+  it('goes on drawing while a long session is computed', async (test) => {
+    const { tab } = await openSphere(test);
+    const knob = { tool: 'bend', center: [0, 0, 0], axis: [0, 0, 1], normal: [0, 1, 0], width: 2.5 };
+    const lines = Array.from({ length: 1500 }, (_, i) => JSON.stringify({ ...knob, angle_deg: i % 2 ? 60 : -60 }));
+    await tab.evaluate(() => {
+      const gaps = (window.gaps = []);
+      let last = performance.now();
+      const next = (now) => {
+        gaps.push(now - last);
+        last = now;
+        requestAnimationFrame(next);
+      };
+      requestAnimationFrame(next);
+    });
+    const began = performance.now();
+    await drop(tab, 'long.knead', new TextEncoder().encode(`{"knead": 1}\n${lines.join('\n')}\n`));
+    await tab.waitForFunction(() => document.title.includes('long'), null, { timeout: 60_000 });
+    const seconds = (performance.now() - began) / 1000;
+    const longest = Math.max(...(await tab.evaluate(() => window.gaps))) / 1000;
+    assert.ok(seconds > 2 && longest < seconds / 3, `${seconds} s; the longest pause ${longest} s`);
+    assert.deepEqual(tab.problems, []);
+  });
+
   const bad = path.join(meshes ?? '', 'bad');
   it('bad files: each gets its line, and the page lives', { skip: existsSync(bad) ? false : 'no KNEAD_TEST_MESHES' }, async (test) => {
     const home = scratch(test);
