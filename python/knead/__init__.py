@@ -16,7 +16,7 @@ from . import _strokes
 from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
 from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
-from ._meshes import deform_mesh
+from ._meshes import deform_cells, deform_mesh
 from ._session import Session
 from ._shapes import Shape, check, check_cells, crossings, read
 from ._strokes import Stroke, stroke
@@ -45,6 +45,7 @@ __all__ = [
     "check_cells",
     "crossings",
     "deform",
+    "deform_cells",
     "deform_mesh",
     "frames",
     "read",

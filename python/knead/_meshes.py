@@ -2,16 +2,71 @@
 
 import copy
 
-from ._deform import deform
+from . import _knead
+from ._deform import _accuracy, deform
 from ._knead import InvalidInput
-from ._shapes import Shape
+from ._session import native_session
+from ._shapes import Shape, cell_blocks
 
 
-def deform_mesh(mesh, session, **options):
+def deform_cells(
+    points,
+    cells,
+    session,
+    *,
+    least_scaled_jacobian=0.05,
+    fixed=None,
+    relative_tolerance=1e-5,
+    precision="float32",
+    integrator="tsit5",
+    threads=0,
+    until=None,
+    diagonal=None,
+    progress=None,
+):
+    """Returns the points of a volume mesh deformed so that its cells stay good, and a report.
+
+    Points on the boundary, fixed points and points outside all tools go exactly where deform() takes them. An interior
+    point next to a cell below `least_scaled_jacobian` (above 0, at most 0.5) climbs to where the least scaled Jacobian
+    around it is greater. If that is not enough, the motion is made in 8 or 32 parts, and points climb after each.
+
+    points, cells: as for check_cells. Corners of triangles and quadrilaterals of a meshio mesh are fixed.
+    fixed: a boolean for each point, or None.
+    The other options are those of deform; the session must not read a surface (see Session.resolve).
+
+    The report is a dict: "flow" for the deformation alone and "result", each with "inverted" (cells),
+    "least_scaled_jacobian" and "mean_volume_change" (the mean of |volume ratio - 1|); "freed", the number of points that
+    left the flow; and "parts". A bound that was not reached is no error: read the report. Returns (None, None) if
+    `progress` returned False. Raises as deform and check_cells.
+    """
+    import numpy as np
+
+    blocks = cell_blocks(cells)
+    count = len(getattr(points, "vertices", getattr(points, "points", points)))
+    mask = np.zeros(count, np.uint8)
+    if fixed is not None:
+        if np.shape(fixed) != (count,):
+            raise InvalidInput(f"fixed must have shape ({count},), got {np.shape(fixed)}")
+        mask[:] = np.asarray(fixed, bool)
+    for block in cells if isinstance(cells, (list, tuple)) else ():
+        if getattr(block, "type", "").rstrip("0123456789") in ("triangle", "quad"):
+            corners = np.asarray(block.data).ravel()
+            if len(corners) and not 0 <= corners.min() <= corners.max() < count:
+                raise InvalidInput(f"a face of the mesh has a corner that is not among the {count} points")
+            mask[corners] = 1
+    accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+    return _knead.deform_cells(
+        points, blocks, native_session(session), accuracy, until, least_scaled_jacobian, mask, progress
+    ) or (None, None)
+
+
+def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **options):
     """Returns a mesh of the same kind with its vertices deformed; the given one stays as it is.
 
     mesh: of trimesh, meshio, open3d or pyvista, or anything with .vertices and .faces, .points and .cells, or .points and
     .faces. options: those of deform, but `faces` and `out`. Stored normals of a surface are computed anew.
+    least_scaled_jacobian: for a volume mesh of meshio, interior points move until its cells reach it where they can, as
+    deform_cells says. report: a dict that receives the report of deform_cells.
     """
     import numpy as np
 
@@ -20,7 +75,15 @@ def deform_mesh(mesh, session, **options):
         raise TypeError(f"deform_mesh needs an object with .vertices or .points, got a {type(mesh).__name__}")
     package = type(mesh).__module__.split(".")[0]
     given = np.asarray(getattr(mesh, name))
-    moved = deform(given, session, _faces_of(mesh, package), **options)
+    if least_scaled_jacobian is None:
+        moved = deform(given, session, _faces_of(mesh, package), **options)
+    else:
+        cells = getattr(mesh, "cells", None)
+        if not isinstance(cells, (list, tuple)) or not cell_blocks(cells):
+            raise InvalidInput("least_scaled_jacobian needs a mesh with volume cells, as meshio reads them")
+        moved, found = deform_cells(given, cells, session, least_scaled_jacobian=least_scaled_jacobian, **options)
+        if report is not None and found is not None:
+            report.update(found)
     if moved is None:
         return None
     if package == "open3d":

@@ -101,15 +101,7 @@ def check_cells(points, cells, before=None):
     """
     import numpy as np
 
-    corners = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
-    if isinstance(cells, (list, tuple)) and all(hasattr(block, "type") for block in cells):
-        kinds = [(block.data, block.type.rstrip("0123456789")) for block in cells]
-        blocks = [np.asarray(data)[:, : corners[kind]] for data, kind in kinds if kind in corners]
-    else:
-        blocks = [np.asarray(cells)]
-    for block in blocks:
-        if block.dtype.kind not in "iu":
-            raise TypeError(f"cells must be an array of whole numbers, got dtype {block.dtype}")
+    blocks = cell_blocks(cells)
 
     def measured(places):
         parts = [_knead.cell_qualities(places, block) for block in blocks]
@@ -123,3 +115,19 @@ def check_cells(points, cells, before=None):
         ratio = volume / first
     turned = jacobian * np.where(was == -1, -1, 1)
     return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": (orientation != was) & (was != 0)}
+
+
+def cell_blocks(cells):
+    """Returns the volume cells as arrays: one of (m, 4), (m, 5), (m, 6) or (m, 8) for each block of a meshio mesh."""
+    import numpy as np
+
+    corners = {"tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
+    if isinstance(cells, (list, tuple)) and all(hasattr(block, "type") for block in cells):
+        kinds = [(block.data, block.type.rstrip("0123456789")) for block in cells]
+        blocks = [np.asarray(data)[:, : corners[kind]] for data, kind in kinds if kind in corners]
+    else:
+        blocks = [np.asarray(cells)]
+    for block in blocks:
+        if block.dtype.kind not in "iu":
+            raise TypeError(f"cells must be an array of whole numbers, got dtype {block.dtype}")
+    return blocks

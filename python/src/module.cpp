@@ -49,6 +49,7 @@ PYBIND11_MODULE(_knead, module) {
   module.attr("simd") = std::string(knead::simd_name());
   add_exceptions(module);
   add_shapes(module);
+  add_cells(module);
   add_strokes(module);
   add_flow(module);
   add_remesh(module);

@@ -8,6 +8,7 @@ namespace knead::python {
 namespace py = pybind11;
 
 void add_shapes(py::module_& module);
+void add_cells(py::module_& module);
 void add_strokes(py::module_& module);
 void add_flow(py::module_& module);
 void add_remesh(py::module_& module);

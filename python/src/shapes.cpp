@@ -4,7 +4,6 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
 #include <filesystem>
 #include <optional>
@@ -12,7 +11,6 @@
 #include "arrays.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
-#include "knead/math/parallel.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
@@ -87,41 +85,6 @@ py::array_t<std::uint32_t> crossings(const py::object& vertices, const py::objec
   return array;
 }
 
-// Volume, scaled Jacobian and orientation of cells (m, 4), (m, 5), (m, 6) or (m, 8).
-py::tuple cell_qualities(const py::object& vertices, const py::array_t<std::int64_t, py::array::c_style>& cells) {
-  const Points points = points_from(vertices, "points");
-  constexpr std::array kinds{CellKind::tetrahedron, CellKind::pyramid, CellKind::wedge, CellKind::hexahedron};
-  const auto columns = static_cast<std::size_t>(cells.ndim() == 2 ? cells.shape(1) : 0);
-  const auto* const kind = std::ranges::find(kinds, columns, corner_count);
-  if (kind == kinds.end()) throw InvalidInput("cells must have the shape (m, 4), (m, 5), (m, 6) or (m, 8)");
-  const auto count = static_cast<std::size_t>(cells.shape(0));
-  std::vector<double> volume(count);
-  std::vector<double> jacobian(count);
-  std::vector<std::int8_t> orientation(count);
-  Progress progress;
-  run_watched(py::none(), progress, [&] {
-    const auto size = static_cast<std::int64_t>(points.span().size());
-    parallel_for(count, 4096, 0, [&](std::size_t begin, std::size_t end) {
-      std::array<Vec3d, 8> corners;
-      for (std::size_t i = begin; i < end && !progress.cancel; ++i) {
-        for (std::size_t k = 0; k < columns; ++k) {
-          const std::int64_t vertex = cells.data()[i * columns + k];
-          if (vertex < 0 || vertex >= size) {
-            throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", i, vertex, size));
-          }
-          corners[k] = points.span()[static_cast<std::size_t>(vertex)];
-        }
-        const CellQuality quality = cell_quality(*kind, std::span(corners).first(columns));
-        volume[i] = quality.volume;
-        jacobian[i] = quality.scaled_jacobian;
-        orientation[i] = static_cast<std::int8_t>(quality.orientation);
-      }
-    });
-    stop_if_cancelled(&progress);
-  });
-  return py::make_tuple(array_from(volume), array_from(jacobian), array_from(orientation));
-}
-
 }  // namespace
 
 void add_shapes(py::module_& module) {
@@ -137,7 +100,6 @@ void add_shapes(py::module_& module) {
   module.def("read_shape", &read);
   module.def("check", &check);
   module.def("crossings", &crossings);
-  module.def("cell_qualities", &cell_qualities);
 }
 
 }  // namespace knead::python

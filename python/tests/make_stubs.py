@@ -287,7 +287,29 @@ def symmetric(
     image_file: Callable[[str, str], str] | None = None,
 ) -> list[Stroke]: ...
 
-def deform_mesh(mesh: _Mesh, session: Strokes, **options: Any) -> _Mesh: ...
+def deform_cells(
+    points: Points_,
+    cells: Any,
+    session: Strokes,
+    *,
+    least_scaled_jacobian: float = 0.05,
+    fixed: Any = None,
+    relative_tolerance: float = 1e-5,
+    precision: str = "float32",
+    integrator: str = "tsit5",
+    threads: int = 0,
+    until: float | None = None,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> tuple[Any, Any]: ...
+def deform_mesh(
+    mesh: _Mesh,
+    session: Strokes,
+    *,
+    least_scaled_jacobian: float | None = None,
+    report: dict[str, Any] | None = None,
+    **options: Any,
+) -> _Mesh: ...
 '''
 
 

@@ -96,3 +96,54 @@ def test_what_is_no_cell():
     with pytest.raises(TypeError, match="whole numbers"):
         knead.check_cells(CUBE, CUBE[:1, [0, 1, 2, 0]])
     assert len(knead.check_cells(CUBE, np.empty((0, 4), int))["volume"]) == 0
+
+
+STRONG = knead.Rotate(center=[0, 0, 0], axis=[0, 0, 1], angle_deg=110, inner=0.12, outer=0.42)
+
+
+@pytest.mark.parametrize("split", [tetrahedra, lambda cells: cells])
+def test_interior_points_are_free(split):
+    points, cells = grid(16)
+    cells = split(cells)
+    whole = knead.deform(points, STRONG)
+    moved, report = knead.deform_cells(points, cells, STRONG)
+    quality = knead.check_cells(moved, cells, before=points)
+    assert report["flow"]["inverted"] == knead.check_cells(whole, cells, before=points)["inverted"].sum() > 0
+    assert report["result"]["inverted"] == quality["inverted"].sum() == 0
+    assert report["result"]["least_scaled_jacobian"] == quality["scaled_jacobian"].min() >= 0.05
+    assert report["result"]["mean_volume_change"] == pytest.approx(np.abs(quality["volume_ratio"] - 1).mean())
+    outside = (np.abs(points) == 0.5).any(1) | (np.linalg.norm(points, axis=1) > 0.42)
+    assert (moved[outside] == whole[outside]).all()
+    assert 0 < (moved != whole).any(1).sum() <= report["freed"]
+    assert (knead.deform_cells(points, cells, STRONG, threads=1)[0] == moved).all()
+
+    fixed = np.ones(len(points), bool)
+    same, report = knead.deform_cells(points, cells, STRONG, fixed=fixed)
+    assert (same == whole).all() and report["freed"] == 0 and report["result"] == report["flow"]
+
+
+def test_deform_mesh_keeps_cells_good():
+    meshio = pytest.importorskip("meshio")
+    points, cells = grid(16)
+    marked = cells[(np.abs(points[cells].mean(1)) < 0.1).all(1)][:, :4]
+    mesh = meshio.Mesh(points, [("tetra", tetrahedra(cells)), ("quad", marked)])
+    report = {}
+    after = knead.deform_mesh(mesh, STRONG, least_scaled_jacobian=0.05, report=report)
+    assert (mesh.points == points).all()
+    quality = knead.check_cells(after.points, after.cells, before=points)
+    assert report["flow"]["inverted"] > 0 == report["result"]["inverted"] == quality["inverted"].sum()
+    assert (after.points[marked] == knead.deform(points, STRONG)[marked]).all()
+    with pytest.raises(knead.InvalidInput, match="needs a mesh with volume cells"):
+        knead.deform_mesh(meshio.Mesh(points, [("quad", marked)]), STRONG, least_scaled_jacobian=0.05)
+
+
+def test_what_deform_cells_refuses():
+    points, cells = grid(4)
+    for least in (0, 0.6, float("nan")):
+        with pytest.raises(knead.InvalidInput, match="least scaled Jacobian"):
+            knead.deform_cells(points, cells, STRONG, least_scaled_jacobian=least)
+    with pytest.raises(knead.InvalidInput, match="fixed must have shape"):
+        knead.deform_cells(points, cells, STRONG, fixed=[True])
+    with pytest.raises(knead.InvalidInput, match="cell 0 has the corner 93, but there are 5 points"):
+        knead.deform_cells(points[:5], cells[-1:], STRONG)
+    assert knead.deform_cells(points, cells, STRONG, progress=lambda _: False) == (None, None)

@@ -292,6 +292,7 @@ USES = {
     "check_cells": lambda draw: knead.check_cells(draw(vertices), draw(st.one_of(faces, anything)), draw(st.one_of(st.none(), vertices))),
     "crossings": lambda draw: knead.crossings(draw(vertices), draw(faces)),
     "deform": lambda draw: knead.deform(draw(vertices), draw(sessions), draw(faces), **draw(some({**accuracy, **more}))),
+    "deform_cells": lambda draw: knead.deform_cells(draw(vertices), draw(st.one_of(faces, anything)), draw(sessions), **draw(some(accuracy))),
     "deform_mesh": lambda draw: knead.deform_mesh(draw(anything), draw(sessions), **draw(some(accuracy))),
     "files": use_files,
     "flow": use_flow,

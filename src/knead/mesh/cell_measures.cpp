@@ -8,6 +8,7 @@
 
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
+#include "knead/mesh/cell_shape.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/predicates.h"
 
@@ -15,34 +16,17 @@ namespace knead {
 
 namespace {
 
-using Corner = std::array<std::uint8_t, 4>;  // and its three neighbours, which turn to the right-handed side
-using Face = std::array<std::uint8_t, 4>;    // looks outward; a triangle has its first corner twice
-
-struct CellShape {
-  std::span<const Corner> corners;
-  std::span<const Face> faces;
-  double regular = 1;  // what the Jacobian of the cell with equal edges is multiplied with to be 1
-};
-
-constexpr std::array<Corner, 4> kTetrahedronCorners{{{0, 1, 2, 3}, {1, 2, 0, 3}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
-constexpr std::array<Face, 4> kTetrahedronFaces{{{0, 2, 1, 0}, {0, 1, 3, 0}, {1, 2, 3, 1}, {2, 0, 3, 2}}};
-constexpr std::array<Corner, 4> kPyramidCorners{{{0, 1, 3, 4}, {1, 2, 0, 4}, {2, 3, 1, 4}, {3, 0, 2, 4}}};
-constexpr std::array<Face, 5> kPyramidFaces{{{0, 3, 2, 1}, {0, 1, 4, 0}, {1, 2, 4, 1}, {2, 3, 4, 2}, {3, 0, 4, 3}}};
-constexpr std::array<Corner, 6> kWedgeCorners{
+constexpr std::array<CellCorner, 4> kTetrahedronCorners{{{0, 1, 2, 3}, {1, 2, 0, 3}, {2, 0, 1, 3}, {3, 0, 2, 1}}};
+constexpr std::array<CellFace, 4> kTetrahedronFaces{{{0, 2, 1, 0}, {0, 1, 3, 0}, {1, 2, 3, 1}, {2, 0, 3, 2}}};
+constexpr std::array<CellCorner, 4> kPyramidCorners{{{0, 1, 3, 4}, {1, 2, 0, 4}, {2, 3, 1, 4}, {3, 0, 2, 4}}};
+constexpr std::array<CellFace, 5> kPyramidFaces{{{0, 3, 2, 1}, {0, 1, 4, 0}, {1, 2, 4, 1}, {2, 3, 4, 2}, {3, 0, 4, 3}}};
+constexpr std::array<CellCorner, 6> kWedgeCorners{
     {{0, 2, 1, 3}, {1, 0, 2, 4}, {2, 1, 0, 5}, {3, 4, 5, 0}, {4, 5, 3, 1}, {5, 3, 4, 2}}};
-constexpr std::array<Face, 5> kWedgeFaces{{{0, 1, 2, 0}, {3, 5, 4, 3}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}}};
-constexpr std::array<Corner, 8> kHexahedronCorners{
+constexpr std::array<CellFace, 5> kWedgeFaces{{{0, 1, 2, 0}, {3, 5, 4, 3}, {0, 3, 4, 1}, {1, 4, 5, 2}, {2, 5, 3, 0}}};
+constexpr std::array<CellCorner, 8> kHexahedronCorners{
     {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7}, {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}}};
-constexpr std::array<Face, 6> kHexahedronFaces{
+constexpr std::array<CellFace, 6> kHexahedronFaces{
     {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4}, {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}}};
-
-const CellShape& shape_of(CellKind kind) {
-  static const std::array<CellShape, 4> kShapes{{{kTetrahedronCorners, kTetrahedronFaces, std::sqrt(2.0)},
-                                                 {kPyramidCorners, kPyramidFaces, std::sqrt(2.0)},
-                                                 {kWedgeCorners, kWedgeFaces, 2 / std::sqrt(3.0)},
-                                                 {kHexahedronCorners, kHexahedronFaces, 1}}};
-  return kShapes[static_cast<std::size_t>(kind)];
-}
 
 double determinant_of(const Vec3d& a, const Vec3d& b, const Vec3d& c) { return dot(cross(a, b), c); }
 
@@ -53,6 +37,27 @@ Vec3d without_dust(const Vec3d& p) {
 }
 
 }  // namespace
+
+const CellShape& shape_of(CellKind kind) {
+  static const std::array<CellShape, 4> kShapes{{{kTetrahedronCorners, kTetrahedronFaces, std::sqrt(2.0)},
+                                                 {kPyramidCorners, kPyramidFaces, std::sqrt(2.0)},
+                                                 {kWedgeCorners, kWedgeFaces, 2 / std::sqrt(3.0)},
+                                                 {kHexahedronCorners, kHexahedronFaces, 1}}};
+  return kShapes[static_cast<std::size_t>(kind)];
+}
+
+double scaled_jacobian(const CellShape& shape, std::span<const Vec3d> corners) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const CellCorner& c : shape.corners) {
+    const Vec3d a = corners[c[1]] - corners[c[0]];
+    const Vec3d b = corners[c[2]] - corners[c[0]];
+    const Vec3d d = corners[c[3]] - corners[c[0]];
+    const double lengths = norm(a) * norm(b) * norm(d);
+    const double jacobian = lengths > 0 ? determinant_of(a, b, d) / lengths : 0.0;
+    least = std::min(least, shape.regular * jacobian);
+  }
+  return least;
+}
 
 std::size_t corner_count(CellKind kind) {
   constexpr std::array<std::size_t, 4> counts{4, 5, 6, 8};
@@ -68,16 +73,10 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
   }
   const CellShape& shape = shape_of(kind);
   CellQuality quality;
-  quality.scaled_jacobian = std::numeric_limits<double>::infinity();
+  quality.scaled_jacobian = scaled_jacobian(shape, corners);
   int right = 0;
   int left = 0;
-  for (const Corner& c : shape.corners) {
-    const Vec3d a = corners[c[1]] - corners[c[0]];
-    const Vec3d b = corners[c[2]] - corners[c[0]];
-    const Vec3d d = corners[c[3]] - corners[c[0]];
-    const double lengths = norm(a) * norm(b) * norm(d);
-    const double jacobian = lengths > 0 ? determinant_of(a, b, d) / lengths : 0.0;
-    quality.scaled_jacobian = std::min(quality.scaled_jacobian, shape.regular * jacobian);
+  for (const CellCorner& c : shape.corners) {
     const int sign = orient3d(without_dust(corners[c[0]]), without_dust(corners[c[1]]), without_dust(corners[c[2]]),
                               without_dust(corners[c[3]]));
     right += sign > 0 ? 1 : 0;
@@ -87,7 +86,7 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
   quality.orientation = right == count ? 1 : left == count ? -1 : 0;
   // A bilinear face encloses the mean of what its two ways to be cut enclose.
   double twelfths = 0;
-  for (const Face& f : shape.faces) {
+  for (const CellFace& f : shape.faces) {
     const std::array<Vec3d, 4> p{corners[f[0]] - corners[0], corners[f[1]] - corners[0], corners[f[2]] - corners[0],
                                  corners[f[3]] - corners[0]};
     twelfths += determinant_of(p[0], p[1], p[2]) + determinant_of(p[0], p[2], p[3]);

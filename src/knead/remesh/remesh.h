@@ -13,6 +13,7 @@
 
 #include "knead/math/error.h"
 #include "knead/math/progress.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/mesh.h"
 
 namespace knead {
@@ -171,5 +172,47 @@ Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformat
 // Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. Of
 // the options, `targets`, `whole` and `creases` are replaced. Throws as above.
 Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
+
+// What a deformation did to the cells of a volume mesh.
+struct CellSummary {
+  std::size_t inverted = 0;
+  double least_scaled_jacobian = 1;
+  double mean_volume_change = 0;  // the mean of |volume ratio - 1|, of the cells that had a volume
+};
+
+// Moves points in place by the part of a deformation between two moments from 0 to 1.
+using CarryPoints = std::function<void(double from, double to, std::span<Vec3d> points)>;
+
+// How deform_cells() works.
+struct CellOptions {
+  double least_scaled_jacobian = 0.05;    // which every cell shall reach; above 0, at most 0.5
+  std::span<const std::uint8_t> fixed{};  // empty, or 1 for each point that must go exactly where the deformation goes
+  int rounds = 30;                        // over the bad cells, after each part of the motion
+  int threads = 0;                        // 0: as many as the machine has
+  const Progress* progress = nullptr;     // cancels the work, which then throws Cancelled
+};
+
+// The points of a volume mesh after a deformation.
+struct DeformedCells {
+  std::vector<Vec3d> points;
+  CellSummary flow;       // of the deformation alone
+  CellSummary result;     // of `points`
+  std::size_t freed = 0;  // how many points left the place where the deformation takes them
+  int parts = 1;          // of the motion
+};
+
+// Deforms a volume mesh and keeps its cells good. Points on the boundary, fixed points, and points that the deformation
+// does not move go exactly where it takes them. An interior point next to a bad cell may leave that place: it climbs
+// to where the least scaled Jacobian around it is greater, and never to where it is less. Where one motion is too much,
+// it is made in 8 or 32 parts, and points climb after each; the best of these results is returned. So the result never
+// has more inverted cells than the deformation alone.
+//
+// The result has the same bits for every number of threads if those of `carry` have. Throws InvalidInput for options
+// out of range and where compare_cells() does; Cancelled.
+//
+// Method: ascent along the shortest vector in the hull of the worst cells' gradients. L. Freitag, M. Jones, P.
+// Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing Roundtable, 1995.
+DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, const CarryPoints& carry,
+                           const CellOptions& options = {});
 
 }  // namespace knead

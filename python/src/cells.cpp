@@ -1,0 +1,145 @@
+// The cells of volume meshes: their quality, and a deformation that keeps it.
+#include <fmt/format.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "arrays.h"
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/math/parallel.h"
+#include "knead/mesh/measures.h"
+#include "knead/remesh/remesh.h"
+#include "module.h"
+#include "options.h"
+#include "work.h"
+
+namespace knead::python {
+
+namespace {
+
+using CellArray = py::array_t<std::int64_t, py::array::c_style>;
+using MaskArray = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
+
+CellKind kind_of(const CellArray& cells) {
+  constexpr std::array kinds{CellKind::tetrahedron, CellKind::pyramid, CellKind::wedge, CellKind::hexahedron};
+  const auto columns = static_cast<std::size_t>(cells.ndim() == 2 ? cells.shape(1) : 0);
+  const auto* const kind = std::ranges::find(kinds, columns, corner_count);
+  if (kind == kinds.end()) throw InvalidInput("cells must have the shape (m, 4), (m, 5), (m, 6) or (m, 8)");
+  return *kind;
+}
+
+// Returns the corner if it is a point.
+std::uint32_t point_of(std::int64_t corner, std::size_t cell, std::size_t points) {
+  if (corner >= 0 && static_cast<std::uint64_t>(corner) < points &&
+      corner <= std::numeric_limits<std::uint32_t>::max()) {
+    return static_cast<std::uint32_t>(corner);
+  }
+  throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", cell, corner, points));
+}
+
+// Volume, scaled Jacobian and orientation of cells (m, 4), (m, 5), (m, 6) or (m, 8).
+py::tuple cell_qualities(const py::object& vertices, const CellArray& cells) {
+  const Points points = points_from(vertices, "points");
+  const CellKind kind = kind_of(cells);
+  const std::size_t columns = corner_count(kind);
+  const auto count = static_cast<std::size_t>(cells.shape(0));
+  std::vector<double> volume(count);
+  std::vector<double> jacobian(count);
+  std::vector<std::int8_t> orientation(count);
+  Progress progress;
+  run_watched(py::none(), progress, [&] {
+    parallel_for(count, 4096, 0, [&](std::size_t begin, std::size_t end) {
+      std::array<Vec3d, 8> corners;
+      for (std::size_t i = begin; i < end && !progress.cancel; ++i) {
+        for (std::size_t k = 0; k < columns; ++k) {
+          corners[k] = points.span()[point_of(cells.data()[i * columns + k], i, points.span().size())];
+        }
+        const CellQuality quality = cell_quality(kind, std::span(corners).first(columns));
+        volume[i] = quality.volume;
+        jacobian[i] = quality.scaled_jacobian;
+        orientation[i] = static_cast<std::int8_t>(quality.orientation);
+      }
+    });
+    stop_if_cancelled(&progress);
+  });
+  return py::make_tuple(array_from(volume), array_from(jacobian), array_from(orientation));
+}
+
+Cells cells_from(const std::vector<CellArray>& blocks, std::size_t points) {
+  Cells cells;
+  std::array<std::uint32_t, 8> corners{};
+  for (const CellArray& block : blocks) {
+    const CellKind kind = kind_of(block);
+    const std::size_t columns = corner_count(kind);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(block.shape(0)); ++i) {
+      for (std::size_t k = 0; k < columns; ++k) {
+        corners[k] = point_of(block.data()[i * columns + k], cells.size(), points);
+      }
+      cells.add(kind, std::span(corners).first(columns));
+    }
+  }
+  return cells;
+}
+
+py::dict dict_of(const CellSummary& summary) {
+  py::dict dict;
+  dict["inverted"] = summary.inverted;
+  dict["least_scaled_jacobian"] = summary.least_scaled_jacobian;
+  dict["mean_volume_change"] = summary.mean_volume_change;
+  return dict;
+}
+
+// The points and the report; None if the callback ended the work.
+py::object deform_cells_by(const py::object& given, const std::vector<CellArray>& blocks, const Session& session,
+                           const Accuracy& accuracy, std::optional<double> until, double least_scaled_jacobian,
+                           const std::optional<MaskArray>& fixed, const py::object& callback) {
+  const Points points = points_from(given, "points");
+  const Cells cells = cells_from(blocks, points.span().size());
+  const MotionOptions motion = motion_options(accuracy);
+  Progress progress;
+  CellOptions options;
+  options.least_scaled_jacobian = least_scaled_jacobian;
+  options.threads = accuracy.threads;
+  options.progress = &progress;
+  if (fixed) options.fixed = {fixed->data(), static_cast<std::size_t>(fixed->size())};
+  DeformedCells deformed;
+  AdvectStatus status = AdvectStatus::done;
+  const bool is_done = run_watched(callback, progress, [&] {
+    const Flow flow = flow_of(session, {Direction::forwards, until}, accuracy.threads);
+    if (points.span().empty()) return;
+    AdvectOptions advection = advect_options(motion, motion.diagonal.value_or(reference_length(points.span())));
+    advection.progress = &progress;
+    const auto length = static_cast<double>(flow.segments.size());
+    const auto carry = [&](double from, double to, std::span<Vec3d> moved) {
+      if (status == AdvectStatus::done) {
+        status = advect(from == 0 && to == 1 ? flow : flow_between(flow, from * length, to * length), moved, advection)
+                     .status;
+      }
+      stop_if_cancelled(&progress);
+    };
+    deformed = deform_cells(cells, points.span(), carry, options);
+  });
+  if (!is_done) return py::none();
+  require_done(status, session, 0);
+  py::dict report;
+  report["flow"] = dict_of(deformed.flow);
+  report["result"] = dict_of(deformed.result);
+  report["freed"] = deformed.freed;
+  report["parts"] = deformed.parts;
+  py::object moved = array_of(deformed.points);
+  if (points.is_float32) moved = moved.attr("astype")("float32");
+  return py::make_tuple(moved, report);
+}
+
+}  // namespace
+
+void add_cells(py::module_& module) {
+  module.def("cell_qualities", &cell_qualities);
+  module.def("deform_cells", &deform_cells_by);
+}
+
+}  // namespace knead::python
