@@ -15,6 +15,7 @@ namespace knead {
 namespace {
 
 constexpr std::size_t kCellsAtATime = 4096;
+constexpr double kWideMargin = 0.1;  // cells whose quality is so much above the least count as worst, too
 
 // The cells around each vertex.
 struct Stars {
@@ -91,7 +92,7 @@ class Star {
     if (cells_.empty() || !(size_ > 0)) return;
     for (int step = 0; step < most_steps && least_ < goal; ++step) {
       look_around();
-      if (!climb(0.1) && !climb(0.01)) return;
+      if (!climb(kWideMargin) && !climb(0.1 * kWideMargin)) return;
     }
   }
 
@@ -118,11 +119,12 @@ class Star {
     return least;
   }
 
-  // Measures each cell and how its quality grows with the vertex's place.
+  // Measures each cell, and of the worst ones how their quality grows with the vertex's place.
   void look_around() {
     const double h = 1e-6 * size_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       qualities_[i] = quality(cells_[i], place_);
+      if (qualities_[i] > least_ + kWideMargin) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Vec3d up = place_;
         Vec3d down = place_;
@@ -258,7 +260,7 @@ class FreeVertices {
     return stars_;
   }
 
-  // Raises the vertices of bad cells to the bound, and those of `rings` of cells around to four times that.
+  // Raises the vertices of bad cells to the bound, or, with `rings` of cells around, to twice that for each ring.
   void sweep(const std::vector<std::uint32_t>& bad, int rings, std::span<Vec3d> points, std::vector<double>& quality,
              std::vector<std::uint8_t>& moved) {
     const auto vertices_of = [&](const std::vector<std::uint32_t>& around) {
@@ -280,7 +282,7 @@ class FreeVertices {
       }
       vertices = vertices_of(around);
     }
-    const double goal = std::min(0.5, options_.least_scaled_jacobian * (rings == 0 ? 1.1 : 4.0));
+    const double goal = std::min(0.5, options_.least_scaled_jacobian * (rings == 0 ? 1.1 : 2.0 * rings));
     for (const std::uint32_t v : vertices) {
       stop_if_cancelled(options_.progress);
       if (points[v] == before_[v] || !is_free(v)) continue;
