@@ -91,4 +91,18 @@ def test_ghosts_agree():
         require(places.setdefault(p.tobytes(), q.tobytes()) == q.tobytes(), "a point went to two places")
 
 
+def test_time_series():
+    source = simple.XMLUnstructuredGridReader(FileName=[path_of("zoo.vtu"), path_of("box.vtu")])
+    result = simple.Knead(Input=source, SessionFile=session_file("move"))
+    require(len(source.TimestepValues) == 2, "no series")
+    for time in source.TimestepValues:
+        source.UpdatePipeline(time)
+        diagonal = diagonal_of(source)
+        result.UpdatePipeline(time)
+        data = leaves(result)[0]
+        expected = knead.deform(start_of(data), knead.Session.read(session_file("move")), diagonal=diagonal)
+        require(np.array_equal(points_of(data), expected), f"other points at time {time}")
+    require(data.GetNumberOfPoints() == leaves(opened("box.vtu"))[0].GetNumberOfPoints() or RANKS > 1, "not the last one")
+
+
 run_tests(globals())

@@ -17,8 +17,7 @@ class vtkMultiProcessController;
 class KNEADFILTERS_EXPORT vtkKnead : public vtkDataObjectAlgorithm {
  public:
   static vtkKnead* New();
-  vtkTypeMacro(vtkKnead, vtkDataObjectAlgorithm)
-  void PrintSelf(ostream& os, vtkIndent indent) override;
+  vtkTypeMacro(vtkKnead, vtkDataObjectAlgorithm) void PrintSelf(ostream& os, vtkIndent indent) override;
 
   // The file with the strokes.
   void SetSessionFile(const char* path);
