@@ -55,9 +55,8 @@ def deform_cells(
                 raise InvalidInput(f"a face of the mesh has a corner that is not among the {count} points")
             mask[corners] = 1
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
-    return _knead.deform_cells(
-        points, blocks, native_session(session), accuracy, until, least_scaled_jacobian, mask, progress
-    ) or (None, None)
+    how = (until, least_scaled_jacobian, mask)
+    return _knead.deform_cells(points, blocks, native_session(session), accuracy, how, progress) or (None, None)
 
 
 def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **options):

@@ -6,6 +6,9 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <optional>
+#include <tuple>
+#include <vector>
 
 #include "arrays.h"
 #include "knead/flow/advect.h"
@@ -23,6 +26,8 @@ namespace {
 
 using CellArray = py::array_t<std::int64_t, py::array::c_style>;
 using MaskArray = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
+
+using CellRequest = std::tuple<std::optional<double>, double, MaskArray>;  // until, least scaled Jacobian, fixed
 
 CellKind kind_of(const CellArray& cells) {
   constexpr std::array kinds{CellKind::tetrahedron, CellKind::pyramid, CellKind::wedge, CellKind::hexahedron};
@@ -93,46 +98,53 @@ py::dict dict_of(const CellSummary& summary) {
   return dict;
 }
 
-// The points and the report; None if the callback ended the work.
-py::object deform_cells_by(const py::object& given, const std::vector<CellArray>& blocks, const Session& session,
-                           const Accuracy& accuracy, std::optional<double> until, double least_scaled_jacobian,
-                           const std::optional<MaskArray>& fixed, const py::object& callback) {
-  const Points points = points_from(given, "points");
-  const Cells cells = cells_from(blocks, points.span().size());
-  const MotionOptions motion = motion_options(accuracy);
-  Progress progress;
-  CellOptions options;
-  options.least_scaled_jacobian = least_scaled_jacobian;
-  options.threads = accuracy.threads;
-  options.progress = &progress;
-  if (fixed) options.fixed = {fixed->data(), static_cast<std::size_t>(fixed->size())};
-  DeformedCells deformed;
-  AdvectStatus status = AdvectStatus::done;
-  const bool is_done = run_watched(callback, progress, [&] {
-    const Flow flow = flow_of(session, {Direction::forwards, until}, accuracy.threads);
-    if (points.span().empty()) return;
-    AdvectOptions advection = advect_options(motion, motion.diagonal.value_or(reference_length(points.span())));
-    advection.progress = &progress;
-    const auto length = static_cast<double>(flow.segments.size());
-    const auto carry = [&](double from, double to, std::span<Vec3d> moved) {
-      if (status == AdvectStatus::done) {
-        status = advect(from == 0 && to == 1 ? flow : flow_between(flow, from * length, to * length), moved, advection)
-                     .status;
-      }
-      stop_if_cancelled(&progress);
-    };
-    deformed = deform_cells(cells, points.span(), carry, options);
-  });
-  if (!is_done) return py::none();
-  require_done(status, session, 0);
+py::dict report_of(const DeformedCells& deformed) {
   py::dict report;
   report["flow"] = dict_of(deformed.flow);
   report["result"] = dict_of(deformed.result);
   report["freed"] = deformed.freed;
   report["parts"] = deformed.parts;
+  return report;
+}
+
+// Keeps the status of the first part that fails. All three must outlive the result.
+CarryPoints carry_by(const Flow& flow, const AdvectOptions& options, AdvectStatus& status) {
+  return [&](double from, double to, std::span<Vec3d> moved) {
+    if (status != AdvectStatus::done) return;
+    const auto length = static_cast<double>(flow.segments.size());
+    const bool is_whole = from == 0 && to == 1;
+    status = advect(is_whole ? flow : flow_between(flow, from * length, to * length), moved, options).status;
+    stop_if_cancelled(options.progress);
+  };
+}
+
+// The points and the report; None if the callback ended the work.
+py::object deform_cells_by(const py::object& given, const std::vector<CellArray>& blocks, const Session& session,
+                           const Accuracy& accuracy, const CellRequest& request, const py::object& callback) {
+  const Points points = points_from(given, "points");
+  const Cells cells = cells_from(blocks, points.span().size());
+  const MotionOptions motion = motion_options(accuracy);
+  Progress progress;
+  CellOptions options;
+  options.least_scaled_jacobian = std::get<1>(request);
+  const MaskArray& fixed = std::get<2>(request);
+  options.threads = accuracy.threads;
+  options.progress = &progress;
+  options.fixed = {fixed.data(), static_cast<std::size_t>(fixed.size())};
+  DeformedCells deformed;
+  AdvectStatus status = AdvectStatus::done;
+  const bool is_done = run_watched(callback, progress, [&] {
+    const Flow flow = flow_of(session, {Direction::forwards, std::get<0>(request)}, accuracy.threads);
+    if (points.span().empty()) return;
+    AdvectOptions advection = advect_options(motion, motion.diagonal.value_or(reference_length(points.span())));
+    advection.progress = &progress;
+    deformed = deform_cells(cells, points.span(), carry_by(flow, advection, status), options);
+  });
+  if (!is_done) return py::none();
+  require_done(status, session, 0);
   py::object moved = array_of(deformed.points);
   if (points.is_float32) moved = moved.attr("astype")("float32");
-  return py::make_tuple(moved, report);
+  return py::make_tuple(moved, report_of(deformed));
 }
 
 }  // namespace

@@ -65,8 +65,8 @@ bool is_on_boundary(const Cells& cells, const Stars& stars, std::uint32_t vertex
 class Star {
  public:
   Star(const Cells& cells, const std::vector<std::int8_t>& sides, const Stars& stars, std::span<const Vec3d> points,
-       std::uint32_t vertex) {
-    place_ = points[vertex];
+       std::uint32_t vertex)
+      : place_(points[vertex]) {
     for (const std::uint32_t cell : stars.of(vertex)) {
       if (sides[cell] == 0) continue;
       const std::span<const std::uint32_t> numbers = cells.corners_of(cell);
@@ -80,7 +80,7 @@ class Star {
     }
     gradients_.resize(cells_.size());
     qualities_.resize(cells_.size());
-    least_ = least_at(place_);
+    measure();
   }
 
   double least() const { return least_; }
@@ -109,6 +109,8 @@ class Star {
     cell.corners[cell.at] = place;
     return cell.side * scaled_jacobian(*cell.shape, std::span<const Vec3d>(cell.corners).first(cell.count));
   }
+
+  void measure() { least_ = least_at(place_); }
 
   double least_at(const Vec3d& place) {
     double least = std::numeric_limits<double>::infinity();
