@@ -13,6 +13,7 @@
 #include "certified.h"
 #include "command.h"
 #include "deform_options.h"
+#include "deform_stream.h"
 #include "frames.h"
 #include "interrupt.h"
 #include "knead/io/animation.h"
@@ -222,6 +223,7 @@ Report report_of(const Mesh& mesh, const Certified& certified, const ReportSecon
 }
 
 void run_deform(const DeformOptions& options) {
+  if (is_streamed(options)) return run_stream(options);
   const Clock total;
   ReplayOptions replay = replay_options(options);
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};

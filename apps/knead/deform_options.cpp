@@ -46,12 +46,16 @@ Digits digits_of(const DeformOptions& options) {
 }
 
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance) {
+  if (digits.kind != DigitsKind::automatic) return decimals_for(digits, std::nullopt, 0, tolerance);
+  return decimals_for(digits, decimals_of(source), bounding_box(source.mesh.positions).diagonal(), tolerance);
+}
+
+std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance) {
   if (digits.kind == DigitsKind::shortest) return std::nullopt;
   if (digits.kind == DigitsKind::given) return digits.count;
-  const std::optional<int> own = decimals_of(source);
   constexpr int most = 17;
   const double rounding = 0.5 * std::pow(10.0, -own.value_or(0));
-  if (!own || *own > most || rounding > tolerance * bounding_box(source.mesh.positions).diagonal()) return std::nullopt;
+  if (!own || *own > most || rounding > tolerance * diagonal) return std::nullopt;
   return own;
 }
 
@@ -93,6 +97,12 @@ std::vector<Option> describe(DeformOptions& options) {
        "Decimals of moved coordinates in text files: auto (the file's own, if the tolerance allows), shortest (of what "
        "reads back exactly), or a number",
        "auto|shortest|N", OptionKind::with_default},
+      {"--stream", &options.stream,
+       "Take a point cloud through in pieces, for clouds larger than memory: binary PLY or XYZ, a session that reads "
+       "no "
+       "surface. By itself where the file is larger than half of the memory"},
+      {"--piece-mb", &options.piece_mb, "Size of a piece of --stream in megabytes; does not change the result", "MB",
+       OptionKind::with_default},
       {"--integrator", &options.integrator,
        "rk4 (the paper's), bs32 (bogacki-shampine), dp54 (dormand-prince), tsit5 (tsitouras)", "NAME",
        OptionKind::with_default},

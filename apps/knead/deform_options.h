@@ -30,6 +30,8 @@ struct DeformOptions {
   FrameFlags frames;
   std::string report;
   std::string digits = "auto";
+  bool stream = false;
+  double piece_mb = 32;
   StreamFormat format;
   CommonOptions common;
 };
@@ -47,6 +49,8 @@ Digits digits_of(const DeformOptions& options);
 // Returns WriteOptions::decimals for an output like the source. Automatic: as many as the source's coordinates have, if
 // half a unit of the last is within the tolerance (relative to the diagonal of the box).
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance);
+// The same for coordinates with `own` decimals (nothing: not text) in a box of that diagonal.
+std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance);
 
 // The options of the subcommand, whose values go to `options`.
 std::vector<Option> describe(DeformOptions& options);

@@ -77,6 +77,37 @@ std::string serialize_mesh(std::string_view format, const Mesh& mesh, const Writ
 // own format. Throws InvalidInput if the format cannot hold the shape at all (points in STL).
 std::vector<std::string> conversion_losses(const std::filesystem::path& path, const ShapeFile& source);
 
+// A point cloud that is read and written in pieces, because it is larger than memory: binary PLY whose only rows are
+// vertices without lists, and XYZ. Its header, count and names of columns are in no piece.
+class CloudPieces {
+ public:
+  // Opens a cloud; a piece has about so many bytes, at least one row. Throws IoError(read); InvalidInput with the
+  // reason where a file cannot be read in pieces.
+  explicit CloudPieces(const std::filesystem::path& path, std::size_t piece_bytes = std::size_t{1} << 25);
+  ~CloudPieces();
+  CloudPieces(CloudPieces&&) noexcept;
+
+  // Returns the next piece as a shape of its own, as parse_shape() reads it; nothing after the last one. Messages name
+  // the line or vertex where the piece begins.
+  std::optional<ShapeFile> next();
+  // Goes back to the first piece.
+  void rewind();
+  // Bytes of the file up to the end of the last piece, for progress; of the whole file.
+  std::uintmax_t position() const;
+  std::uintmax_t size() const;
+
+  // What stands before the first row of the file, and after the last one.
+  const std::string& head() const;
+  const std::string& tail() const;
+  // Returns the rows of a piece as serialize_shape() writes them. Throws as it does, and InvalidInput where the type of
+  // coordinates would change, which the header states for all rows.
+  std::string rows(const ShapeFile& piece, std::span<const Vec3d> positions, const WriteOptions& options) const;
+
+ private:
+  struct Reader;
+  std::unique_ptr<Reader> reader_;
+};
+
 // Returns true if write_shape and write_remeshed round the coordinates to 32-bit floats when they write the source to
 // this path, whatever the options: as GLB, binary STL or binary OFF.
 bool stores_floats(const std::filesystem::path& path, const ShapeFile& source);

@@ -1,5 +1,9 @@
 // PCD and PTX, and the extensions of point files.
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include "knead/io/shape_file.h"
 #include "knead/io/test_samples.h"
@@ -133,6 +137,110 @@ TEST(PointFiles, DecimalCommasAreRefusedWithASentence) {
     EXPECT_NE(refusal(text, "xyz", "a.txt").find("write decimals with points, not commas"), std::string::npos) << text;
   }
   EXPECT_EQ(refusal("0.5, 1.5, 2.5\n1 ,2 ,3\n", "xyz", "a.csv"), "none");
+}
+
+// A file that is removed at the end.
+class CloudFile {
+ public:
+  CloudFile(const std::string& name, const std::string& bytes)
+      : path(std::filesystem::temp_directory_path() / (std::to_string(::getpid()) + name)) {
+    std::ofstream(path, std::ios::binary) << bytes;
+  }
+  ~CloudFile() { std::filesystem::remove(path); }
+  CloudFile(const CloudFile&) = delete;
+  CloudFile& operator=(const CloudFile&) = delete;
+
+  std::filesystem::path path;
+};
+
+std::vector<Vec3d> turned(std::span<const Vec3d> points) {
+  std::vector<Vec3d> result;
+  for (const Vec3d& p : points) result.push_back(p.x > 0.5 ? Vec3d{p.y, -p.x, p.z + 0.125} : p);
+  return result;
+}
+
+// Read in pieces of any size, a cloud has the points of the whole; written in pieces, it has the bytes.
+void expect_the_whole(const std::string& name, const std::string& bytes, std::size_t least = 1) {
+  const CloudFile file(name, bytes);
+  const std::string format = format_of(file.path);
+  const ShapeFile whole = parse_shape(bytes, format, name);
+  std::vector<Vec3d> normals = vertex_normals_of(whole);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (whole.mesh.positions[i].x > 0.5) normals[i] = {normals[i].y, -normals[i].x, normals[i].z};
+  }
+  WriteOptions options;
+  options.decimals = 2;
+  options.normals = normals;
+  const std::string expected = serialize_shape(format, whole, turned(whole.mesh.positions), options);
+  for (const std::size_t size : {std::size_t{1}, std::size_t{40}, std::size_t{97}, bytes.size(), 2 * bytes.size()}) {
+    if (size < least) continue;
+    CloudPieces cloud(file.path, size);
+    for (int round = 0; round < 2; ++round) {
+      std::vector<Vec3d> points;
+      std::string written = cloud.head();
+      while (const std::optional<ShapeFile> piece = cloud.next()) {
+        const auto first = normals.begin() + static_cast<std::ptrdiff_t>(normals.empty() ? 0 : points.size());
+        const std::vector<Vec3d> own(first, normals.empty() ? first : first + std::ssize(piece->mesh.positions));
+        options.normals = own;
+        points.insert(points.end(), piece->mesh.positions.begin(), piece->mesh.positions.end());
+        written += cloud.rows(*piece, turned(piece->mesh.positions), options);
+      }
+      EXPECT_EQ(points, whole.mesh.positions) << name << " " << size;
+      written += cloud.tail();
+      EXPECT_EQ(written, expected) << name << " " << size;
+      EXPECT_EQ(cloud.position() + cloud.tail().size(), cloud.size());
+      cloud.rewind();
+    }
+  }
+}
+
+TEST(CloudPieces, GiveThePointsAndTheBytesOfTheWhole) {
+  expect_the_whole("plain.xyz", "0 0 0\n1.25 0 1\n0.5 -1 3\n9 8 7\n0.75 0.5 0.25");
+  expect_the_whole("head.xyz",
+                   "# a scan\r\n3\r\nX Y Z I\r\n0 0 0 7\r\n1.25 0 1 8\r\n\r\n# between\r\n0.5 -1 3 9\r\n\r\n\r\n");
+  expect_the_whole("comma.csv", "x,y,z\n450000.125,5400000.25,300.5\n450001.125,5400000.25,301.5\n");
+  expect_the_whole("normals.xyz", "0 0 0 0 0 1\n1.25 0 1 1 0 0\n0.5 -1 3 0 1 0\n9 8 7 0.6 0 0.8\n");
+  expect_the_whole("labels.txt",
+                   "a 0 0 0 red and long enough to stand in a piece of its own\nb nan 0 0 blue\nc 2 2 2 red\n",
+                   97);  // a piece needs a point with a place
+  Mesh mesh;
+  Attribute normal{"normal", Domain::vertex, NumberType::float32, 3, {}};
+  Attribute level{"level", Domain::vertex, NumberType::uint8, 1, {}};
+  for (int i = 0; i < 120; ++i) {
+    mesh.positions.push_back({0.01 * i, 0.5, -1.0 * i});
+    for (const double n : {0.0, 0.0, 1.0}) normal.values.push_back(n);
+    level.values.push_back(i);
+  }
+  mesh.attributes = {normal, level};
+  std::string ply = serialize_mesh("ply", mesh);
+  const std::size_t faces = ply.find("element face");  // a cloud may declare that it has none
+  if (faces == std::string::npos) {
+    ply.insert(ply.find("end_header"), "element face 0\nproperty list uchar int vertex_indices\n");
+  }
+  expect_the_whole("points.ply", ply);
+}
+
+TEST(CloudPieces, RefuseWhatIsNoPlainCloud) {
+  const auto refusal = [](const std::string& name, const std::string& bytes) -> std::string {
+    const CloudFile file(name, bytes);
+    try {
+      CloudPieces cloud(file.path);
+    } catch (const InvalidInput& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  EXPECT_EQ(refusal("p.ply", serialize_mesh("ply", mesh)), "taken");
+  EXPECT_NE(refusal("p.ply", serialize_mesh("ply", mesh) + "x").find("bytes follow"), std::string::npos);
+  std::string cut = serialize_mesh("ply", mesh);
+  cut.pop_back();
+  EXPECT_NE(refusal("p.ply", cut).find("cut short"), std::string::npos);
+  EXPECT_NE(refusal("p.obj", "v 0 0 0\n").find("neither binary PLY nor"), std::string::npos);
+  EXPECT_NE(refusal("p.xyz", "hello\n").find("no row"), std::string::npos);
+  mesh.add_face(std::vector<std::uint32_t>{0, 1, 2});
+  EXPECT_NE(refusal("p.ply", serialize_mesh("ply", mesh)).find("rows of 'face'"), std::string::npos);
 }
 
 }  // namespace
