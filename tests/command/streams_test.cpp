@@ -1,4 +1,7 @@
 // Standard input and output, decimals, links, and values that are refused.
+#include <fmt/format.h>
+
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <string>
@@ -82,6 +85,33 @@ TEST_F(StreamsTest, EveryEmptyValueIsAnError) {
   }
   expect_error(knead({"info", ""}), 2, "empty");
   expect_error(knead({"deform", "a.ply", "s.knead", "-o", ""}), 2, "--output");
+}
+
+// Clouds that go through in pieces have the bytes of those that do not.
+TEST_F(StreamsTest, CloudsInPiecesAreTheSame) {
+  std::string scan = "// X Y Z Intensity\n";
+  for (int i = 0; i < 900; ++i) {
+    scan += fmt::format("{:.4f} {:.4f} {:.4f} {}\n", 0.7 + 0.0005 * i, 0.3 * std::sin(i), 0.3 * std::cos(i), i % 256);
+  }
+  write("scan.xyz", scan);
+  knead_ok({"deform", "scan.xyz", "s.knead", "-o", "whole.xyz", "-q"});
+  EXPECT_NE(read("whole.xyz"), scan);
+  const Words stream{"deform", "scan.xyz", "s.knead", "--stream", "--piece-mb", "0.003", "-o", "pieces.xyz"};
+  const std::string done = knead(stream).out;
+  EXPECT_NE(done.find("vertices moved by 1 stroke, in 8 pieces"), std::string::npos) << done;
+  EXPECT_EQ(read("pieces.xyz"), read("whole.xyz"));
+  const auto with = [&](const Words& more) {
+    Words words = stream;
+    words.insert(words.end(), more.begin(), more.end());
+    return knead(words);
+  };
+  expect_error(with({"--check"}), 2, "--stream: --check needs the whole cloud");
+  expect_error(with({"--remesh"}), 2, "--remesh");
+  expect_error(knead({"deform", "scan.xyz", "s.knead", "--stream", "-o", "b.ply"}), 2, "format of the cloud");
+  expect_error(knead({"deform", "a.ply", "s.knead", "--stream", "-o", "b.ply"}), 3, "rows of 'face'");
+  write("paint.knead",
+        "{\"knead\": 1}\n{\"tool\": \"paint\", \"path\": [[0.9, 0, 0], [1, 0, 0]], \"outer\": 0.2, \"depth\": 0.1}\n");
+  expect_error(knead({"deform", "scan.xyz", "paint.knead", "--stream", "-o", "b.xyz"}), 3, "knead resolve");
 }
 
 TEST_F(StreamsTest, AnOutputThatIsADanglingLinkCreatesItsTarget) {
