@@ -175,7 +175,7 @@ bool is_streamed(const DeformOptions& options) {
   }
   if (obstacle || !is_larger_than_half_the_memory(options.shape)) return false;
   try {
-    CloudPieces(options.shape, 1);
+    const CloudPieces cloud(options.shape, 1);
     return format_of(options.output) == format_of(options.shape) && !needs_faces(read_session(options.session));
   } catch (const std::exception&) {
     return false;  // what is wrong is said where it is read as a whole

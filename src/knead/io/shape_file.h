@@ -85,7 +85,10 @@ class CloudPieces {
   // reason where a file cannot be read in pieces.
   explicit CloudPieces(const std::filesystem::path& path, std::size_t piece_bytes = std::size_t{1} << 25);
   ~CloudPieces();
+  CloudPieces(const CloudPieces&) = delete;
+  CloudPieces& operator=(const CloudPieces&) = delete;
   CloudPieces(CloudPieces&&) noexcept;
+  CloudPieces& operator=(CloudPieces&&) noexcept;
 
   // Returns the next piece as a shape of its own, as parse_shape() reads it; nothing after the last one. Messages name
   // the line or vertex where the piece begins.

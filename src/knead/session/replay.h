@@ -129,8 +129,8 @@ Flow flow_of(const Session& session, const SessionPart& part = {}, int threads =
 bool needs_faces(const Session& session);
 
 // Returns the greatest number of strokes, from 0 to `most`, for which holds(until) is true: by bisection in `calls`
-// calls, so at most most / 2^calls below it. holds(most) is taken to be false, and true below any number for which it is
-// true. 0 has not been tried, any other result has.
+// calls, so at most most / 2^calls below it. holds(most) is taken to be false, and true below any number for which it
+// is true. 0 has not been tried, any other result has.
 double greatest_until(double most, const std::function<bool(double until)>& holds, int calls = 10);
 
 // Returns whether replay() would return a remeshed shape.

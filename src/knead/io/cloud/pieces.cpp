@@ -181,6 +181,7 @@ CloudPieces::CloudPieces(const std::filesystem::path& path, std::size_t piece_by
 
 CloudPieces::~CloudPieces() = default;
 CloudPieces::CloudPieces(CloudPieces&&) noexcept = default;
+CloudPieces& CloudPieces::operator=(CloudPieces&&) noexcept = default;
 
 std::optional<ShapeFile> CloudPieces::next() {
   Reader& reader = *reader_;
