@@ -104,7 +104,9 @@ struct Cells {
   std::vector<std::size_t> first{0};   // where the corners of each cell begin, and after the last their number
   std::vector<std::uint32_t> corners;  // numbers of points in VTK's order
 
+  // Returns the number of cells.
   std::size_t size() const { return kinds.size(); }
+  // Returns the points of a cell, in VTK's order.
   std::span<const std::uint32_t> corners_of(std::size_t cell) const {
     return std::span(corners).subspan(first[cell], first[cell + 1] - first[cell]);
   }
