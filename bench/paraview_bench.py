@@ -3,7 +3,7 @@
     mpirun -np RANKS pvbatch bench/paraview_bench.py Knead.so POINTS [REPEATS]
 
 POINTS counts those of all ranks. Prints the seconds of the filter (without Quality), the median of REPEATS (5), of the
-filter with no stroke, which copies points and exchanges the box, and those of making the grid. mpirun binds each
+filter with no stroke, which copies points, exchanges the box and judges the cells, and those of making the grid. mpirun binds each
 of up to two ranks to a core, so each then works with one thread.
 """
 

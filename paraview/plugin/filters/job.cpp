@@ -125,7 +125,7 @@ class Job {
     }
     const double safe = greatest_until(until_, [&](double until) { return inverts_nothing(until); });
     throw Failure(
-        fmt::format("{}: {}; no cell is inverted up to Until = {:.6g}. Use that, finer cells, or strokes with a wider "
+        fmt::format("{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
                     "transition; or switch FailOnInversion off",
                     settings_.session_file, what, safe));
   }
