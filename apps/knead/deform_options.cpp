@@ -99,8 +99,7 @@ std::vector<Option> describe(DeformOptions& options) {
        "auto|shortest|N", OptionKind::with_default},
       {"--stream", &options.stream,
        "Take a point cloud through in pieces, for clouds larger than memory: binary PLY or XYZ, a session that reads "
-       "no "
-       "surface. By itself where the file is larger than half of the memory"},
+       "no surface. By itself where the file is larger than half of the memory"},
       {"--piece-mb", &options.piece_mb, "Size of a piece of --stream in megabytes; does not change the result", "MB",
        OptionKind::with_default},
       {"--integrator", &options.integrator,

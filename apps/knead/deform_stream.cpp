@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <set>
 
-#include "interrupt.h"
 #include "knead/io/atomic_file.h"
 #include "knead/math/box.h"
 #include "output.h"
@@ -69,15 +68,13 @@ class Stream {
     }
     require_different(options_.shape, options_.output);
     const bool quiet = options_.common.quiet;
-    Progress progress;
+    Progress progress;  // an interruption ends the program at once, as there is nothing to put right
     {
-      CancelOnInterruption cancel(progress);
       progress.total = 2 * cloud_.size();
       ProgressBar bar(progress, progress.total, !quiet);
       find_whole(progress);
       write(progress);
     }
-    if (progress.cancel) throw Interrupted{};
     end_after_last_shape(options_.output, false);
     output_->finish();
     if (!quiet) {
@@ -92,7 +89,6 @@ class Stream {
   void find_whole(Progress& progress) {
     bool is_first = true;
     while (const std::optional<ShapeFile> piece = cloud_.next()) {
-      if (progress.cancel) throw Interrupted{};
       for (const Vec3d& p : piece->mesh.positions) whole_.box.extend(p);
       whole_.decimals = std::max(whole_.decimals, decimals_of(*piece));
       whole_.points += piece->mesh.vertex_count();
@@ -124,7 +120,6 @@ class Stream {
     output_.emplace(options_.output);
     output_->write(cloud_.head());
     while (const std::optional<ShapeFile> piece = cloud_.next()) {
-      if (progress.cancel) throw Interrupted{};
       write(*piece, write_options);
       progress.done = cloud_.size() + cloud_.position();
     }

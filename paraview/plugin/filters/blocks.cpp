@@ -31,7 +31,7 @@ bool is_grid_without_points(vtkDataObject& data) {
   return data.IsA("vtkImageData") != 0 || data.IsA("vtkRectilinearGrid") != 0;
 }
 
-// The points of an image or rectilinear grid are made here, those of others stay for now.
+// The structured grid with the points that an image or rectilinear grid stands for.
 vtkSmartPointer<vtkStructuredGrid> curvilinear(vtkDataSet& source, const int* extent) {
   auto grid = vtkSmartPointer<vtkStructuredGrid>::New();
   std::array<int, 6> copied{};
