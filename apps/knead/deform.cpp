@@ -79,13 +79,6 @@ void check_outputs(const DeformOptions& options, const Target& target) {
   require_writable(options.report);
 }
 
-void check_until(const DeformOptions& options, const Session& session) {
-  if (options.until && *options.until > static_cast<double>(session.strokes.size())) {
-    throw UsageError(fmt::format("--until {}: {} has {}; give at most that number", *options.until, session.name,
-                                 counted(session.strokes.size(), "stroke")));
-  }
-}
-
 std::string remesh_text(const RemeshReport& remesh) {
   std::string text = fmt::format("remesh   {}, {}, {}", counted(remesh.splits, "split"),
                                  counted(remesh.collapses, "collapse"), counted(remesh.flips, "flip"));

@@ -59,6 +59,13 @@ std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, do
   return own;
 }
 
+void check_until(const DeformOptions& options, const Session& session) {
+  if (options.until && *options.until > static_cast<double>(session.strokes.size())) {
+    throw UsageError(fmt::format("--until {}: {} has {}; give at most that number", *options.until, session.name,
+                                 counted(session.strokes.size(), "stroke")));
+  }
+}
+
 ReplayOptions replay_options(const DeformOptions& options) {
   if (!(options.tolerance > 0) || !std::isfinite(options.tolerance)) {
     throw UsageError(fmt::format("--tolerance {}: give a number above 0, such as 1e-5", options.tolerance));

@@ -52,6 +52,9 @@ std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, d
 // The same for coordinates with `own` decimals (nothing: not text) in a box of that diagonal.
 std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance);
 
+// Throws UsageError where --until is beyond the session.
+void check_until(const DeformOptions& options, const Session& session);
+
 // The options of the subcommand, whose values go to `options`.
 std::vector<Option> describe(DeformOptions& options);
 

@@ -61,6 +61,7 @@ class Stream {
         session_(without_off(read_session(options.session))) {}
 
   void run() {
+    check_until(options_, session_);
     if (needs_faces(session_)) {
       throw InvalidInput(
           Place{options_.session},
