@@ -9,6 +9,7 @@
 #include "backend.h"
 #include "bounds.h"
 #include "knead/math/box.h"
+#include "output.h"
 
 namespace knead::command {
 namespace {
