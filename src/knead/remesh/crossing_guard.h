@@ -33,6 +33,10 @@ class CrossingGuard {
   // Returns whether the face is alive and crosses another triangle.
   bool crosses(std::uint32_t face);
 
+  // Returns whether so many pairs of triangles were tested that the faces must lie in a heap, where nearly every pair
+  // overlaps. Improving it further would take long and not help.
+  bool is_spent() const { return tests_ > most_tests_; }
+
   // To be called after a face, or those around a vertex, have changed.
   void update(std::uint32_t face);
   void update_around(std::uint32_t v);
@@ -67,6 +71,8 @@ class CrossingGuard {
   std::uint32_t mark_ = 0;
   std::vector<Boxed> faces_;
   std::vector<Boxed> obstacles_;
+  std::uint64_t tests_ = 0;  // of pairs whose boxes overlap
+  std::uint64_t most_tests_;
 };
 
 }  // namespace knead::remesh_detail

@@ -61,6 +61,24 @@ struct Guarded {
   explicit Guarded(double gap = 0.02) : balls(gap) {}
 };
 
+TEST(CrossingGuard, IsSpentAfterManyTestsAndEndsTheWork) {
+  Guarded guarded(1e-12);  // the balls overlap everywhere
+  auto& [balls, s, search, guard] = guarded;
+  guard.watch_everything();
+  const auto ask_everywhere = [&] {
+    for (std::uint32_t v = 0; v < s.vertex_count(); ++v) guard.allows_move({&v, 1}, {1e-13, 1e-13, 0});
+  };
+  ask_everywhere();
+  EXPECT_FALSE(guard.is_spent());
+  for (int i = 0; i < 10'000 && !guard.is_spent(); ++i) ask_everywhere();
+  EXPECT_TRUE(guard.is_spent());
+  RemeshTargets targets;
+  targets.max_chord = 1e-3;
+  const std::vector<Vec3d> places = s.after;
+  EXPECT_EQ(improve(s, {targets, nullptr, &guard}).flips, 0U);
+  EXPECT_EQ(s.after, places);
+}
+
 TEST(CrossingGuard, AllowsAMoveExactlyIfNothingCrossesThenOrLessThanBefore) {
   Guarded guarded;
   auto& [balls, s, search, guard] = guarded;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "knead/remesh/crossing_guard.h"
 #include "knead/remesh/improve.h"
 #include "knead/remesh/shape.h"
 
@@ -50,9 +51,10 @@ class Improver {
   // Throws Cancelled if the improvement is cancelled.
   void stop_if_cancelled() const { knead::stop_if_cancelled(progress_); }
 
-  // Returns whether the improvement has no time left. Throws Cancelled if it is cancelled.
+  // Returns whether the improvement has no time left, or its guard is spent. Throws Cancelled if it is cancelled.
   bool must_end() const {
     stop_if_cancelled();
+    if (guard_ != nullptr && guard_->is_spent()) return true;
     return deadline_ != nullptr && deadline_->is_over();
   }
 

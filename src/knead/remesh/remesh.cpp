@@ -142,19 +142,19 @@ class Remesher {
     for (int attempt = 1;; ++attempt) {
       const std::vector<Box> more = places_of(found);
       places.insert(places.end(), more.begin(), more.end());
-      improve_at_places(places, attempt == kMostGuards);
+      const bool ended = improve_at_places(places, attempt == kMostGuards);
       found = untangle_faces(search_.find(patch_));
       end_step();
       if (found.pairs <= unavoidable.pairs || attempt == kMostGuards) return give_volume_back(std::move(found));
       surface() = compensated;
       counts_ = counts;
       volume_ = 0;
-      if (deadline_.is_over()) return unavoidable;
+      if (!ended || deadline_.is_over()) return unavoidable;
     }
   }
 
-  // Runs all steps after the compensation with a guard.
-  void improve_at_places(std::span<const Box> places, bool everywhere) {
+  // Runs all steps after the compensation with a guard. Returns false if the guard was spent before they ended.
+  bool improve_at_places(std::span<const Box> places, bool everywhere) {
     CrossingGuard guard(surface(), search_);
     guard.watch(places);
     if (everywhere) guard.watch_everything();
@@ -162,6 +162,8 @@ class Remesher {
     for (int step = 1; step < steps; ++step) improve_once(step, &guard);
     // Faces whose changes were refused may be mended now, because others have changed.
     for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
+    counts_.complete = counts_.complete && !guard.is_spent();
+    return !guard.is_spent();
   }
 
   // Changes faces that cross, for a few rounds. Returns the crossings that remain.

@@ -130,8 +130,8 @@ struct RemeshCounts {
   double missing_volume = 0;         // true volume minus the volume of the refined mesh
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work
-  // False if a limit on rounds or time left edges that do not meet the targets, or most triangles were too thin to
-  // improve.
+  // False if a limit on rounds or time left edges that do not meet the targets, if most triangles were too thin to
+  // improve, or if they lie in a heap, where nearly every pair overlaps.
   bool complete = true;
 };
 
