@@ -22,7 +22,7 @@ RemeshSettings settings(fuzz::Choices& choices) {
   if (choices.flag()) result.max_chord = 1e-4 * (1 + choices.byte());
   if (choices.flag()) result.min_edge = choices.positive() / 8;
   if (choices.flag()) result.iterations = static_cast<int>(choices.below(8));
-  result.max_vertices = 200 + choices.below(5000);
+  result.max_vertices = 200 + choices.below(1000);
   return result;
 }
 
