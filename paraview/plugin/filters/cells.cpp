@@ -95,25 +95,30 @@ VolumeCells volume_cells(vtkPointSet& set) {
   return cells;
 }
 
-Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                 CellValues values) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  Damage damage{std::vector<double>(cells.is_counted.size(), none), std::vector<double>(cells.is_counted.size(), none)};
+  const bool has_values = values == CellValues::all;
+  const std::size_t valued = has_values ? cells.is_counted.size() : 0;
+  Damage damage{std::vector<double>(valued, none), std::vector<double>(valued, none)};
   const auto invert = [&](vtkIdType number) {
     if (cells.is_counted[static_cast<std::size_t>(number)] == 0) return;
     if (damage.inverted++ == 0 || number < damage.first) damage.first = number;
   };
-  const CellChanges changes = compare_cells(cells.linear, before, after);
+  const CellChanges changes = compare_cells(cells.linear, before, after, 0, values);
   for (std::size_t i = 0; i < cells.linear.size(); ++i) {
     const auto number = static_cast<std::size_t>(cells.linear_numbers[i]);
-    damage.volume_ratio[number] = changes.volume_ratio[i];
-    damage.scaled_jacobian[number] = changes.scaled_jacobian[i];
+    if (has_values) {
+      damage.volume_ratio[number] = changes.volume_ratio[i];
+      damage.scaled_jacobian[number] = changes.scaled_jacobian[i];
+    }
     if (changes.is_inverted[i] != 0) invert(cells.linear_numbers[i]);
   }
   for (std::size_t i = 0; i < cells.polyhedron_numbers.size(); ++i) {
     const auto faces = std::span(cells.faces).subspan(cells.first[i], cells.first[i + 1] - cells.first[i]);
     const double was = polyhedron_volume(faces, before);
     const double ratio = polyhedron_volume(faces, after) / was;
-    damage.volume_ratio[static_cast<std::size_t>(cells.polyhedron_numbers[i])] = ratio;
+    if (has_values) damage.volume_ratio[static_cast<std::size_t>(cells.polyhedron_numbers[i])] = ratio;
     if (was != 0 && !(ratio > 0)) invert(cells.polyhedron_numbers[i]);
   }
   return damage;

@@ -27,13 +27,14 @@ struct VolumeCells {
 // Returns the cells of a data set. Throws InvalidInput if a point's number does not fit into 32 bits.
 VolumeCells volume_cells(vtkPointSet& set);
 
-// What a deformation did to the cells of a data set.
+// What a deformation did to the cells of a data set. The vectors are empty if only the inversions were asked for.
 struct Damage {
   std::vector<double> volume_ratio;     // NaN for cells without volume
   std::vector<double> scaled_jacobian;  // NaN also for polyhedra
   std::int64_t inverted = 0;            // of the cells that are counted
   vtkIdType first = -1;                 // of the inverted ones
 };
-Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after);
+Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                 CellValues values);
 
 }  // namespace knead::paraview

@@ -110,7 +110,8 @@ class Job {
     ranks_.together([&] {
       for (const Block& block : blocks_) {
         cells_.push_back(volume_cells(*block.set));
-        damages_.push_back(damage_of(cells_.back(), block.before, block.after));
+        damages_.push_back(damage_of(cells_.back(), block.before, block.after,
+                                     settings_.quality ? CellValues::all : CellValues::inversions));
       }
     });
     std::int64_t own = 0;
@@ -149,7 +150,7 @@ class Job {
       watch_(progress, [&] {
         for (std::size_t i = 0; i < blocks_.size(); ++i) {
           const std::vector<Vec3d> points = moved(blocks_[i], flow, progress);
-          inverted += damage_of(cells_[i], blocks_[i].before, points).inverted;
+          inverted += damage_of(cells_[i], blocks_[i].before, points, CellValues::inversions).inverted;
         }
       });
     });

@@ -36,6 +36,89 @@ Vec3d without_dust(const Vec3d& p) {
   return {kept(p.x), kept(p.y), kept(p.z)};
 }
 
+// The three edges at a corner of a cell.
+struct Corner {
+  double determinant;
+  double lengths;  // their product
+
+  double jacobian() const { return lengths > 0 ? determinant / lengths : 0.0; }
+};
+
+Corner measured(const CellCorner& c, std::span<const Vec3d> corners) {
+  const Vec3d a = corners[c[1]] - corners[c[0]];
+  const Vec3d b = corners[c[2]] - corners[c[0]];
+  const Vec3d d = corners[c[3]] - corners[c[0]];
+  return {determinant_of(a, b, d), norm(a) * norm(b) * norm(d)};
+}
+
+// Exact. The determinant's rounding error is below 1e-14 of the lengths' product, so it mostly decides.
+int sign_of(const Corner& corner, const CellCorner& c, std::span<const Vec3d> corners) {
+  constexpr double least_product = 1e-200;  // below that, numbers on the way may have lost digits
+  if (corner.lengths > least_product && std::abs(corner.determinant) > 1e-12 * corner.lengths) {
+    return corner.determinant > 0 ? 1 : -1;
+  }
+  return orient3d(without_dust(corners[c[0]]), without_dust(corners[c[1]]), without_dust(corners[c[2]]),
+                  without_dust(corners[c[3]]));
+}
+
+int common_sign(std::span<const int> signs) {
+  const bool is_common = std::all_of(signs.begin(), signs.end(), [&](int sign) { return sign == signs.front(); });
+  return is_common ? signs.front() : 0;
+}
+
+void require_usable(CellKind kind, std::span<const Vec3d> corners) {
+  constexpr double most = 1e75;
+  if (corners.size() != corner_count(kind)) throw InvalidInput("a cell of this kind has another number of corners");
+  for (const Vec3d& p : corners) {
+    const bool is_usable = std::abs(p.x) < most && std::abs(p.y) < most && std::abs(p.z) < most;  // false for NaN
+    if (!is_usable) throw InvalidInput("a corner of the cell is not finite, or beyond 1e75");
+  }
+}
+
+// The field `orientation` of cell_quality().
+int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
+  require_usable(kind, corners);
+  const CellShape& shape = shape_of(kind);
+  const auto sign = [&](const CellCorner& c) { return sign_of(measured(c, corners), c, corners); };
+  const int first = sign(shape.corners.front());
+  const bool is_common =
+      std::all_of(shape.corners.begin(), shape.corners.end(), [&](const CellCorner& c) { return sign(c) == first; });
+  return is_common ? first : 0;
+}
+
+// A bilinear face encloses the mean of what its two ways to be cut enclose.
+double volume_of(const CellShape& shape, std::span<const Vec3d> corners) {
+  double twelfths = 0;
+  for (const CellFace& f : shape.faces) {
+    const std::array<Vec3d, 4> p{corners[f[0]] - corners[0], corners[f[1]] - corners[0], corners[f[2]] - corners[0],
+                                 corners[f[3]] - corners[0]};
+    twelfths += determinant_of(p[0], p[1], p[2]) + determinant_of(p[0], p[2], p[3]);
+    twelfths += determinant_of(p[1], p[2], p[3]) + determinant_of(p[1], p[3], p[0]);
+  }
+  return twelfths / 12;
+}
+
+// One cell at both times. Throws InvalidInput for a corner that is no point.
+struct MovedCell {
+  std::array<Vec3d, 8> before;
+  std::array<Vec3d, 8> after;
+  bool rests = true;
+
+  void read(const Cells& cells, std::size_t cell, std::span<const Vec3d> from, std::span<const Vec3d> to) {
+    const std::span<const std::uint32_t> corners = cells.corners_of(cell);
+    const std::size_t points = std::min(from.size(), to.size());
+    rests = true;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      if (corners[k] >= points) {
+        throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", cell, corners[k], points));
+      }
+      before[k] = from[corners[k]];
+      after[k] = to[corners[k]];
+      rests = rests && before[k] == after[k];
+    }
+  }
+};
+
 }  // namespace
 
 const CellShape& shape_of(CellKind kind) {
@@ -48,14 +131,7 @@ const CellShape& shape_of(CellKind kind) {
 
 double scaled_jacobian(const CellShape& shape, std::span<const Vec3d> corners) {
   double least = std::numeric_limits<double>::infinity();
-  for (const CellCorner& c : shape.corners) {
-    const Vec3d a = corners[c[1]] - corners[c[0]];
-    const Vec3d b = corners[c[2]] - corners[c[0]];
-    const Vec3d d = corners[c[3]] - corners[c[0]];
-    const double lengths = norm(a) * norm(b) * norm(d);
-    const double jacobian = lengths > 0 ? determinant_of(a, b, d) / lengths : 0.0;
-    least = std::min(least, shape.regular * jacobian);
-  }
+  for (const CellCorner& c : shape.corners) least = std::min(least, shape.regular * measured(c, corners).jacobian());
   return least;
 }
 
@@ -65,34 +141,18 @@ std::size_t corner_count(CellKind kind) {
 }
 
 CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
-  constexpr double most = 1e75;
-  if (corners.size() != corner_count(kind)) throw InvalidInput("a cell of this kind has another number of corners");
-  for (const Vec3d& p : corners) {
-    const bool is_usable = std::abs(p.x) < most && std::abs(p.y) < most && std::abs(p.z) < most;  // false for NaN
-    if (!is_usable) throw InvalidInput("a corner of the cell is not finite, or beyond 1e75");
-  }
+  require_usable(kind, corners);
   const CellShape& shape = shape_of(kind);
   CellQuality quality;
-  quality.scaled_jacobian = scaled_jacobian(shape, corners);
-  int right = 0;
-  int left = 0;
-  for (const CellCorner& c : shape.corners) {
-    const int sign = orient3d(without_dust(corners[c[0]]), without_dust(corners[c[1]]), without_dust(corners[c[2]]),
-                              without_dust(corners[c[3]]));
-    right += sign > 0 ? 1 : 0;
-    left += sign < 0 ? 1 : 0;
+  std::array<int, 8> signs{};
+  quality.scaled_jacobian = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < shape.corners.size(); ++k) {
+    const Corner corner = measured(shape.corners[k], corners);
+    quality.scaled_jacobian = std::min(quality.scaled_jacobian, shape.regular * corner.jacobian());
+    signs[k] = sign_of(corner, shape.corners[k], corners);
   }
-  const auto count = static_cast<int>(shape.corners.size());
-  quality.orientation = right == count ? 1 : left == count ? -1 : 0;
-  // A bilinear face encloses the mean of what its two ways to be cut enclose.
-  double twelfths = 0;
-  for (const CellFace& f : shape.faces) {
-    const std::array<Vec3d, 4> p{corners[f[0]] - corners[0], corners[f[1]] - corners[0], corners[f[2]] - corners[0],
-                                 corners[f[3]] - corners[0]};
-    twelfths += determinant_of(p[0], p[1], p[2]) + determinant_of(p[0], p[2], p[3]);
-    twelfths += determinant_of(p[1], p[2], p[3]) + determinant_of(p[1], p[3], p[0]);
-  }
-  quality.volume = twelfths / 12;
+  quality.orientation = common_sign(std::span(signs).first(shape.corners.size()));
+  quality.volume = volume_of(shape, corners);
   return quality;
 }
 
@@ -103,30 +163,35 @@ void Cells::add(CellKind kind, std::span<const std::uint32_t> numbers) {
   first.push_back(corners.size());
 }
 
-CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                          int threads) {
+CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after, int threads,
+                          CellValues values) {
   constexpr std::size_t cells_at_a_time = 1024;
   const std::size_t count = cells.size();
-  const std::size_t points = std::min(before.size(), after.size());
-  CellChanges changes{std::vector<double>(count), std::vector<double>(count), std::vector<std::uint8_t>(count), 0};
+  const std::size_t valued = values == CellValues::all ? count : 0;
+  CellChanges changes{std::vector<double>(valued), std::vector<double>(valued), std::vector<std::uint8_t>(count), 0};
   std::atomic<std::size_t> inverted{0};
   parallel_for(count, cells_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
-    std::array<Vec3d, 8> old;
-    std::array<Vec3d, 8> now;
+    MovedCell cell;
     for (std::size_t i = begin; i < end; ++i) {
-      const std::span<const std::uint32_t> corners = cells.corners_of(i);
-      for (std::size_t k = 0; k < corners.size(); ++k) {
-        if (corners[k] >= points) {
-          throw InvalidInput(fmt::format("cell {} has the corner {}, but there are {} points", i, corners[k], points));
-        }
-        old[k] = before[corners[k]];
-        now[k] = after[corners[k]];
+      cell.read(cells, i, before, after);
+      if (cell.rests && valued == 0) continue;
+      const CellKind kind = cells.kinds[i];
+      const auto old = std::span<const Vec3d>(cell.before).first(corner_count(kind));
+      const auto now = std::span<const Vec3d>(cell.after).first(corner_count(kind));
+      int was = 0;
+      int is = 0;
+      if (valued == 0) {
+        was = orientation_of(kind, old);
+        is = orientation_of(kind, now);
+      } else {
+        const CellQuality first = cell_quality(kind, old);
+        const CellQuality last = cell.rests ? first : cell_quality(kind, now);
+        changes.volume_ratio[i] = last.volume / first.volume;
+        changes.scaled_jacobian[i] = first.orientation == -1 ? -last.scaled_jacobian : last.scaled_jacobian;
+        was = first.orientation;
+        is = last.orientation;
       }
-      const CellQuality was = cell_quality(cells.kinds[i], std::span(old).first(corners.size()));
-      const CellQuality is = cell_quality(cells.kinds[i], std::span(now).first(corners.size()));
-      changes.volume_ratio[i] = is.volume / was.volume;
-      changes.scaled_jacobian[i] = was.orientation == -1 ? -is.scaled_jacobian : is.scaled_jacobian;
-      if (was.orientation == 0 || is.orientation == was.orientation) continue;
+      if (was == 0 || is == was) continue;
       changes.is_inverted[i] = 1;
       ++inverted;
     }

@@ -164,6 +164,48 @@ TEST(Cells, AreComparedWithWhatTheyWere) {
   EXPECT_LT(changes.scaled_jacobian[2], 0);
 }
 
+// Cells that rest, move, turn inside out, and were flat, some with coordinates of 1e6.
+TEST(Cells, AreTheSameWhatEverIsAskedFor) {
+  std::mt19937 random(29);
+  std::uniform_real_distribution<double> number(-0.6, 0.6);
+  std::vector<Vec3d> before;
+  Cells cells;
+  for (int i = 0; i < 200; ++i) {
+    for (const CellKind kind : kKinds) {
+      std::vector<std::uint32_t> numbers;
+      for (const Vec3d& p : regular(kind)) {
+        numbers.push_back(static_cast<std::uint32_t>(before.size()));
+        before.push_back({p.x, i % 10 == 0 ? 0 : p.y, p.z + 1e6 * (i % 3)});
+      }
+      cells.add(kind, numbers);
+    }
+  }
+  std::vector<Vec3d> after = before;
+  for (std::size_t v = 0; v < after.size() / 2; ++v) after[v] += Vec3d{number(random), number(random), number(random)};
+  const CellChanges all = compare_cells(cells, before, after);
+  EXPECT_GT(all.inverted, 50U);
+  for (const int threads : {1, 3}) {
+    const CellChanges few = compare_cells(cells, before, after, threads, CellValues::inversions);
+    EXPECT_EQ(few.is_inverted, all.is_inverted);
+    EXPECT_EQ(few.inverted, all.inverted);
+    EXPECT_TRUE(few.volume_ratio.empty() && few.scaled_jacobian.empty());
+  }
+  for (std::size_t i = 0; i < cells.size(); ++i) {  // each for itself
+    std::vector<Vec3d> old;
+    std::vector<Vec3d> now;
+    for (const std::uint32_t corner : cells.corners_of(i)) {
+      old.push_back(before[corner]);
+      now.push_back(after[corner]);
+    }
+    const CellQuality was = cell_quality(cells.kinds[i], old);
+    const CellQuality is = cell_quality(cells.kinds[i], now);
+    const double ratio = is.volume / was.volume;
+    EXPECT_TRUE(all.volume_ratio[i] == ratio || (std::isnan(ratio) && std::isnan(all.volume_ratio[i])));
+    EXPECT_EQ(all.scaled_jacobian[i], was.orientation == -1 ? -is.scaled_jacobian : is.scaled_jacobian);
+    EXPECT_EQ(all.is_inverted[i] != 0, was.orientation != 0 && is.orientation != was.orientation);
+  }
+}
+
 // A mirror of both is no inversion; a flat cell cannot be inverted.
 TEST(Cells, AreInvertedOnlyIfTheyTurned) {
   std::vector<Vec3d> before;

@@ -114,7 +114,11 @@ struct Cells {
   void add(CellKind kind, std::span<const std::uint32_t> numbers);
 };
 
-// What a deformation did to cells: a value for each.
+// What compare_cells() finds.
+enum class CellValues { all, inversions };
+
+// What a deformation did to cells: a value for each. Without volume_ratio and scaled_jacobian if only the inversions
+// were asked for.
 struct CellChanges {
   std::vector<double> volume_ratio;         // the volume after over that before; not finite where that was 0
   std::vector<double> scaled_jacobian;      // after; its negative for a cell that was inside out before
@@ -122,10 +126,11 @@ struct CellChanges {
   std::size_t inverted = 0;                 // how many
 };
 
-// Compares cells before and after a deformation. The result is the same for every number of threads. Throws
-// InvalidInput with the cell's number for a corner that is no point, and where cell_quality does.
+// Compares cells before and after a deformation. The result is the same for every number of threads. A cell whose
+// points all rest is judged once for all values, and not at all for inversions. Throws InvalidInput with the cell's
+// number for a corner that is no point, and for each cell that is judged where cell_quality does.
 CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
-                          int threads = 0);
+                          int threads = 0, CellValues values = CellValues::all);
 
 // Returns the volume between the faces of a polyhedron: [n, v1 ... vn, n, ...], which look outward. A face is cut into
 // triangles around the mean of its corners. Throws InvalidInput for a list that is cut off, and a corner that is no
