@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Odd files of every format, made here: read, written unchanged, moved, and read again by other readers.
 
-    python3 tests/command/wild_files.py build/release/knead [--assimp] [--keep DIR]
+    python3 tests/command/wild_files.py build/release/knead [--assimp] [--blender] [--keep DIR]
 
 Every file holds the same small shapes, written as real programs write them against the formats' descriptions. A session
 moves one corner. Then: `knead info` finds the vertices and faces; a session without strokes gives the same bytes; the
 moved file differs only in numbers of vertices that moved; and a reader in this script finds the positions that the
 session gives to the plain shape. --assimp also opens the moved files with `assimp info`, where that reads the kind.
-The files follow from a fixed seed. Exit code 0: no file failed.
+--blender has Blender read all files of its kinds before and after; what it finds of those that it reads right must have
+moved as well. The files follow from a fixed seed. Exit code 0: no file failed.
 """
 import argparse
 import itertools
@@ -125,6 +126,30 @@ class Check:
             return "the length changed"
         return ""
 
+    def opened_by_blender(self, files):
+        """The files that Blender reads right before, but not as they should be afterwards. Prints how many it reads."""
+        kinds = ("ply", "stl", "obj", "gltf", "glb")
+        files = [w for w in files if w.extension in kinds and not w.refused and w.faces]
+        paths = [os.path.join(self.folder, part, w.file) for w in files for part in ("in", "moved")]
+        self.write("blender.json", json.dumps(paths).encode())
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), "wild_blender.py")
+        done = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "3", "--python", script,
+                               "--", os.path.join(self.folder, "blender.json")],
+                              capture_output=True, text=True, timeout=600, check=False)
+        line = re.search(r"^PLACES (.*)$", done.stdout, re.MULTILINE)
+        if done.returncode or not line:
+            raise SystemExit(f"Blender ended early: {done.stdout[-500:]}{done.stderr[-500:]}")
+        found = json.loads(line.group(1))
+
+        def is_right(wild, part, image):
+            places = found.get(os.path.join(self.folder, part, wild.file), [])
+            wanted = sorted({tuple(image(p)) for p in wild.points if p})
+            return len(places) == len(wanted) and all(math.dist(a, b) < 1e-3 for a, b in zip(places, wanted))
+
+        read_right = [w for w in files if is_right(w, "in", lambda p: p)]
+        print(f"Blender reads {len(read_right)} of {len(files)} files of its kinds")
+        return [(w.file, "Blender reads other places") for w in read_right if not is_right(w, "moved", self.images.get)]
+
     def opened(self, wild):
         if not (self.assimp and wild.assimp):
             return ""
@@ -143,6 +168,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
     parser.add_argument("knead")
     parser.add_argument("--assimp", action="store_true")
+    parser.add_argument("--blender", action="store_true")
     parser.add_argument("--keep")
     options = parser.parse_args()
     folder = os.path.abspath(options.keep or tempfile.mkdtemp(prefix="knead_wild_"))
@@ -154,6 +180,8 @@ def main():
         check.image_of(p for wild in files for p in wild.points)
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             failures = [(w.file, f) for w, f in zip(files, pool.map(check.failure, files)) if f]
+        if options.blender:
+            failures += check.opened_by_blender([w for w in files if w.file not in dict(failures)])
         for name, failure in failures:
             print(f"{name}: {failure.strip()}")
         print(f"{len(files)} files, {len(failures)} failed")
