@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "knead/math/error.h"
 #include "knead/tool/describe.h"
@@ -23,8 +24,12 @@ constexpr double kContradiction = 1e-3;
 constexpr double kSpacings = 2;
 constexpr double kDisplacements = 2;
 constexpr std::size_t kNeighbor = 3;
-// Of so many pins the flow's stretch is found before it is used.
-constexpr std::size_t kMostLookedAt = 200;
+// The stretch is found before the flow is used. With more pins than a pack holds, packs show it: a pin that differs
+// most from others, and those nearest to it. Only about the first of them the pack's flow is near enough to the whole
+// one.
+constexpr std::size_t kPack = 200;
+constexpr std::size_t kCore = 40;
+constexpr int kPacks = 4;
 constexpr double kStrongStretchOfPins = 10;
 
 Vec3d motion_of(const PinsStroke& stroke, std::size_t i) { return stroke.to[i] - stroke.points[i]; }
@@ -132,11 +137,11 @@ Flow flow_of(const PinsStroke& stroke) {
   return {{std::move(segment)}};
 }
 
-// Places about the pins where the flow may stretch a shape most: at them, between each and its nearest one, and ahead,
-// behind and beside those that move.
-std::vector<Vec3d> places_about(const PinsStroke& stroke, double radius) {
-  std::vector<Vec3d> places = stroke.points;
-  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+// Places about the first pins where the flow may stretch a shape most: at them, between each and its nearest one, and
+// ahead, behind and beside those that move.
+std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, double radius) {
+  std::vector<Vec3d> places(stroke.points.begin(), stroke.points.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
     const Vec3d& place = stroke.points[i];
     const Vec3d* nearest = nullptr;
     for (const Vec3d& other : stroke.points) {
@@ -155,12 +160,65 @@ std::vector<Vec3d> places_about(const PinsStroke& stroke, double radius) {
   return places;
 }
 
-void warn(const PinsStroke& stroke, Warnings& warnings) {
-  if (stroke.points.size() > kMostLookedAt) return;
-  const double radius = radius_of(stroke);
+// How fast the flow stretches between each pin and another one at least: their velocity against each other by their
+// least distance, or the pin's own velocity by the radius.
+std::vector<double> strain_rates(const PinsStroke& stroke, double radius) {
+  std::vector<double> rates;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) rates.push_back(norm(motion_of(stroke, i)) / radius);
+  for_pairs(stroke, [&](std::size_t i, std::size_t j) {
+    const double apart = approach_of(stroke, i, j).distance;
+    if (!(apart < radius)) return;
+    const double rate = norm(motion_of(stroke, i) - motion_of(stroke, j)) / std::max(apart, kOnePlace * radius);
+    rates[i] = std::max(rates[i], rate);
+    rates[j] = std::max(rates[j], rate);
+  });
+  return rates;
+}
+
+// The numbers of the pins that come nearest to a pin, the nearest first: the pin itself.
+std::vector<std::size_t> pack_about(const PinsStroke& stroke, std::size_t pin) {
+  std::vector<std::pair<double, std::size_t>> distances;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    distances.emplace_back(i == pin ? -1 : approach_of(stroke, pin, i).distance, i);
+  }
+  std::partial_sort(distances.begin(), distances.begin() + kPack, distances.end());
+  std::vector<std::size_t> result;
+  for (std::size_t k = 0; k < kPack; ++k) result.push_back(distances[k].second);
+  return result;
+}
+
+GreatestStretch stretch_about(const PinsStroke& stroke, std::size_t count, double radius) {
   const StrainOptions options{.length = radius, .step = 0.01};
-  const GreatestStretch found = greatest_stretch(flow_of(stroke), places_about(stroke, radius), options);
-  const double stretch = std::max(found.greatest, 1 / found.least);
+  return greatest_stretch(flow_of(stroke), places_about(stroke, count, radius), options);
+}
+
+double strongest(const GreatestStretch& found) { return std::max(found.greatest, 1 / found.least); }
+
+GreatestStretch stretch_of_packs(const PinsStroke& stroke, double radius) {
+  std::vector<double> rates = strain_rates(stroke, radius);
+  GreatestStretch result;
+  for (int k = 0; k < kPacks; ++k) {
+    const auto worst = std::max_element(rates.begin(), rates.end());
+    if (!(*worst > 0)) break;
+    PinsStroke pack;
+    pack.radius = radius;
+    for (const std::size_t i : pack_about(stroke, static_cast<std::size_t>(worst - rates.begin()))) {
+      if (pack.points.size() < kCore) rates[i] = 0;
+      pack.points.push_back(stroke.points[i]);
+      pack.to.push_back(stroke.to[i]);
+    }
+    const GreatestStretch found = stretch_about(pack, kCore, radius);
+    if (strongest(found) > strongest(result)) result = found;
+  }
+  return result;
+}
+
+void warn(const PinsStroke& stroke, Warnings& warnings) {
+  const double radius = radius_of(stroke);
+  const std::size_t count = stroke.points.size();
+  const GreatestStretch found =
+      count <= kPack ? stretch_about(stroke, count, radius) : stretch_of_packs(stroke, radius);
+  const double stretch = strongest(found);
   if (!(stretch > kStrongStretchOfPins)) return;
   const auto nearest =
       std::min_element(stroke.points.begin(), stroke.points.end(),

@@ -119,5 +119,47 @@ TEST(PinsTool, WarnsOfAStrongStretch) {
   EXPECT_GT(std::max(found.greatest, 1 / found.least), 10);
 }
 
+// Pins of a sphere that move along a smooth field.
+PinsStroke pins_of_sphere(int count) {
+  PinsStroke stroke;
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - 2 * (i + 0.5) / count;
+    const double across = std::sqrt(1 - z * z);
+    const Vec3d p{across * std::cos(2.4 * i), across * std::sin(2.4 * i), z};
+    stroke.points.push_back(p);
+    stroke.to.push_back(p + Vec3d{std::sin(3 * p.y), std::cos(2 * p.z), p.x * p.y} * 0.02);
+  }
+  stroke.radius_auto = true;
+  return stroke;
+}
+
+// Parts of the pins, with those around them, show it.
+TEST(PinsTool, WarnsOfAStrongStretchOfManyPins) {
+  for (const int count : {600, 2000}) {
+    PinsStroke stroke = pins_of_sphere(count);
+    EXPECT_TRUE(warnings(stroke).empty()) << count;
+    const std::size_t pin = static_cast<std::size_t>(count) / 3;
+    std::size_t other = 0;
+    for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+      if (i != pin && norm2(stroke.points[i] - stroke.points[pin]) < norm2(stroke.points[other] - stroke.points[pin]))
+        other = i;
+    }
+    stroke.to[pin] = stroke.points[pin] + (stroke.to[other] - stroke.points[pin]) * 0.9;
+    const std::vector<std::string> found = warnings(stroke);
+    ASSERT_EQ(found.size(), 1U) << count;
+    const std::size_t at = found[0].find("about ");
+    ASSERT_NE(at, std::string::npos);
+    const double told = std::stod(found[0].substr(at + 6));
+    if (count > 600) continue;  // the whole flow takes seconds
+    std::vector<Vec3d> points;
+    for (int k = 0; k <= 100; ++k) {
+      points.push_back(stroke.points[pin] + (stroke.points[other] - stroke.points[pin]) * (0.01 * k));
+    }
+    const GreatestStretch whole = greatest_stretch(flow_of(stroke), points, {.length = 1});
+    const double stretch = std::max(whole.greatest, 1 / whole.least);
+    EXPECT_NEAR(told, stretch, 0.2 * stretch) << count;  // 8% at other places of the same flow
+  }
+}
+
 }  // namespace
 }  // namespace knead
