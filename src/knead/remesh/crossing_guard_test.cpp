@@ -63,7 +63,8 @@ struct Guarded {
 
 TEST(CrossingGuard, IsSpentAfterManyTestsAndEndsTheWork) {
   Guarded guarded(1e-12);  // the balls overlap everywhere
-  auto& [balls, s, search, guard] = guarded;
+  Surface& s = guarded.s;
+  CrossingGuard& guard = guarded.guard;
   guard.watch_everything();
   const auto ask_everywhere = [&] {
     for (std::uint32_t v = 0; v < s.vertex_count(); ++v) guard.allows_move({&v, 1}, {1e-13, 1e-13, 0});
