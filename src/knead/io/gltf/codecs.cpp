@@ -2,6 +2,9 @@
 
 #ifdef KNEAD_HAS_DRACO
 #include <draco/compression/decode.h>
+#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
 #endif
 #ifdef KNEAD_HAS_MESHOPTIMIZER
 #include <meshoptimizer.h>
@@ -83,6 +86,36 @@ std::string numbers_of(const draco::Mesh& mesh, const draco::PointAttribute& att
   return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
 }
 
+// Returns whether the bytes begin as a mesh of at most `most` vertices and corners. The decoder makes room for as many
+// as they say, before it looks for them.
+bool says_at_most(draco::DecoderBuffer buffer, std::size_t most) {
+  draco::DracoHeader header;
+  if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return false;
+  // glTF asks for version 2.2; those before 2.0 have other numbers here.
+  const int version = DRACO_BITSTREAM_VERSION(header.version_major, header.version_minor);
+  if (version < DRACO_BITSTREAM_VERSION(2, 0)) return false;
+  buffer.set_bitstream_version(static_cast<std::uint16_t>(version));
+  if ((header.flags & METADATA_FLAG_MASK) != 0) {
+    draco::GeometryMetadata metadata;
+    if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) return false;
+  }
+  const bool is_current = version >= DRACO_BITSTREAM_VERSION(2, 2);
+  std::uint32_t faces = 0;
+  std::uint32_t vertices = 0;
+  if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) {
+    const auto take = [&](std::uint32_t& count) {
+      return is_current ? draco::DecodeVarint(&count, &buffer) : buffer.Decode(&count);
+    };
+    if (!take(faces) || !take(vertices)) return false;
+  } else {
+    std::uint8_t traversal = 0;
+    std::uint32_t split_vertices = 0;
+    if (!buffer.Decode(&traversal) || (!is_current && !draco::DecodeVarint(&split_vertices, &buffer))) return false;
+    if (!draco::DecodeVarint(&vertices, &buffer) || !draco::DecodeVarint(&faces, &buffer)) return false;
+  }
+  return vertices <= most && faces <= most / 3;
+}
+
 std::string bytes_of(const draco::Mesh& mesh, const draco::PointAttribute& attribute, const DracoAttribute& wanted) {
   switch (wanted.type) {
     case NumberType::int8:
@@ -108,6 +141,7 @@ std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<
                                       std::size_t most) {
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
+  if (!says_at_most(buffer, most)) return std::nullopt;
   draco::Decoder decoder;
   const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
   if (!decoded.ok()) return std::nullopt;

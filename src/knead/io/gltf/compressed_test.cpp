@@ -1,6 +1,8 @@
 // Files that KHR_draco_mesh_compression and EXT_meshopt_compression compress. The tests compress them.
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
 #include <functional>
 
 #ifdef KNEAD_HAS_DRACO
@@ -192,6 +194,23 @@ TEST(CompressedGltf, DracoIsReadAndWrittenPlain) {
   const std::string written =
       serialize_shape("glb", draco_sphere(16).parse(), std::vector<Vec3d>(sphere_glb().parse().mesh.vertex_count()));
   EXPECT_EQ(json_of(written)["extensionsUsed"], GlbJson({"KHR_materials_unlit"}));
+}
+
+// The decoder would make room for as many faces as the header says.
+TEST(CompressedGltf, DracoThatSaysItHasMoreFacesThanItCanIsRefusedAtOnce) {
+  GlbFile file = draco_sphere(12);
+  const std::size_t begin = file.bin.find("DRACO");
+  ASSERT_EQ(file.bin.substr(begin + 7, 2), std::string("\1\1"));  // a mesh, by edgebreaker
+  const std::size_t counts = begin + 5 + 2 + 2 + 2 + 1;  // of vertices and faces; one byte later, that of symbols
+  const std::string many = "\xff\xff\xff\xff\x02";       // 805,306,367 as a number of variable length
+  ASSERT_EQ(file.bin[counts + 1] & 0x80, 0);
+  file.bin.replace(counts, 7, many + many + file.bin[counts + 4] + many);
+  rusage before{};
+  getrusage(RUSAGE_SELF, &before);
+  expect_refused(file.bytes(), "KHR_draco_mesh_compression: cannot be decompressed");
+  rusage after{};
+  getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 1 << 20);  // KiB
 }
 
 TEST(CompressedGltf, DamagedDracoIsRefusedWithItsPrimitive) {
