@@ -89,7 +89,7 @@ std::string numbers_of(const draco::Mesh& mesh, const draco::PointAttribute& att
 // Returns whether the bytes begin as a mesh of at most `most` vertices and corners. The decoder makes room for as many
 // as they say, before it looks for them.
 bool says_at_most(draco::DecoderBuffer buffer, std::size_t most) {
-  draco::DracoHeader header;
+  draco::DracoHeader header{};
   if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return false;
   // glTF asks for version 2.2; those before 2.0 have other numbers here.
   const int version = DRACO_BITSTREAM_VERSION(header.version_major, header.version_minor);
