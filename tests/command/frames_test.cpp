@@ -26,7 +26,7 @@ class FramesTest : public CommandTest {
           "{\"tool\": \"implicit\", \"inner\": 0.3, \"outer\": 9, \"path\": [[0.9, 0, 0], [1.1, 0, 0], [0.9, 0, 0]]}\n";
     }
     write("long.knead", text);
-    knead_ok({"make", "sphere", "-n", "20000", "-o", "big.ply", "-q"});
+    knead_ok({"make", "sphere", "-n", "60000", "-o", "big.ply", "-q"});
   }
 };
 
