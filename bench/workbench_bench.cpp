@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <limits>
 #include <numbers>
 #include <vector>
 
@@ -75,27 +76,21 @@ std::vector<SessionStroke> strokes_of(const Drag& drag, const ImplicitStroke& st
   return strokes;
 }
 
-void run(const Drag& drag, const ShapeFile& shape) {
-  const Box box = bounding_box(shape.mesh.positions);
-  const double diagonal = box.diagonal();
-  const Vec3d start = box.center() + drag.start * diagonal;
-  Workbench bench(shape.mesh);
-  if (drag.masked) {
-    bench.set_live({{half(shape.mesh)}});
-    bench.finish();
-  }
+// Where the pointer has gone in a part of the drag.
+Vec3d dragged(double t, double diagonal) { return Vec3d{0.2 * t, 0.06 * t * t, 0.03 * t} * diagonal; }
+
+// Prints what the batches of a drag cost; `strokes` gives the gesture at each of them.
+template <class Strokes>
+void measure(const char* name, Workbench& bench, const ShapeFile& shape, const Strokes& strokes) {
   bench.prepare();
   const auto folder = std::filesystem::temp_directory_path() / "knead_workbench_bench";
   Journal journal = Journal::create(folder, shape, "bench");
-  ImplicitStroke stroke{{start}, drag.inner * diagonal, drag.outer * diagonal};
   std::vector<double> batches;
   std::vector<double> lines;
   for (int i = 0; i < kBatches; ++i) {
-    const double t = static_cast<double>(i + 1) / kBatches;
-    stroke.path.push_back(start + Vec3d{0.2 * t, 0.06 * t * t, 0.03 * t} * diagonal);
-    const std::vector<SessionStroke> strokes = strokes_of(drag, stroke);
+    const std::vector<SessionStroke> gesture = strokes(static_cast<double>(i + 1) / kBatches);
     const auto began = std::chrono::steady_clock::now();
-    const WorkResult result = bench.set_live(strokes);
+    const WorkResult result = bench.set_live(gesture);
     batches.push_back(milliseconds_since(began));
     const auto writing = std::chrono::steady_clock::now();
     journal.replace(result.lines.taken_back, result.lines.appended);
@@ -114,7 +109,46 @@ void run(const Drag& drag, const ShapeFile& shape) {
   fmt::print(
       "{:22} batch median {:6.2f} ms, most {:6.2f}; journal median {:.4f} ms, most {:.4f}; finish {:.2f}, undo "
       "{:.2f}\n",
-      drag.name, batch.median, batch.most, line.median, line.most, finished, undone);
+      name, batch.median, batch.most, line.median, line.most, finished, undone);
+}
+
+void run(const Drag& drag, const ShapeFile& shape) {
+  const Box box = bounding_box(shape.mesh.positions);
+  const double diagonal = box.diagonal();
+  const Vec3d start = box.center() + drag.start * diagonal;
+  Workbench bench(shape.mesh);
+  if (drag.masked) {
+    bench.set_live({{half(shape.mesh)}});
+    bench.finish();
+  }
+  ImplicitStroke stroke{{start}, drag.inner * diagonal, drag.outer * diagonal};
+  measure(drag.name, bench, shape, [&](double t) {
+    stroke.path.push_back(start + dragged(t, diagonal));
+    return strokes_of(drag, stroke);
+  });
+}
+
+// One of 20 pins that are spread over the shape goes, with the automatic radius; the others hold.
+void run_pins(const ShapeFile& shape) {
+  constexpr std::size_t kPins = 20;
+  const std::vector<Vec3d>& positions = shape.mesh.positions;
+  PinsStroke stroke;
+  stroke.radius_auto = true;
+  std::vector<double> distances(positions.size(), std::numeric_limits<double>::infinity());
+  while (stroke.points.size() < kPins) {
+    const auto farthest = std::max_element(distances.begin(), distances.end()) - distances.begin();
+    stroke.points.push_back(positions[static_cast<std::size_t>(farthest)]);
+    for (std::size_t i = 0; i < positions.size(); ++i) {
+      distances[i] = std::min(distances[i], norm(positions[i] - stroke.points.back()));
+    }
+  }
+  stroke.to = stroke.points;
+  const double diagonal = bounding_box(positions).diagonal();
+  Workbench bench(shape.mesh);
+  measure("one of 20 pins", bench, shape, [&](double t) {
+    stroke.to.back() = stroke.points.back() + dragged(t, diagonal);
+    return std::vector<SessionStroke>{{stroke}};
+  });
 }
 
 // The images in three mirrors.
@@ -155,6 +189,7 @@ int main(int argc, char** argv) {
   run({"Studio's first ball", 0.042, 0.12, beside}, shape);
   run({"the same, mirror x3", 0.042, 0.12, beside, mirrors(center)}, shape);
   run({"the same, radial 8", 0.042, 0.12, beside, turns(center, 8)}, shape);
+  run_pins(shape);
   mask(shape);
   run({.name = "whole shape, masked", .inner = 0.02, .outer = 1.2, .masked = true}, shape);
   run({.name = "a third, masked", .inner = 0.05, .outer = 0.35, .masked = true}, shape);
