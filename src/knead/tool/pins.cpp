@@ -24,12 +24,11 @@ constexpr double kContradiction = 1e-3;
 constexpr double kSpacings = 2;
 constexpr double kDisplacements = 2;
 constexpr std::size_t kNeighbor = 3;
-// The stretch is found before the flow is used. With more pins than a pack holds, packs show it: a pin that differs
-// most from others, and those nearest to it. Only about the first of them the pack's flow is near enough to the whole
-// one.
+// The stretch is found before the flow is used, and in every batch of a drag. So of more pins than a pack holds only a
+// pack is looked at: the pin that differs most from others, and those nearest to it. Only about the first of them the
+// pack's flow is near enough to the whole one.
 constexpr std::size_t kPack = 200;
 constexpr std::size_t kCore = 40;
-constexpr int kPacks = 4;
 constexpr double kStrongStretchOfPins = 10;
 
 Vec3d motion_of(const PinsStroke& stroke, std::size_t i) { return stroke.to[i] - stroke.points[i]; }
@@ -192,33 +191,23 @@ GreatestStretch stretch_about(const PinsStroke& stroke, std::size_t count, doubl
   return greatest_stretch(flow_of(stroke), places_about(stroke, count, radius), options);
 }
 
-double strongest(const GreatestStretch& found) { return std::max(found.greatest, 1 / found.least); }
-
-GreatestStretch stretch_of_packs(const PinsStroke& stroke, double radius) {
-  std::vector<double> rates = strain_rates(stroke, radius);
-  GreatestStretch result;
-  for (int k = 0; k < kPacks; ++k) {
-    const auto worst = std::max_element(rates.begin(), rates.end());
-    if (!(*worst > 0)) break;
-    PinsStroke pack;
-    pack.radius = radius;
-    for (const std::size_t i : pack_about(stroke, static_cast<std::size_t>(worst - rates.begin()))) {
-      if (pack.points.size() < kCore) rates[i] = 0;
-      pack.points.push_back(stroke.points[i]);
-      pack.to.push_back(stroke.to[i]);
-    }
-    const GreatestStretch found = stretch_about(pack, kCore, radius);
-    if (strongest(found) > strongest(result)) result = found;
+GreatestStretch stretch_of_pack(const PinsStroke& stroke, double radius) {
+  const std::vector<double> rates = strain_rates(stroke, radius);
+  const auto worst = std::max_element(rates.begin(), rates.end());
+  PinsStroke pack;
+  pack.radius = radius;
+  for (const std::size_t i : pack_about(stroke, static_cast<std::size_t>(worst - rates.begin()))) {
+    pack.points.push_back(stroke.points[i]);
+    pack.to.push_back(stroke.to[i]);
   }
-  return result;
+  return stretch_about(pack, kCore, radius);
 }
 
 void warn(const PinsStroke& stroke, Warnings& warnings) {
   const double radius = radius_of(stroke);
   const std::size_t count = stroke.points.size();
-  const GreatestStretch found =
-      count <= kPack ? stretch_about(stroke, count, radius) : stretch_of_packs(stroke, radius);
-  const double stretch = strongest(found);
+  const GreatestStretch found = count <= kPack ? stretch_about(stroke, count, radius) : stretch_of_pack(stroke, radius);
+  const double stretch = std::max(found.greatest, 1 / found.least);
   if (!(stretch > kStrongStretchOfPins)) return;
   const auto nearest =
       std::min_element(stroke.points.begin(), stroke.points.end(),

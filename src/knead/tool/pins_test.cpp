@@ -133,7 +133,7 @@ PinsStroke pins_of_sphere(int count) {
   return stroke;
 }
 
-// Parts of the pins, with those around them, show it.
+// The pin that differs most, with those around it, shows it.
 TEST(PinsTool, WarnsOfAStrongStretchOfManyPins) {
   for (const int count : {600, 2000}) {
     PinsStroke stroke = pins_of_sphere(count);
