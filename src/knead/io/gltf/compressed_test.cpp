@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 
 #include <functional>
+#include <memory>
 
 #ifdef KNEAD_HAS_DRACO
 #include <draco/compression/encode.h>
@@ -152,7 +153,8 @@ TEST(CompressedGltf, DamagedMeshoptIsRefusedWithItsView) {
 
 #ifdef KNEAD_HAS_DRACO
 
-GlbFile draco_sphere(int bits) {
+// Sequential: the triangles in their order, after a note. Otherwise by edgebreaker, without one.
+GlbFile draco_sphere(int bits, bool is_sequential = false) {
   GlbFile plain = sphere_glb();
   const ShapeFile shape = plain.parse();
   draco::Mesh mesh;
@@ -171,7 +173,13 @@ GlbFile draco_sphere(int bits) {
     mesh.SetFace(draco::FaceIndex(f),
                  {draco::PointIndex(corners[0]), draco::PointIndex(corners[1]), draco::PointIndex(corners[2])});
   }
+  if (is_sequential) {
+    auto note = std::make_unique<draco::GeometryMetadata>();
+    note->AddEntryString("made by", "a test");
+    mesh.AddMetadata(std::move(note));
+  }
   draco::Encoder encoder;
+  encoder.SetEncodingMethod(is_sequential ? draco::MESH_SEQUENTIAL_ENCODING : draco::MESH_EDGEBREAKER_ENCODING);
   encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, bits);
   draco::EncoderBuffer buffer;
   EXPECT_TRUE(encoder.EncodeMeshToBuffer(mesh, &buffer).ok());
@@ -191,6 +199,7 @@ GlbFile draco_sphere(int bits) {
 
 TEST(CompressedGltf, DracoIsReadAndWrittenPlain) {
   expect_read(draco_sphere(16).bytes(), "Draco", sphere_glb().parse(), 2e-4);
+  expect_read(draco_sphere(16, true).bytes(), "Draco", sphere_glb().parse(), 2e-4);
   const std::string written =
       serialize_shape("glb", draco_sphere(16).parse(), std::vector<Vec3d>(sphere_glb().parse().mesh.vertex_count()));
   EXPECT_EQ(json_of(written)["extensionsUsed"], GlbJson({"KHR_materials_unlit"}));
@@ -201,8 +210,9 @@ TEST(CompressedGltf, DracoThatSaysItHasMoreFacesThanItCanIsRefusedAtOnce) {
   GlbFile file = draco_sphere(12);
   const std::size_t begin = file.bin.find("DRACO");
   ASSERT_EQ(file.bin.substr(begin + 7, 2), std::string("\1\1"));  // a mesh, by edgebreaker
-  const std::size_t counts = begin + 5 + 2 + 2 + 2 + 1;  // of vertices and faces; one byte later, that of symbols
-  const std::string many = "\xff\xff\xff\xff\x02";       // 805,306,367 as a number of variable length
+  // Vertices and faces, two bytes each here; one byte later, two of symbols.
+  const std::size_t counts = begin + 5 + 2 + 2 + 2 + 1;
+  const std::string many = "\xff\xff\xff\xff\x02";  // 805,306,367 as a number of variable length
   ASSERT_EQ(file.bin[counts + 1] & 0x80, 0);
   file.bin.replace(counts, 7, many + many + file.bin[counts + 4] + many);
   rusage before{};
