@@ -109,7 +109,7 @@ TEST_F(FramesTest, OptionsOfAnAnimationAreChecked) {
 
 TEST_F(FramesTest, ProgressBarOnATerminalOnly) {
   write_long_work();
-  // More than half a second, on any machine.
+  // Long enough for a bar: 0.8 s on a fast machine.
   const Words words{"deform",      "big.ply", "long.knead",   "-o",   "b.ply",       "--threads", "1",
                     "--precision", "double",  "--integrator", "bs32", "--tolerance", "1e-10"};
   RunOptions terminal;

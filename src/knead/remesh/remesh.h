@@ -131,7 +131,7 @@ struct RemeshCounts {
   double compensated_volume = 0;     // the part of it that was restored
   bool out_of_time = false;          // RemeshOptions::seconds ended the work
   // False if a limit on rounds or time left edges that do not meet the targets, if most triangles were too thin to
-  // improve, or if they lie in a heap, where nearly every pair overlaps.
+  // improve, or if the triangles lie in a heap, where nearly every pair overlaps.
   bool complete = true;
 };
 
