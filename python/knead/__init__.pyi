@@ -280,12 +280,14 @@ class Pins(Stroke):
     points: Points3
     to: Points3
     radius: float | Literal['auto']
+    turn: Sequence[Mapping[str, Any] | None] | None
     def __init__(
         self,
         *,
         points: Points3,
         to: Points3,
         radius: float | Literal['auto'],
+        turn: Sequence[Mapping[str, Any] | None] | None = None,
         name: str | None = None,
         off: bool | None = None,
         strength: float | None = None,

@@ -27,6 +27,9 @@ struct TypeName {
   std::string operator()(const std::vector<std::vector<Vec3d>>*) const { return "Sequence[Points3]"; }
   std::string operator()(const std::vector<std::uint32_t>*) const { return "Sequence[int]"; }
   std::string operator()(const std::vector<PaintSample>*) const { return "Sequence[Mapping[str, Vector]]"; }
+  std::string operator()(const std::vector<std::optional<PinRotation>>*) const {
+    return "Sequence[Mapping[str, Any] | None]";
+  }
   std::string operator()(const std::vector<VertexRange>*) const { return "Sequence[int | Sequence[int]]"; }
   std::string operator()(const std::vector<double>*) const { return "Sequence[float]"; }
   std::string operator()(const Mat3d*) const { return "Points3"; }

@@ -173,6 +173,11 @@ Stroke pins(const Draw& draw) {
     stroke.points.push_back(p);
     stroke.to.push_back(p + draw.direction() * way);
   }
+  if (draw.uniform(0, 1) < 0.6) return stroke;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    const PinRotation rotation{draw.direction(), draw.uniform(-40, 40)};
+    stroke.turn.push_back(draw.uniform(0, 1) < 0.5 ? std::optional(rotation) : std::nullopt);
+  }
   return stroke;
 }
 

@@ -52,6 +52,15 @@ inline Segment pinning(Random& random, int count, double radius, double by, doub
   return segment;
 }
 
+// The same pins, of which two of three turn, or hold their directions.
+inline Segment turning(Segment segment) {
+  for (std::uint32_t i = 0; i < segment.fields.size(); ++i) {
+    const Vec3d rate{0.2 - 0.3 * (i % 4), 0.1 * (i % 5), i % 2 == 0 ? 0.7 : -0.4};
+    if (i % 3 != 1) segment.turns.push_back({i, i == 3 ? Vec3d{0, 0, 0} : rate});
+  }
+  return segment;
+}
+
 // One segment of every kind: every tool, swept and blended, with a falloff. Numbers are drawn one statement after the
 // other, so that every compiler draws the same.
 inline std::vector<NamedSegment> random_segments(Random& random, int falloff = kDefaultFalloff) {
@@ -121,6 +130,7 @@ inline std::vector<NamedSegment> random_segments(Random& random, int falloff = k
     for (Field& field : named.segment.fields) field.thresholds.falloff = falloff;
   }
   result.push_back({"pins", pinning(random, 5, 0.8, 0.3)});
+  result.push_back({"turning pins", turning(result.back().segment)});
   return result;
 }
 

@@ -20,6 +20,10 @@ inline constexpr int kGreatestFalloff = 7;
 // In the place of a falloff: w = (1 + 5 s)(1 - s)^5, with which a moving ball is the divergence-free kernel of a pin
 // (method, section 9; flow/segment.h). Has two continuous derivatives for inner = 0.
 inline constexpr int kPinFalloff = 0;
+// With these weights the rotation and the strain of a ball are the kernels of a pin's turn: w = (1 - 9/5 s)(1 - s)^3
+// for a rotation with gauge 0 and RotationGauge::radial, w = (1 - s)^4 for a strain (docs/mathematics.md).
+inline constexpr int kPinRotationFalloff = 1;
+inline constexpr int kPinStrainFalloff = 2;
 
 // What is known of the weight of one falloff.
 struct FalloffFacts {
@@ -70,6 +74,14 @@ template <class T, class S>
   if (falloff == kPinFalloff) {
     const T fourth = integer_power(rest, 4);
     return {fourth * rest * mul_add(T(5), s, T(1)), fourth * s * T(S(-30) * inverse)};
+  }
+  if (falloff == kPinRotationFalloff) {
+    const T square = rest * rest;
+    return {square * rest * (T(1) - s * T(S(1.8))), square * (s * T(S(7.2)) - T(S(4.8))) * T(inverse)};
+  }
+  if (falloff == kPinStrainFalloff) {
+    const T cube = rest * rest * rest;
+    return {cube * rest, cube * T(S(-4) * inverse)};
   }
   if (falloff == 3) {
     const T complement = rest * mul_add(rest, rest - T(3), T(3));  // 1 - s^3

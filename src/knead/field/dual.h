@@ -27,9 +27,10 @@ struct Dual {
   friend bool operator>(const Dual& a, const Dual& b) { return a.v > b.v; }
   friend bool operator>=(const Dual& a, const Dual& b) { return a.v >= b.v; }
 
+  // The gradient of a length, which is 0 at the origin as that of its square is.
   friend Dual sqrt(const Dual& a) {
     const double root = std::sqrt(a.v);
-    return {root, a.g / (2 * root)};
+    return {root, root > 0 ? a.g / (2 * root) : Vec3d{0, 0, 0}};
   }
   friend Dual select(bool mask, const Dual& a, const Dual& b) { return mask ? a : b; }
   friend Dual round_to_integer(const Dual& a) { return Dual(knead::round_to_integer(a.v)); }

@@ -45,6 +45,10 @@ Vec3<T> masked_velocity_where(const RegionValue<T>& r, const M& motion, const Th
   return mul_add(inner.velocity, w.value * mask.value, cross(across, inner.potential - Vec3<T>(offset)));
 }
 
+// What a ball's formula divides by at its centre, where its dividend is 0. Its square is not 0, for dual numbers.
+template <class S>
+inline constexpr S kLeastDistance = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-150);
+
 // Returns the same for a ball, where r = |d|: grad r x A = d x A / r, and for translations and strains
 // d x (u x d) = u |d|^2 - d (u.d).
 template <class T, class M, class S>
@@ -54,7 +58,7 @@ Vec3<T> velocity(const M& motion, const Ball<S>& /*region*/, const Thresholds<S>
   const T square = norm2(d);
   const T r = sqrt(square);
   const Weight<T> w = blend_weight(r, thresholds);
-  const T pull = w.derivative / maximum(r, T(std::numeric_limits<S>::min()));
+  const T pull = w.derivative / maximum(r, T(kLeastDistance<S>));
   if constexpr (std::is_same_v<M, Translation<S>>) {
     if (motion.gauge == S(1)) {
       const Vec3<T> u(motion.velocity);

@@ -182,12 +182,24 @@ struct ExactPin {
   double speed = 0;  // |by|
 };
 
+// Of each pin its place at t = 0, its displacement, and the powers of what its kernel is multiplied with.
+template <class S>
+struct PinNumbers {
+  const S* first = nullptr;
+  int count = 0;
+  int stride = 0;
+
+  [[gnu::always_inline]] inline const S* operator[](int i) const {
+    return first + static_cast<std::ptrdiff_t>(i) * stride;
+  }
+};
+
 // Pins over a part of a segment's time (pins.h), owned by whoever made the field. Lengths are in units of the radius.
 template <class S>
 struct PinKernelField {
-  const S* numbers = nullptr;  // of each pin its place at t = 0, its displacement, and the powers of its velocity
-  const ExactPin* exact = nullptr;
-  int count = 0;
+  PinNumbers<S> pins;   // powers of three numbers: the velocity
+  PinNumbers<S> turns;  // of pins that also turn; of nine: the rate, and the strain's xx, yy, zz, xy, xz, yz
+  const ExactPin* exact = nullptr;  // as many as pins
   int degree = 0;
   S per_radius{1};
   S middle{0.5};  // of the part of the time
@@ -197,10 +209,6 @@ struct PinKernelField {
   double radius = 1;
   double begin = 0;
   double end = 1;
-
-  [[gnu::always_inline]] inline const S* pin(int i) const {
-    return numbers + static_cast<std::ptrdiff_t>(i) * (9 + 3 * degree);
-  }
 };
 
 // The points of a set, one coordinate after the other, owned by whoever made the field.

@@ -23,17 +23,17 @@ struct alignas(64) PinPlaces {
 template <class S>
 class PinsNear {
  public:
-  KNEAD_INLINE PinsNear(const PinKernelField<S>& field, const PinPlaces<S>& places, std::size_t count) : field_(field) {
+  KNEAD_INLINE PinsNear(const PinPlaces<S>& places, std::size_t count) {
     for (int axis = 0; axis < 3; ++axis) find_range(places.at[axis], count, low_[axis], high_[axis]);
     find_range(places.t, count, first_, last_);
   }
 
   // Returns how many of the pins from `begin` on there are; writes their numbers.
-  KNEAD_INLINE int choose(int begin, int end, int* numbers) const {
+  KNEAD_INLINE int choose(const PinNumbers<S>& pins, int begin, int end, int* numbers) const {
     int count = 0;
     for (int i = begin; i < end; ++i) {
       numbers[count] = i;
-      count += reaches(field_.pin(i)) ? 1 : 0;
+      count += reaches(pins[i]) ? 1 : 0;
     }
     return count;
   }
@@ -58,7 +58,6 @@ class PinsNear {
     return true;
   }
 
-  const PinKernelField<S>& field_;
   S low_[3];
   S high_[3];
   S first_{0};
@@ -103,17 +102,47 @@ KNEAD_INLINE void find_places(const PinKernelField<S>& field, const Bundle<S>& b
   }
 }
 
+// The same of a turn: v = (1 - r)^3 ((1 - 9/5 r) rate x y + (1 - 7/3 r) S y + 4/3 (y.S y) y / r), S the strain;
+// A = (1 - r)^3 ((1 - 9/5 r) (rate.y) y + (1 - r) (S y) x y / 3).
 template <class P, bool masked, class S>
-[[gnu::flatten]] void pin_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
-  const PinKernelField<S> field = *static_cast<const PinKernelField<S>*>(data);
-  const auto lanes = static_cast<std::size_t>(bundle.count);
-  PinPlaces<S> places;
-  find_places<P, masked>(field, bundle, stage, places);
-  const PinsNear<S> near(field, places, lanes);
-  for (int begin = 0; begin < field.count; begin += kPinsAtOnce) {
+KNEAD_INLINE void add_turn(const S* pin, int degree, const Vec3<P>& x, const P& t, const P& s, Vec3<P>& velocity,
+                           Vec3<P>& potential) {
+  const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
+  const P r = sqrt(norm2(y));
+  const P rest = maximum(P(1) - r, P(0));
+  const P cube = rest * (rest * rest);
+  const S* const powers = pin + 6 + 9 * degree;
+  Vec3<P> rate = each_lane<P>(powers);
+  Vec3<P> own = each_lane<P>(powers + 3);
+  Vec3<P> across = each_lane<P>(powers + 6);
+  for (int power = degree - 1; power >= 0; --power) {
+    const S* const lower = pin + 6 + 9 * power;
+    rate = mul_add(rate, s, each_lane<P>(lower));
+    own = mul_add(own, s, each_lane<P>(lower + 3));
+    across = mul_add(across, s, each_lane<P>(lower + 6));
+  }
+  const Vec3<P> strained{mul_add(own.x, y.x, mul_add(across.x, y.y, across.y * y.z)),
+                         mul_add(across.x, y.x, mul_add(own.y, y.y, across.z * y.z)),
+                         mul_add(across.y, y.x, mul_add(across.z, y.y, own.z * y.z))};
+  const P turning = cube * mul_add(r, P(S(-1.8)), P(1));
+  const P along = cube * P(S(4) / S(3)) * dot(y, strained) / maximum(r, P(kLeastDistance<S>));
+  velocity = mul_add(cross(rate, y), turning, velocity);
+  velocity = mul_add(strained, cube * mul_add(r, P(S(-7) / S(3)), P(1)), velocity);
+  velocity = mul_add(y, along, velocity);
+  if constexpr (masked) {
+    potential = mul_add(y, turning * dot(rate, y), potential);
+    potential = mul_add(cross(strained, y), cube * rest * P(S(1) / S(3)), potential);
+  }
+}
+
+// Adds the pins of a list, or the turns of one, that may reach a path line.
+template <class P, bool masked, bool turns, class S>
+KNEAD_INLINE void add_near(const PinKernelField<S>& field, const PinNumbers<S>& pins, const PinsNear<S>& near,
+                           PinPlaces<S>& places, std::size_t lanes) {
+  for (int begin = 0; begin < pins.count; begin += kPinsAtOnce) {
     int numbers[kPinsAtOnce];
-    const int rest = field.count - begin;
-    const int count = near.choose(begin, begin + (rest < kPinsAtOnce ? rest : kPinsAtOnce), numbers);
+    const int rest = pins.count - begin;
+    const int count = near.choose(pins, begin, begin + (rest < kPinsAtOnce ? rest : kPinsAtOnce), numbers);
     for (std::size_t i = 0; count > 0 && i < lanes; i += P::kSize) {
       const Vec3<P> x = load<P>(places.at, i);
       const P t = P::load(places.t + i);
@@ -122,12 +151,27 @@ template <class P, bool masked, class S>
       Vec3<P> potential;
       if constexpr (masked) potential = load<P>(places.potential, i);
       for (int k = 0; k < count; ++k) {
-        add_pin<P, masked>(field.pin(numbers[k]), field.degree, x, t, s, velocity, potential);
+        if constexpr (turns) {
+          add_turn<P, masked>(pins[numbers[k]], field.degree, x, t, s, velocity, potential);
+        } else {
+          add_pin<P, masked>(pins[numbers[k]], field.degree, x, t, s, velocity, potential);
+        }
       }
       store(velocity, places.velocity, i);
       if constexpr (masked) store(potential, places.potential, i);
     }
   }
+}
+
+template <class P, bool masked, class S>
+[[gnu::flatten]] void pin_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+  const PinKernelField<S> field = *static_cast<const PinKernelField<S>*>(data);
+  const auto lanes = static_cast<std::size_t>(bundle.count);
+  PinPlaces<S> places;
+  find_places<P, masked>(field, bundle, stage, places);
+  const PinsNear<S> near(places, lanes);
+  add_near<P, masked, false>(field, field.pins, near, places, lanes);
+  add_near<P, masked, true>(field, field.turns, near, places, lanes);
   for (std::size_t i = 0; i < lanes; i += P::kSize) {
     Vec3<P> v = load<P>(places.velocity, i);
     if constexpr (masked) {
@@ -151,7 +195,7 @@ template <class P, class S>
                       Vec3<P>(field.center);
     std::uint32_t inside = 0;
     std::uint32_t near = 0;
-    for (int k = 0; k < field.count && (members & ~inside) != 0; ++k) {
+    for (int k = 0; k < field.pins.count && (members & ~inside) != 0; ++k) {
       const ExactPin& pin = field.exact[k];
       const double far = field.radius + pin.speed * duration * (1 + 1e-9);
       const P square = norm2(x - Vec3<P>(pin.place + pin.by * field.begin));

@@ -198,7 +198,7 @@ SegmentMask mask_on(const Segment& segment) {
   result.acts = !segment.mask.is_empty() && reaches(segment);
   if (!result.acts) return result;
   if (segment.time_law == TimeLaw::pinned) {  // whose potentials' sum counts, not those of each
-    result.offsets.resize(segment.fields.size());
+    result.offsets.resize(segment.fields.size() + 2 * segment.turns.size());  // those of fields_at()
     return result;
   }
   for (const Field& field : segment.fields) result.offsets.push_back(Offset(segment, field).find());

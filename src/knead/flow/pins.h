@@ -4,24 +4,26 @@
 // being the pins' radius and Psi a the velocity of a pin that moves with a. They are kept as polynomials.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 #include "knead/flow/segment.h"
-#include "knead/math/mat3.h"
 #include "knead/math/progress.h"
 
 namespace knead::detail {
 
-// a_i(t) of all pins over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin).
+// The solution over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin): of each pin
+// a_i(t), then of each turn its three nodes (pin_equations.h).
 struct PinPiece {
   double begin = 0;
   double end = 1;
   int degree = 0;
-  std::vector<Vec3d> coefficients;  // degree + 1 of each pin in turn, the constant first
+  std::vector<Vec3d> coefficients;  // degree + 1 of each node, the constant first
 
-  Vec3d at(std::size_t pin, double t) const;
+  const Vec3d& power(std::size_t node, std::size_t exponent) const {
+    return coefficients[node * (static_cast<std::size_t>(degree) + 1) + exponent];
+  }
+  Vec3d at(std::size_t node, double t) const;
 };
 
 // Returns the pieces of a pinned segment from its begin to its end, in ascending time whatever its direction. With them
@@ -31,18 +33,8 @@ struct PinPiece {
 // about n k^2, for each of 5 to 17 times of a piece.
 std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress = nullptr);
 
-// Psi at y, in radii: what a pin that moves by a makes of it there is Psi a. Zero from a radius on.
-inline Mat3d pin_kernel(const Vec3d& y) {
-  const double r = norm(y);
-  const double rest = std::max(1 - r, 0.0);
-  const double fourth = (rest * rest) * (rest * rest);
-  return Mat3d{} * (fourth * (1 + 4 * r - 20 * (r * r))) + outer_product(y, y) * (15 * fourth);
-}
-
-inline constexpr double kPinShare = 0.1;
-
 // Returns the fields whose sum is v at the time t, as resting fields: the pins are where they are then, with the
-// velocities a. Beyond the pieces' ends the nearest one is used.
+// velocities a; after them a rotation and a strain for each turn. Beyond the pieces' ends the nearest one is used.
 std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t);
 
 }  // namespace knead::detail

@@ -2,8 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <numeric>
+
 #include "knead/field/dual.h"
 #include "knead/flow/path_jacobian.h"
+#include "knead/flow/pin_equations.h"
 #include "knead/math/error.h"
 #include "support/pins_now.h"
 #include "support/random_segments.h"
@@ -16,8 +23,53 @@ using test::moved;
 using test::pinning;
 using test::precisely;
 using test::Random;
+using test::turning;
 
 Vec3d motion_of(const Field& pin) { return std::get<Translation<double>>(pin.motion).velocity; }
+
+// The velocity of fields that rest, at x.
+Vec3d sum_at(const std::vector<Field>& fields, const Vec3d& x) {
+  Vec3d sum{};
+  for (const Field& field : fields) sum += velocity(field, x - field.center);
+  return sum;
+}
+
+// The same by variables, for its gradient.
+Vec3<Dual> dual_sum_at(const std::vector<Field>& fields, const Vec3d& x) {
+  Vec3<Dual> sum{};
+  for (const Field& field : fields) {
+    std::visit(
+        [&](const auto& motion) {
+          if constexpr (!std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion>) {
+            sum += velocity(motion, Ball<double>{}, field.thresholds, variables(x - field.center), Dual(0));
+          }
+        },
+        field.motion);
+  }
+  return sum;
+}
+
+// Path lines by the method of Runge and Kutta with steps of equal length, in the fields of turning pins at each time.
+std::vector<Vec3d> integrated_in_fields(const Segment& segment, std::vector<Vec3d> points, int steps) {
+  const auto pieces = detail::solve_pins(segment, 1e-10);
+  const double h = 1.0 / steps;
+  for (int step = 0; step < steps; ++step) {
+    const auto begin = detail::fields_at(segment, pieces, step * h);
+    const auto middle = detail::fields_at(segment, pieces, (step + 0.5) * h);
+    const auto end = detail::fields_at(segment, pieces, (step + 1) * h);
+    for (Vec3d& x : points) {
+      const Vec3d k1 = sum_at(begin, x);
+      const Vec3d k2 = sum_at(middle, x + k1 * (h / 2));
+      const Vec3d k3 = sum_at(middle, x + k2 * (h / 2));
+      const Vec3d k4 = sum_at(end, x + k3 * h);
+      x += (k1 + k2 * 2.0 + k3 * 2.0 + k4) * (h / 6);
+    }
+  }
+  return points;
+}
+
+// The rotation by |v| about v.
+Mat3d rotation_by(const Vec3d& v) { return exp(Mat3d{{0, -v.z, v.y}, {v.z, 0, -v.x}, {-v.y, v.x, 0}}); }
 
 // Path lines by the method of Runge and Kutta with steps of equal length.
 std::vector<Vec3d> integrated(const Segment& segment, std::vector<Vec3d> points, int steps) {
@@ -142,6 +194,213 @@ TEST(Pins, GiveTheSameBitsWhoeverTheirNeighboursAre) {
     for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(together[i], reversed[points.size() - 1 - i]);
     for (std::size_t i = 0; i < 20; ++i) EXPECT_EQ(moved(Flow{{segment}}, {points[i]}, options)[0], together[i]);
   }
+}
+
+// The kernel of a matrix E is -sum E_kl d/dy_l (Psi e_k): the representer of <E, grad v>.
+TEST(Turns, HaveDerivativesOfThePinsKernelAsKernels) {
+  Random random(820);
+  for (int round = 0; round < 100; ++round) {
+    const Vec3d y = random.in_box(0.7);
+    const std::array<Vec3d, 3> nodes{random.in_box(1), random.in_box(1), Vec3d{random.uniform(-1, 1), 0.5, 0}};
+    const detail::TurnKernel turn = detail::turn_kernel(nodes);
+    const Vec3d w = turn.rate;
+    // Gradients at the pin are 75 times an antisymmetric E, 45 times a symmetric one.
+    const Mat3d e = Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}} * (1.0 / 75) + turn.strain * (1.0 / 45);
+    Vec3d expected{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3d axis{};
+      axis[k] = 1;
+      const Thresholds<double> thresholds{0, 1, kPinFalloff};
+      const auto psi = velocity(Translation<double>{axis}, Ball<double>{}, thresholds, variables(y), Dual(0));
+      const Vec3d row = k == 0 ? e.row0 : k == 1 ? e.row1 : e.row2;
+      expected -= Vec3d{dot(psi.x.g, row), dot(psi.y.g, row), dot(psi.z.g, row)};
+    }
+    Segment segment;
+    segment.time_law = TimeLaw::pinned;
+    segment.fields = {{{0, 0, 0}, Translation<double>{}, Ball<double>{}, {0, 1, kPinFalloff}}};
+    segment.turns = {{0, {}}};
+    const detail::PinPiece piece{0, 1, 0, {{}, nodes[0], nodes[1], nodes[2]}};
+    const std::vector<Field> fields = detail::fields_at(segment, {piece}, 0.3);
+    EXPECT_NEAR(norm(sum_at(fields, y) - expected), 0, 1e-12 * (1 + norm(expected)));
+    const Vec3<Dual> v = dual_sum_at(fields, y);
+    EXPECT_NEAR(v.x.g.x + v.y.g.y + v.z.g.z, 0, 1e-11) << "the divergence";
+  }
+}
+
+TEST(Turns, SolveTheEquationsAtEveryTime) {
+  Random random(821);
+  for (const int count : {1, 2, 7, 30}) {
+    const Segment segment = turning(pinning(random, count, 0.7, 0.3));
+    const auto pieces = detail::solve_pins(segment, 1e-9);
+    for (int k = 0; k <= 23; ++k) {
+      const std::vector<Field> fields = detail::fields_at(segment, pieces, k / 23.0);
+      for (std::size_t i = 0; i < segment.fields.size(); ++i) {
+        EXPECT_NEAR(norm(sum_at(fields, fields[i].center) - motion_of(segment.fields[i])), 0, 1e-9);
+      }
+      for (const PinTurn& turn : segment.turns) {
+        const Vec3<Dual> v = dual_sum_at(fields, fields[turn.pin].center);
+        const Vec3d w = turn.rate;
+        EXPECT_NEAR(norm(v.x.g - Vec3d{0, -w.z, w.y}), 0, 2e-8) << count << " pins, t = " << k / 23.0;
+        EXPECT_NEAR(norm(v.y.g - Vec3d{w.z, 0, -w.x}), 0, 2e-8);
+        EXPECT_NEAR(norm(v.z.g - Vec3d{-w.y, w.x, 0}), 0, 2e-8);
+      }
+    }
+  }
+}
+
+// The Jacobian of the flow at a pin that turns is the rotation, at every time. Its steps are chosen for the path line,
+// which is straight; their error in a rotation by 1 is about 1e-7.
+TEST(Turns, TurnTheShapeAboutThePin) {
+  Random random(822);
+  for (const int count : {1, 5, 20}) {
+    const Segment segment = turning(pinning(random, count, 0.8, 0.3));
+    for (const double until : {0.4, 1.0}) {
+      const Flow flow = prefix(Flow{{segment}}, until);
+      const std::vector<Mat3d> found = jacobians(flow, places_of(segment, 0), precisely(1e-10));
+      for (const PinTurn& turn : segment.turns) {
+        const Mat3d difference = found[turn.pin] + rotation_by(turn.rate * until) * -1.0;
+        EXPECT_LE(row_sum_norm(difference), 1e-6) << count << " pins until " << until;
+      }
+    }
+  }
+}
+
+TEST(Turns, LeaveThePinsOnTheirWays) {
+  Random random(823);
+  for (const int count : {1, 3, 20}) {
+    const Segment segment = turning(pinning(random, count, 0.6, 0.2));
+    const Flow flow = prefix(Flow{{segment}}, 0.8);
+    const std::vector<Vec3d> goal = places_of(segment, 0.8);
+    EXPECT_LE(test::greatest_distance(moved(flow, places_of(segment, 0), in_float(2e-5)), goal), 4e-5) << count;
+    EXPECT_LE(test::greatest_distance(moved(flow, places_of(segment, 0), precisely(1e-10)), goal), 2e-10) << count;
+  }
+}
+
+TEST(Turns, AgreeWithPathLinesOfAnotherMethod) {
+  Random random(824);
+  for (int round = 0; round < 5; ++round) {
+    const Segment segment = turning(pinning(random, 1 + 4 * round, random.uniform(0.5, 1.2), 0.3));
+    const std::vector<Vec3d> points = test::random_points(random, 300, 1.0);
+    const std::vector<Vec3d> expected = integrated_in_fields(segment, points, 400);
+    EXPECT_LE(test::greatest_distance(moved(Flow{{segment}}, points, precisely(1e-9)), expected), 3e-8) << round;
+    EXPECT_LE(test::greatest_distance(moved(Flow{{segment}}, points, in_float()), expected), 2e-5) << round;
+    const std::vector<Vec3d> back = moved(inverse(Flow{{segment}}), expected, precisely(1e-9));
+    EXPECT_LE(test::greatest_distance(back, points), 1e-7) << round;
+  }
+}
+
+using Matrix = std::vector<std::vector<double>>;
+
+// The matrix of the equations at t = 0, from the lengths of vectors: error_of() is the norm that it defines.
+Matrix matrix_of(const Segment& segment) {
+  detail::PinEquations equations(segment, 1e-9);
+  equations.set_time(0);
+  const detail::Nodes zero(equations.size());
+  const auto square = [&](std::size_t i, std::size_t j) {
+    detail::Nodes sum = zero;
+    sum[i / 3][i % 3] += 1;
+    if (j != i) sum[j / 3][j % 3] += 1;
+    const double norm = equations.error_of(sum, zero);
+    return norm * norm;
+  };
+  const std::size_t n = 3 * equations.size();
+  Matrix m(n, std::vector<double>(n));
+  for (std::size_t i = 0; i < n; ++i) m[i][i] = square(i, i);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t j = 0; j < i; ++j) m[i][j] = m[j][i] = 0.5 * (square(i, j) - m[i][i] - m[j][j]);
+  }
+  return m;
+}
+
+// The lower triangle of L L^T = m, in place.
+void factorise(Matrix& m) {
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      double sum = m[i][j];
+      for (std::size_t k = 0; k < j; ++k) sum -= m[i][k] * m[j][k];
+      ASSERT_TRUE(i != j || sum > 0) << "not positive definite";
+      m[i][j] = i == j ? std::sqrt(sum) : sum / m[j][j];
+    }
+  }
+}
+
+// The greatest eigenvalue by the least: power iterations with the matrix and with its inverse.
+double condition_of(const Matrix& m) {
+  Matrix lower = m;
+  factorise(lower);
+  const std::size_t n = m.size();
+  const auto multiply = [&](std::vector<double>& x) {
+    std::vector<double> y(n);
+    for (std::size_t i = 0; i < n; ++i) y[i] = std::inner_product(x.begin(), x.end(), m[i].begin(), 0.0);
+    x = y;
+  };
+  const auto divide = [&](std::vector<double>& x) {
+    for (std::size_t i = 0; i < n; ++i) {
+      for (std::size_t k = 0; k < i; ++k) x[i] -= lower[i][k] * x[k];
+      x[i] /= lower[i][i];
+    }
+    for (std::size_t i = n; i-- > 0;) {
+      for (std::size_t k = i + 1; k < n; ++k) x[i] -= lower[k][i] * x[k];
+      x[i] /= lower[i][i];
+    }
+  };
+  const auto growth = [&](const auto& apply) {
+    std::vector<double> x(n);
+    for (std::size_t i = 0; i < n; ++i) x[i] = std::sin(1.0 + static_cast<double>(i));
+    double norm = 0;
+    for (int round = 0; round < 300; ++round) {
+      apply(x);
+      norm = std::sqrt(std::inner_product(x.begin(), x.end(), x.begin(), 0.0));
+      for (double& value : x) value /= norm;
+    }
+    return norm;
+  };
+  return growth(multiply) * growth(divide);
+}
+
+// Pins spread over a sphere, with a radius of so many of their distances; all of them turn, or none does.
+Segment on_sphere(int count, double spacings, bool turns) {
+  Segment segment;
+  segment.time_law = TimeLaw::pinned;
+  const double radius = spacings * std::sqrt(4 * std::numbers::pi / count);
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - 2 * (i + 0.5) / count;
+    const double across = std::sqrt(1 - z * z);
+    const Vec3d place{across * std::cos(2.399963 * i), across * std::sin(2.399963 * i), z};
+    segment.fields.push_back({place, Translation<double>{}, Ball<double>{}, {0, radius, kPinFalloff}});
+    if (turns) segment.turns.push_back({static_cast<std::uint32_t>(i), {}});
+  }
+  return segment;
+}
+
+TEST(Turns, AreWellConditioned) {
+  for (const int count : {6, 20}) {
+    for (const double spacings : {1.0, 2.0, 4.0}) {
+      const double with = condition_of(matrix_of(on_sphere(count, spacings, true)));
+      const double without = condition_of(matrix_of(on_sphere(count, spacings, false)));
+      std::printf("%2d pins, radius of %g distances: condition %.3g with turns, %.3g without\n", count, spacings, with,
+                  without);
+      EXPECT_LE(with, 5 * without);
+    }
+  }
+}
+
+TEST(Turns, ThatAreNoneOfPinsAreRefused) {
+  Random random(825);
+  const Segment segment = turning(pinning(random, 4, 0.7, 0.2));
+  EXPECT_NO_THROW(validate(Flow{{segment}}));
+  const auto refused = [&](auto change) {
+    Segment other = segment;
+    change(other);
+    EXPECT_THROW(validate(Flow{{other}}), InvalidInput);
+  };
+  refused([](Segment& s) { s.turns.back().pin = 4; });
+  refused([](Segment& s) { s.turns.front().pin = s.turns.back().pin; });
+  refused([](Segment& s) { s.turns.front().rate.x = std::nan(""); });
+  refused([](Segment& s) {
+    s.time_law = TimeLaw::swept;
+    for (Field& field : s.fields) field.thresholds.falloff = kDefaultFalloff;
+  });
 }
 
 TEST(Pins, GoBackTheWayTheyCame) {

@@ -105,6 +105,16 @@ void check(const Field& field, const Segment& segment) {
   }
 }
 
+void check_turns(const Segment& segment) {
+  require(segment.turns.empty() || segment.time_law == TimeLaw::pinned, "only a segment of pins has turns");
+  for (std::size_t i = 0; i < segment.turns.size(); ++i) {
+    const PinTurn& turn = segment.turns[i];
+    require(turn.pin < segment.fields.size(), "a turn is none of a pin's");
+    require(i == 0 || segment.turns[i - 1].pin < turn.pin, "the pins of turns must ascend");
+    require(is_finite(turn.rate), "a turn has a number that is not finite");
+  }
+}
+
 void check(const Segment& segment) {
   require(!segment.fields.empty(), "it has no field");
   require(is_finite(segment.displacement), "its displacement is not finite");
@@ -115,6 +125,7 @@ void check(const Segment& segment) {
             "its barrel needs a direction of unit length and a positive radius");
   }
   for (const Field& field : segment.fields) check(field, segment);
+  check_turns(segment);
 }
 
 }  // namespace

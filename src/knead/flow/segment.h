@@ -1,6 +1,7 @@
 // Segments and flows: deformations as plain values that contain no mesh (method, section 3).
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -26,6 +27,15 @@ struct SegmentBarrel {
   friend bool operator==(const SegmentBarrel&, const SegmentBarrel&) = default;
 };
 
+// A pin about which the shape turns as a rigid body does: the Jacobian of the flow at the pin is the rotation by
+// t |rate| about the direction of `rate` (with rate 0: it stays the identity).
+struct PinTurn {
+  std::uint32_t pin = 0;  // the number of its field
+  Vec3d rate{0, 0, 0};    // radians per unit time
+
+  friend bool operator==(const PinTurn&, const PinTurn&) = default;
+};
+
 // The sum of one or more fields over one unit of time. Path lines run from t = begin to t = end, both in [0, 1]: from 0
 // to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first half.
 struct Segment {
@@ -36,6 +46,7 @@ struct Segment {
   Mask mask;  // of all fields
   double begin = 0;
   double end = 1;
+  std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
 
   friend bool operator==(const Segment&, const Segment&) = default;
 };
@@ -73,6 +84,7 @@ Flow flow_between(const Flow& flow, double from, double to);
 //   - a blended segment is anything but the translation of a ball or capsule,
 //   - a pinned segment is anything but translations of balls with inner = 0, falloff kPinFalloff and the same outer,
 //     or has a displacement or barrel,
+//   - a turn is none of a pin's, or the pins of turns do not ascend,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 

@@ -9,6 +9,7 @@
 
 #include "knead/flow/contact.h"
 #include "knead/flow/culling.h"
+#include "knead/flow/owned_pins.h"
 #include "knead/flow/pins.h"
 #include "knead/flow/step_rule.h"
 #include "knead/math/box.h"
@@ -281,44 +282,6 @@ struct KernelMover {
   }
 };
 
-// The pins of one piece of a segment, and everything that the kernel's field points to.
-template <class S>
-struct OwnedPins {
-  PinKernelField<S> field;
-  std::vector<S> numbers;
-  std::vector<ExactPin> exact;
-
-  OwnedPins(const Segment& segment, const PinPiece& piece, bool masked) {
-    field.center = center_of(segment);
-    field.radius = segment.fields.front().thresholds.outer;
-    const auto add = [&](const Vec3d& v) {
-      for (std::size_t axis = 0; axis < 3; ++axis) numbers.push_back(static_cast<S>(v[axis]));
-    };
-    const auto powers = static_cast<std::size_t>(piece.degree) + 1;
-    for (std::size_t i = 0; i < segment.fields.size(); ++i) {
-      const Vec3d place = segment.fields[i].center - field.center;
-      const Vec3d by = displacement_of(segment, segment.fields[i]);
-      add(place / field.radius);
-      add(by / field.radius);
-      for (std::size_t k = 0; k < powers; ++k) add(piece.coefficients[i * powers + k]);
-      exact.push_back({place, by, norm(by)});
-    }
-    field.numbers = numbers.data();
-    field.exact = exact.data();
-    field.count = static_cast<int>(exact.size());
-    field.degree = piece.degree;
-    field.per_radius = static_cast<S>(1 / field.radius);
-    field.middle = static_cast<S>(0.5 * (piece.begin + piece.end));
-    field.per_half = static_cast<S>(2 / (piece.end - piece.begin));
-    field.begin = segment.begin;
-    field.end = segment.end;
-    if (masked) field.mask = view_of<S>(segment.mask, field.center);
-  }
-  OwnedPins(const OwnedPins&) = delete;
-  OwnedPins& operator=(const OwnedPins&) = delete;
-  ~OwnedPins() = default;
-};
-
 // A segment of pins is moved through the pieces of its time, one after the other.
 template <class S>
 class PinMover {
@@ -361,7 +324,7 @@ class PinMover {
   static BoundKernel<S> kernel_of(const Segment& part, const PinPiece& piece, bool masked, const Kernels<S>& kernels) {
     BoundKernel<S> result;
     result.kernel = masked ? kernels.masked_pins : kernels.pins;
-    const auto owned = std::make_shared<const OwnedPins<S>>(part, piece, masked);
+    const auto owned = std::make_shared<const OwnedPins<S>>(part, piece, center_of(part), masked);
     result.field = {owned, &owned->field};
     result.next_contact = &contact_or_never;
     result.contact_data = &part;

@@ -6,7 +6,7 @@
 #include <limits>
 #include <tuple>
 
-#include "knead/flow/pins.h"
+#include "knead/flow/pin_equations.h"
 
 namespace knead::session_detail {
 

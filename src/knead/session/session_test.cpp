@@ -20,7 +20,7 @@ class RandomStrokes {
   explicit RandomStrokes(unsigned seed) : random_(seed) {}
 
   Stroke next() {
-    switch (std::uniform_int_distribution<int>(0, 10)(random_)) {
+    switch (std::uniform_int_distribution<int>(0, 11)(random_)) {
       case 0:
         return implicit();
       case 1:
@@ -41,6 +41,8 @@ class RandomStrokes {
         return stamp();
       case 9:
         return RelaxStroke{{vector(), vector()}, positive(), coin() ? 0.5 : 1, coin() ? 1.0 : 0.25, coin() ? 2 : 7};
+      case 10:
+        return pins();
       default:
         return bend();
     }
@@ -112,6 +114,13 @@ class RandomStrokes {
     if (coin()) stroke.step = positive();
     stroke.contact = coin() ? StampContact::stick : StampContact::slip;
     if (stroke.contact == StampContact::stick) stroke.exponent = coin() ? 16 : 8;
+    return stroke;
+  }
+
+  Stroke pins() {
+    PinsStroke stroke{{{0, 0, 0}, {1, 2, 3}}, {{number(), 0, 0}, {4, 5, 6}}, std::nullopt, coin()};
+    if (!stroke.radius_auto) stroke.radius = 1e-3;
+    if (coin()) stroke.turn = {std::nullopt, PinRotation{vector(), number()}};
     return stroke;
   }
 

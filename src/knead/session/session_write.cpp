@@ -26,6 +26,11 @@ std::string text_of(const PaintSample& sample) {
   return fmt::format(R"({{"point": {}, "normal": {}}})", text_of(sample.point), text_of(sample.normal));
 }
 
+std::string text_of(const std::optional<PinRotation>& rotation) {
+  if (!rotation) return "null";
+  return fmt::format(R"({{"axis": {}, "angle_deg": {}}})", text_of(rotation->axis), text_of(rotation->angle_deg));
+}
+
 std::string text_of(std::uint32_t value) { return fmt::format("{}", value); }
 
 std::string text_of(const VertexRange& range) {

@@ -76,6 +76,17 @@ struct ReadValue {
   void operator()(std::vector<double>* numbers) const {
     for (const JsonValue& item : json.items()) numbers->push_back(item.number());
   }
+  void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
+    for (const JsonValue& item : json.items()) {
+      if (item.json().is_null()) {
+        rotations->emplace_back();
+        continue;
+      }
+      const JsonObject rotation(item, place, "a turn");
+      rotation.allow({"axis", "angle_deg"});
+      rotations->push_back(PinRotation{rotation.vector("axis"), rotation.number("angle_deg")});
+    }
+  }
   void operator()(std::vector<PaintSample>* samples) const {
     for (const JsonValue& item : json.items()) {
       const JsonObject sample(item, place, "a sample");

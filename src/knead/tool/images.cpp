@@ -33,6 +33,11 @@ struct Numbers {
       add(sample.normal);
     }
   }
+  void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
+    for (const std::optional<PinRotation>& rotation : *rotations) {
+      add(rotation ? normalized(rotation->axis) * rotation->angle_deg : Vec3d{});
+    }
+  }
   void operator()(Mat3d* m) const {
     for (const Vec3d& row : {m->row0, m->row1, m->row2}) add(row);
   }

@@ -69,6 +69,13 @@ struct Image {
       sample.normal = map.direction(sample.normal);
     }
   }
+  void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
+    for (std::optional<PinRotation>& rotation : *rotations) {
+      if (!rotation) continue;
+      rotation->axis = map.direction(rotation->axis);
+      if (map.turns_round()) rotation->angle_deg = -rotation->angle_deg;
+    }
+  }
   void operator()(double* number) const {
     if (quantity == Quantity::angle && map.turns_round()) *number = -*number;
   }

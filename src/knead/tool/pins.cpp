@@ -33,6 +33,12 @@ constexpr double kStrongStretchOfPins = 10;
 
 Vec3d motion_of(const PinsStroke& stroke, std::size_t i) { return stroke.to[i] - stroke.points[i]; }
 
+// Radians over the stroke.
+Vec3d rate_of(const PinsStroke& stroke, std::size_t i) {
+  if (stroke.turn.empty() || !stroke.turn[i]) return {0, 0, 0};
+  return unit(stroke.turn[i]->axis) * (stroke.turn[i]->angle_deg * kRadiansPerDegree);
+}
+
 // Of the third nearest other pin; of the farthest where there are fewer.
 double distance_to_neighbor(const PinsStroke& stroke, std::size_t i) {
   std::vector<double> square;
@@ -84,14 +90,20 @@ std::vector<StrokeKey> keys(PinsStroke& s) {
   return {{"points", Quantity::finite, &s.points},
           {"to", Quantity::finite, &s.to},
           {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::required,
-           "everything farther from all pins stays"}};
+           "everything farther from all pins stays"},
+          {"turn", Quantity::other, &s.turn, Presence::optional}};
+}
+
+// How many vectors of unknowns a pin has.
+std::size_t unknowns_of(const PinsStroke& stroke, std::size_t i) {
+  return !stroke.turn.empty() && stroke.turn[i] ? 4 : 1;
 }
 
 void require_solvable(const PinsStroke& stroke, double radius) {
   std::size_t pairs = 0;
   for_pairs(stroke, [&](std::size_t i, std::size_t j) {
     const Approach nearest = approach_of(stroke, i, j);
-    pairs += nearest.distance < radius ? 1 : 0;
+    if (nearest.distance < radius) pairs += unknowns_of(stroke, i) * unknowns_of(stroke, j);
     const bool together = motion_of(stroke, i) == motion_of(stroke, j);
     if (nearest.distance > (together ? kOnePlace : kContradiction) * radius) return;
     throw InvalidInput(together ? fmt::format("\"points\": pins {} and {} are at the same place; remove one", i, j)
@@ -102,8 +114,21 @@ void require_solvable(const PinsStroke& stroke, double radius) {
   if (pairs > kMostPairs) {
     throw InvalidInput(fmt::format(
         "\"radius\": {} pairs of pins are nearer than {:.4g} to each other, and {} at most can be solved; make "
-        "it smaller, or give fewer pins",
-        pairs, radius, kMostPairs));
+        "it smaller, or give fewer pins{}",
+        pairs, radius, kMostPairs, stroke.turn.empty() ? "" : " or turns (two pins that turn count 16 times)"));
+  }
+}
+
+void validate_turn(const PinsStroke& stroke) {
+  if (stroke.turn.empty()) return;
+  if (stroke.turn.size() != stroke.points.size()) {
+    throw InvalidInput(fmt::format("\"turn\" must hold as many rotations or nulls as \"points\", {}, got {}",
+                                   stroke.points.size(), stroke.turn.size()));
+  }
+  for (const std::optional<PinRotation>& rotation : stroke.turn) {
+    if (!rotation) continue;
+    require_direction("axis", rotation->axis);
+    require_angle("angle_deg", rotation->angle_deg);
   }
 }
 
@@ -116,6 +141,7 @@ void validate(const PinsStroke& stroke) {
     throw InvalidInput(fmt::format("\"to\" must hold as many places as \"points\", {}, got {}", stroke.points.size(),
                                    stroke.to.size()));
   }
+  validate_turn(stroke);
   if (!stroke.radius && !stroke.radius_auto) throw InvalidInput("\"radius\" must be a number above 0, or \"auto\"");
   const double radius = radius_of(stroke);
   if (!(radius > 0)) {
@@ -133,6 +159,9 @@ Flow flow_of(const PinsStroke& stroke) {
     segment.fields.push_back(
         {stroke.points[i], Translation<double>{motion_of(stroke, i)}, Ball<double>{}, {0, radius, kPinFalloff}});
   }
+  for (std::size_t i = 0; i < stroke.turn.size(); ++i) {
+    if (stroke.turn[i]) segment.turns.push_back({static_cast<std::uint32_t>(i), rate_of(stroke, i)});
+  }
   return {{std::move(segment)}};
 }
 
@@ -148,7 +177,7 @@ std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, dou
       if (nearest == nullptr || norm2(other - place) < norm2(*nearest - place)) nearest = &other;
     }
     if (nearest != nullptr) places.push_back((place + *nearest) * 0.5);
-    const Vec3d by = motion_of(stroke, i);
+    const Vec3d by = motion_of(stroke, i) + rate_of(stroke, i) * radius;
     if (by == Vec3d{0, 0, 0}) continue;
     const Vec3d along = unit(by);
     const Vec3d beside = any_orthogonal(along);
@@ -163,7 +192,9 @@ std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, dou
 // least distance, or the pin's own velocity by the radius.
 std::vector<double> strain_rates(const PinsStroke& stroke, double radius) {
   std::vector<double> rates;
-  for (std::size_t i = 0; i < stroke.points.size(); ++i) rates.push_back(norm(motion_of(stroke, i)) / radius);
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    rates.push_back(std::max(norm(motion_of(stroke, i)) / radius, norm(rate_of(stroke, i))));
+  }
   for_pairs(stroke, [&](std::size_t i, std::size_t j) {
     const double apart = approach_of(stroke, i, j).distance;
     if (!(apart < radius)) return;
@@ -199,6 +230,7 @@ GreatestStretch stretch_of_pack(const PinsStroke& stroke, double radius) {
   for (const std::size_t i : pack_about(stroke, static_cast<std::size_t>(worst - rates.begin()))) {
     pack.points.push_back(stroke.points[i]);
     pack.to.push_back(stroke.to[i]);
+    if (!stroke.turn.empty()) pack.turn.push_back(stroke.turn[i]);
   }
   return stretch_about(pack, kCore, radius);
 }
@@ -220,6 +252,9 @@ void warn(const PinsStroke& stroke, Warnings& warnings) {
 
 void prolong(PinsStroke& stroke, double strength) {
   for (std::size_t i = 0; i < stroke.to.size(); ++i) stroke.to[i] = stroke.points[i] + motion_of(stroke, i) * strength;
+  for (std::optional<PinRotation>& rotation : stroke.turn) {
+    if (rotation) rotation->angle_deg *= strength;
+  }
 }
 
 }  // namespace

@@ -100,6 +100,53 @@ TEST(PinsTool, RefusesMorePairsThanCanBeSolved) {
   EXPECT_EQ(refusal(stroke), "");
 }
 
+// A pin that turns by 90 degrees about z, its neighbourhood with it.
+TEST(PinsTool, TurnsTheShapeAboutAPin) {
+  PinsStroke stroke = held_corners();
+  stroke.turn = {std::nullopt, PinRotation{{0, 0, 2}, 90}, PinRotation{{1, 0, 0}, 0}, std::nullopt, std::nullopt};
+  EXPECT_EQ(refusal(stroke), "");
+  const double h = 1e-4;
+  const std::vector<Vec3d> points{{1, 0, 0}, {1 + h, 0, 0}, {1, 0, h}, {0, 1, 0}, {h, 1, 0}};
+  const auto after = moved(flow_of(stroke), points, precisely(1e-10));
+  EXPECT_LE(norm(after[0] - Vec3d{1, 0, 0}), 1e-9);
+  EXPECT_LE(norm((after[1] - after[0]) - Vec3d{0, h, 0}), 1e-2 * h);
+  EXPECT_LE(norm((after[2] - after[0]) - Vec3d{0, 0, h}), 1e-2 * h);
+  EXPECT_LE(norm((after[4] - after[3]) - Vec3d{h, 0, 0}), 1e-2 * h) << "held";
+  const auto twice = std::get<PinsStroke>(prolonged(stroke, 2));
+  EXPECT_EQ(twice.turn[1], (PinRotation{{0, 0, 2}, 180}));
+  EXPECT_EQ(twice.turn[0], std::nullopt);
+}
+
+TEST(PinsTool, RefusesTurnsThatAreNone) {
+  PinsStroke stroke = held_corners();
+  stroke.turn = {std::nullopt};
+  EXPECT_EQ(refusal(stroke), "\"turn\" must hold as many rotations or nulls as \"points\", 5, got 1");
+  stroke.turn.assign(5, PinRotation{{0, 0, 0}, 10});
+  EXPECT_EQ(refusal(stroke), "\"axis\" must be a vector of any length but 0, got [0, 0, 0]");
+  stroke.turn.assign(5, PinRotation{{0, 0, 1}, 1e9});
+  EXPECT_NE(refusal(stroke), "");
+}
+
+// The mirror image of the shape is where the mirror image of the stroke takes it.
+TEST(PinsTool, HasMirrorImagesOfItsTurns) {
+  PinsStroke stroke = held_corners();
+  stroke.turn = {PinRotation{{0.3, 0.2, 1}, 70}, std::nullopt, std::nullopt, std::nullopt, std::nullopt};
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> images;
+  for (int i = 0; i < 50; ++i) {
+    points.push_back({std::sin(1.0 * i) * 0.5, std::sin(2.0 * i) * 0.5, std::sin(3.0 * i) * 0.5});
+    images.push_back({-points.back().x, points.back().y, points.back().z});
+  }
+  const auto after = moved(flow_of(stroke), points, precisely(1e-10));
+  const auto mirror = moved(flow_of(mirrored(stroke, 0)), images, precisely(1e-10));
+  double farthest = 0;
+  for (std::size_t i = 0; i < after.size(); ++i) {
+    EXPECT_LE(norm(mirror[i] - Vec3d{-after[i].x, after[i].y, after[i].z}), 1e-8);
+    farthest = std::max(farthest, norm(after[i] - points[i]));
+  }
+  EXPECT_GT(farthest, 0.1);
+}
+
 TEST(PinsTool, GoesOnInItsDirections) {
   const PinsStroke stroke = held_corners();
   const auto twice = std::get<PinsStroke>(prolonged(stroke, 2));

@@ -215,6 +215,14 @@ struct BendStroke {
   friend bool operator==(const BendStroke&, const BendStroke&) = default;
 };
 
+// A rotation about an axis through a pin; with the angle 0 the pin holds the shape's orientation.
+struct PinRotation {
+  Vec3d axis;  // of any length but 0
+  double angle_deg = 0;
+
+  friend bool operator==(const PinRotation&, const PinRotation&) = default;
+};
+
 // Pins (method, section 9): every point goes to its place exactly, in a straight line, or is held where both are equal;
 // everything within the radius of a pin follows. Two pins never meet on the way. 1 to 2000 pins.
 struct PinsStroke {
@@ -224,6 +232,8 @@ struct PinsStroke {
   // Use twice the median distance of a pin from the third nearest one, or twice the longest way of a pin if that is
   // more. Of fewer pins the farthest one counts.
   bool radius_auto = false;
+  // Of each pin, or empty: how the shape turns about it on the way, as a rigid body there; none: as the flow takes it.
+  std::vector<std::optional<PinRotation>> turn{};
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
