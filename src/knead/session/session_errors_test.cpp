@@ -80,9 +80,9 @@ TEST(SessionErrors, OfMasksNameTheKeyAndWhatWasExpected) {
 TEST(SessionErrors, OfTurnsOfPinsNameTheKeyAndWhatWasExpected) {
   const std::string pins = R"({"tool": "pins", "points": [[0, 0, 0]], "to": [[0, 0, 1]], "radius": 1, "turn": )";
   expect_errors({
-      {pins + "1}", R"("turn" must be an array, got 1)"},
+      {pins + "1}", R"("turn" must be a list [...], got 1)"},
       {pins + "[1]}", R"("turn"[0] must be)"},
-      {pins + R"([{"axis": [0, 0, 1]}]})", R"("angle_deg" is missing)"},
+      {pins + R"([{"axis": [0, 0, 1]}]})", R"("turn"[0] "angle_deg" is missing; a turn needs it)"},
       {pins + R"([{"axis": [0, 0, 1], "angle_deg": 1, "rate": 2}]})", R"(unknown key "rate"; a turn has the keys)"},
       {pins + R"([null, null]})", R"("turn" must hold as many rotations or nulls as "points", 1, got 2)"},
       {pins + R"([{"axis": [0, 0, 0], "angle_deg": 1}]})", R"("axis" must be a vector of any length but 0)"},
