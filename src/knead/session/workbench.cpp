@@ -134,7 +134,11 @@ WorkResult Workbench::compute(const ShapeState& from, bool again, const Work& wo
 AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* progress) {
   for (const SessionStroke& stroke : strokes) {
     StrokeOutcome outcome = shape_.apply(stroke, folder_, progress);
-    std::move(outcome.warnings.begin(), outcome.warnings.end(), std::back_inserter(warnings_));
+    for (std::string& warning : outcome.warnings) {  // each piece of a growing stroke may give the same
+      if (std::find(warnings_.begin(), warnings_.end(), warning) == warnings_.end()) {
+        warnings_.push_back(std::move(warning));
+      }
+    }
     if (reads_surface(stroke.stroke) && !outcome.parts.empty()) part_ = std::move(outcome.parts.back().stroke);
     if (outcome.status != AdvectStatus::done) return outcome.status;
   }
@@ -152,6 +156,8 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
+  std::vector<std::string> warnings_before;
+  if (change.from_start) warnings_before = std::exchange(warnings_, {});
   result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
     const AdvectStatus status =
         change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
@@ -161,7 +167,10 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
     if (change.rest_as_line && !change.rest) added.insert(added.begin(), {*change.rest_as_line});
     return apply(added, progress);
   });
-  if (!result.is_done()) return result;
+  if (!result.is_done()) {
+    if (change.from_start) warnings_ = std::move(warnings_before);
+    return result;
+  }
   if (live_.empty() || change.from_start) live_seconds_ = 0;
   if (live_.empty()) live_steps_ = steps;
   live_state_ = *at_;

@@ -228,6 +228,21 @@ TEST(Workbench, AnEntryIsChangedUnderThoseThatFollow) {
   EXPECT_THROW(bench.edit(3, {}), std::out_of_range);
 }
 
+// A drag asks again at every batch; what an earlier place of the pointer gave is no longer true.
+TEST(Workbench, WarnsOfAGestureAsItIsAtItsEnd) {
+  Workbench bench(ball());
+  const auto drag = [&](double way) {
+    PinsStroke pins{{{0, 0, 1}, {0.3, 0, 1}}, {{0, 0, 1}, {0.3 - way, 0.01, 1}}, 1.0};
+    EXPECT_TRUE(bench.set_live(session_strokes({pins})).is_done());
+  };
+  for (const double way : {0.1, 0.25, 0.28, 0.29}) drag(way);
+  EXPECT_TRUE(bench.finish().is_done());
+  EXPECT_EQ(bench.done().back()->warnings.size(), 1U);
+  for (const double way : {0.1, 0.25, 0.28, 0.29, 0.05}) drag(way);
+  EXPECT_TRUE(bench.finish().is_done());
+  EXPECT_TRUE(bench.done().back()->warnings.empty());
+}
+
 TEST(Workbench, WhatCannotBeDoneLeavesTheShapeAsItWas) {
   const Mesh mesh = ball();
   Workbench bench(mesh);
