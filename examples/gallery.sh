@@ -397,6 +397,7 @@ tools() {
   tool twist --size 900x220 --view 15,18
   tool bend --size 900x440 --view 40,10
   tool pins --size 900x420 --view 8,6
+  tool turn --size 900x340 --view 0,75
 }
 
 # --- all of it --------------------------------------------------------------------------------------------------------
