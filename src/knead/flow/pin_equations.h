@@ -87,6 +87,7 @@ class PinEquations {
   Nodes product(const Nodes& a) const;
   void factorise();
   Nodes by_factor(const Nodes& right) const;
+  bool improve_without_factor(Nodes& a) const;
   bool improve(Nodes& a) const;
 
   double radius_;
