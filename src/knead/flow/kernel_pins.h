@@ -28,6 +28,10 @@ class PinsNear {
     find_range(places.t, count, first_, last_);
   }
 
+  // Whether all path lines are at one time, and which.
+  KNEAD_INLINE bool is_one_time() const { return first_ == last_; }
+  KNEAD_INLINE S time() const { return first_; }
+
   // Returns how many of the pins from `begin` on there are; writes their numbers.
   KNEAD_INLINE int choose(const PinNumbers<S>& pins, int begin, int end, int* numbers) const {
     int count = 0;
@@ -73,10 +77,9 @@ KNEAD_INLINE Vec3<P> each_lane(const S* v) {
 // Adds the kernel of one pin to v, and to the vector potential A (in units of the radius) under a mask:
 // v = (1 - r)^4 ((1 + 4 r - 20 r^2) a + 15 (a.y) y), A = (1 + 5 r) (1 - r)^5 a x y / 2, y from the pin, r = |y|.
 template <class P, bool masked, class S>
-KNEAD_INLINE void add_pin(const S* pin, int degree, const Vec3<P>& x, const P& t, const P& s, Vec3<P>& velocity,
-                          Vec3<P>& potential) {
+KNEAD_INLINE void add_pin(const S* pin, const S* powers, int degree, const Vec3<P>& x, const P& t, const P& s,
+                          Vec3<P>& velocity, Vec3<P>& potential) {
   const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
-  const S* const powers = pin + 6;
   Vec3<P> a = each_lane<P>(powers + 3 * degree);
   for (int power = degree - 1; power >= 0; --power) a = mul_add(a, s, each_lane<P>(powers + 3 * power));
   const P r = sqrt(norm2(y));
@@ -105,18 +108,18 @@ KNEAD_INLINE void find_places(const PinKernelField<S>& field, const Bundle<S>& b
 // The same of a turn: v = (1 - r)^3 ((1 - 9/5 r) rate x y + (1 - 7/3 r) S y + 4/3 (y.S y) y / r), S the strain;
 // A = (1 - r)^3 ((1 - 9/5 r) (rate.y) y + (1 - r) (S y) x y / 3).
 template <class P, bool masked, class S>
-KNEAD_INLINE void add_turn(const S* pin, int degree, const Vec3<P>& x, const P& t, const P& s, Vec3<P>& velocity,
-                           Vec3<P>& potential) {
+KNEAD_INLINE void add_turn(const S* pin, const S* powers, int degree, const Vec3<P>& x, const P& t, const P& s,
+                           Vec3<P>& velocity, Vec3<P>& potential) {
   const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
   const P r = sqrt(norm2(y));
   const P rest = maximum(P(1) - r, P(0));
   const P cube = rest * (rest * rest);
-  const S* const powers = pin + 6 + 9 * degree;
-  Vec3<P> rate = each_lane<P>(powers);
-  Vec3<P> own = each_lane<P>(powers + 3);
-  Vec3<P> across = each_lane<P>(powers + 6);
+  const S* const highest = powers + 9 * degree;
+  Vec3<P> rate = each_lane<P>(highest);
+  Vec3<P> own = each_lane<P>(highest + 3);
+  Vec3<P> across = each_lane<P>(highest + 6);
   for (int power = degree - 1; power >= 0; --power) {
-    const S* const lower = pin + 6 + 9 * power;
+    const S* const lower = powers + 9 * power;
     rate = mul_add(rate, s, each_lane<P>(lower));
     own = mul_add(own, s, each_lane<P>(lower + 3));
     across = mul_add(across, s, each_lane<P>(lower + 6));
@@ -135,14 +138,35 @@ KNEAD_INLINE void add_turn(const S* pin, int degree, const Vec3<P>& x, const P& 
   }
 }
 
-// Adds the pins of a list, or the turns of one, that may reach a path line.
+// Writes the values of `width` polynomials as add_pin() and add_turn() evaluate them: by packs, which round as theirs
+// do.
+template <class P, int width, class S>
+KNEAD_INLINE void evaluate_powers(const S* powers, int degree, S s, S* values) {
+  for (int i = 0; i < width; ++i) {
+    P value(powers[width * degree + i]);
+    for (int power = degree - 1; power >= 0; --power) value = mul_add(value, P(s), P(powers[width * power + i]));
+    alignas(64) S lanes[P::kSize];
+    value.store(lanes);
+    values[i] = lanes[0];
+  }
+}
+
+// Adds the pins of a list, or the turns of one, that may reach a path line. Path lines that are at one time, as most
+// are in their first step, share the polynomials' values.
 template <class P, bool masked, bool turns, class S>
 KNEAD_INLINE void add_near(const PinKernelField<S>& field, const PinNumbers<S>& pins, const PinsNear<S>& near,
                            PinPlaces<S>& places, std::size_t lanes) {
+  constexpr int kWidth = turns ? 9 : 3;
+  const bool shares = near.is_one_time() && lanes > P::kSize;
   for (int begin = 0; begin < pins.count; begin += kPinsAtOnce) {
     int numbers[kPinsAtOnce];
+    S values[kPinsAtOnce * kWidth];
     const int rest = pins.count - begin;
     const int count = near.choose(pins, begin, begin + (rest < kPinsAtOnce ? rest : kPinsAtOnce), numbers);
+    for (int k = 0; shares && k < count; ++k) {
+      const S s = (near.time() - field.middle) * field.per_half;
+      evaluate_powers<P, kWidth>(pins[numbers[k]] + 6, field.degree, s, values + kWidth * k);
+    }
     for (std::size_t i = 0; count > 0 && i < lanes; i += P::kSize) {
       const Vec3<P> x = load<P>(places.at, i);
       const P t = P::load(places.t + i);
@@ -151,10 +175,13 @@ KNEAD_INLINE void add_near(const PinKernelField<S>& field, const PinNumbers<S>& 
       Vec3<P> potential;
       if constexpr (masked) potential = load<P>(places.potential, i);
       for (int k = 0; k < count; ++k) {
+        const S* const pin = pins[numbers[k]];
+        const S* const powers = shares ? values + kWidth * k : pin + 6;
+        const int degree = shares ? 0 : field.degree;
         if constexpr (turns) {
-          add_turn<P, masked>(pins[numbers[k]], field.degree, x, t, s, velocity, potential);
+          add_turn<P, masked>(pin, powers, degree, x, t, s, velocity, potential);
         } else {
-          add_pin<P, masked>(pins[numbers[k]], field.degree, x, t, s, velocity, potential);
+          add_pin<P, masked>(pin, powers, degree, x, t, s, velocity, potential);
         }
       }
       store(velocity, places.velocity, i);
