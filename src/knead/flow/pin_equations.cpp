@@ -109,8 +109,8 @@ PinEquations::PinEquations(const Segment& segment, double tolerance)
   for (const Field& field : segment.fields) {
     places_.push_back(field.center);
     motions_.push_back(displacement_of(segment, field));
+    right_.push_back(motions_.back());
   }
-  right_ = motions_;
   turn_nodes_.resize(places_.size());
   for (const PinTurn& turn : segment.turns) {
     turn_nodes_[turn.pin] = static_cast<std::uint32_t>(right_.size());
@@ -181,7 +181,7 @@ void PinEquations::set_time(double t) {
       blocks_[next++] = pin_kernel(y);
       continue;
     }
-    std::array<Unknowns, kMostUnknowns> values;  // by column
+    std::array<Unknowns, kMostUnknowns> values{};  // by column
     for (std::size_t k = 0; k < 3 * columns; ++k) values[k] = values_of(unit_field(k, variables(y)));
     for (std::size_t row = 0; row < rows; ++row) {
       for (std::size_t column = 0; column < columns; ++column) {
