@@ -141,11 +141,29 @@ inline std::string broken_remesh(const ShapeFile& shape) {
   }
 }
 
-// The promise that the shape breaks: a sound mesh; the same bytes where nothing moves; and where all moves, the new
-// shape read back, in its own format and in every other; and with other connectivity in its own. Empty if it breaks
-// none. Throws InvalidInput where a format cannot hold the moved coordinates.
+// What the summary of a file says that reading it as a shape does not; empty if nothing does.
+inline std::string broken_summary(const ShapeFile& shape) {
+  const ShapeSummary summary = parse_summary(shape.bytes, shape.format, "summary");
+  const Mesh& mesh = shape.mesh;
+  const Box box = bounding_box(mesh.positions);
+  if (summary.format != shape.format) return "format in the summary";
+  if (summary.vertices != mesh.vertex_count() || summary.faces != mesh.face_count()) return "counts in the summary";
+  if (summary.triangles != triangulate(mesh).size()) return "number of triangles in the summary";
+  if (summary.box.min != box.min || summary.box.max != box.max) return "box in the summary";
+  std::vector<std::string> names;
+  for (const Attribute& attribute : mesh.attributes) names.push_back(attribute.name);
+  if (summary.attributes != names) return "attributes in the summary";
+  std::vector<std::string> notes = shape.notes;
+  std::erase_if(notes, [](const std::string& note) { return note.find("where the shape stands") != note.npos; });
+  return summary.notes == notes ? "" : "notes in the summary";
+}
+
+// The promise that the shape breaks: a sound mesh; the same in its summary; the same bytes where nothing moves; and
+// where all moves, the new shape read back, in its own format and in every other; and with other connectivity in its
+// own. Empty if it breaks none. Throws InvalidInput where a format cannot hold the moved coordinates.
 inline std::string broken_promise(const ShapeFile& shape) {
   if (std::string what = broken_mesh(shape.mesh); !what.empty()) return what;
+  if (std::string what = broken_summary(shape); !what.empty()) return "other " + what;
   if (serialize_shape(shape.format, shape, shape.mesh.positions) != shape.bytes) return "other bytes";
   Mesh moved = shape.mesh;
   for (Vec3d& p : moved.positions) p = {p.y * 0.5, p.x * 0.5 + 1, p.z};

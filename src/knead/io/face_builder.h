@@ -21,7 +21,13 @@ inline constexpr std::size_t kMostElements = std::numeric_limits<std::uint32_t>:
 
 class FaceBuilder {
  public:
-  explicit FaceBuilder(Mesh& mesh) : mesh_(mesh) {}
+  explicit FaceBuilder(Mesh& mesh) : mesh_(&mesh) {}
+
+  // Counts faces and adds them to no mesh.
+  FaceBuilder() = default;
+
+  std::size_t faces() const { return faces_; }
+  std::size_t corners() const { return corners_; }
 
   // Adds a face and returns true; one of fewer than three corners is dropped. The caller has checked the range.
   bool add(std::span<const std::uint32_t> vertices) { return add_equal(vertices, vertices.size(), 1); }
@@ -32,13 +38,16 @@ class FaceBuilder {
       dropped_ += count;
       return false;
     }
-    if (mesh_.corner_vertex.size() + vertices.size() > kMostElements) {
-      throw InvalidInput("more than 4294967295 corners; split the shape");
-    }
-    mesh_.corner_vertex.insert(mesh_.corner_vertex.end(), vertices.begin(), vertices.end());
+    corners_ += vertices.size();
+    faces_ += count;
+    if (corners_ > kMostElements) throw InvalidInput("more than 4294967295 corners; split the shape");
     for (std::size_t i = 0; i < count; ++i) {
       if (has_repeated(vertices.subspan(i * corners, corners))) ++repeated_;
-      mesh_.face_begin.push_back(mesh_.face_begin.back() + static_cast<std::uint32_t>(corners));
+    }
+    if (mesh_ == nullptr) return true;
+    mesh_->corner_vertex.insert(mesh_->corner_vertex.end(), vertices.begin(), vertices.end());
+    for (std::size_t i = 0; i < count; ++i) {
+      mesh_->face_begin.push_back(mesh_->face_begin.back() + static_cast<std::uint32_t>(corners));
     }
     return true;
   }
@@ -61,7 +70,9 @@ class FaceBuilder {
     return std::adjacent_find(sorted_.begin(), sorted_.end()) != sorted_.end();
   }
 
-  Mesh& mesh_;
+  Mesh* mesh_ = nullptr;
+  std::size_t faces_ = 0;
+  std::size_t corners_ = 0;
   std::vector<std::uint32_t> sorted_;
   std::size_t dropped_ = 0;
   std::size_t repeated_ = 0;

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,6 +15,9 @@
 #include "knead/io/shape_file.h"
 
 namespace knead::io_detail {
+
+// Takes the bytes of a file, one piece after the other.
+using ByteSink = std::function<void(std::string_view)>;
 
 // A list of losses has one sentence for each thing that is left out.
 struct Format {
@@ -25,6 +30,7 @@ struct Format {
   ShapeFile (*parse_beside)(std::string bytes, const std::filesystem::path& path);
 
   // The bytes of the source with other positions, of which at least one differs, and with the normals of moved_normals.
+  // Null if the format has rewrite_in_pieces.
   std::string (*rewrite)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                          const WriteOptions& options);
 
@@ -55,6 +61,16 @@ struct Format {
 
   // Extensions of its files besides its name.
   std::span<const std::string_view> extensions{};
+
+  // Does the same as rewrite, and passes the bytes on piece by piece. Throws InvalidInput before the first piece only.
+  void (*rewrite_in_pieces)(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                            const WriteOptions& options, const ByteSink& out) = nullptr;
+
+  // Returns true if all writers of this source can do without ShapeFile::bytes, if ShapeFile::file is set; null: no.
+  bool (*reads_again)(const ShapeFile& source) = nullptr;
+
+  // Returns the summary of a file; nothing if that takes reading it as a shape. Null: it always does.
+  std::optional<ShapeSummary> (*summarize)(std::string_view bytes, const std::string& name) = nullptr;
 };
 
 std::span<const Format> formats();

@@ -4,6 +4,7 @@
 
 #include "knead/io/atomic_file.h"
 #include "knead/io/formats.h"
+#include "knead/io/source_bytes.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
@@ -91,7 +92,8 @@ std::string serialize_remeshed(std::string_view format, const ShapeFile& source,
     exact.double_coordinates = options.double_coordinates || !are_floats(mesh);
     return serialize_mesh(format, mesh, exact);
   }
-  return is_unchanged(shape) ? source.bytes : own_format(source).remeshed(shape, options);
+  return is_unchanged(shape) ? std::string(io_detail::SourceBytes(source).all())
+                             : own_format(source).remeshed(shape, options);
 }
 
 void write_remeshed(const std::filesystem::path& path, const ShapeFile& source, const Mesh& mesh,

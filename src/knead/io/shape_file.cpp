@@ -11,6 +11,7 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/authored_normals.h"
 #include "knead/io/formats.h"
+#include "knead/io/source_bytes.h"
 #include "knead/io/spacing.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
@@ -18,11 +19,14 @@
 
 namespace knead {
 
+using io_detail::ByteSink;
 using io_detail::check_decimals;
 using io_detail::Format;
 using io_detail::format_named;
 using io_detail::moved_mesh;
 using io_detail::moved_normals;
+using io_detail::SourceBytes;
+using io_detail::SourceFile;
 
 namespace {
 
@@ -78,6 +82,36 @@ void check_positions(const ShapeFile& source, std::span<const Vec3d> positions) 
   }
 }
 
+void check(const ShapeFile& source, std::span<const Vec3d> positions, const WriteOptions& options) {
+  check_positions(source, positions);
+  check_decimals(options);
+  if (options.normals.empty() || options.normals.size() == positions.size()) return;
+  throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
+                     " vertices; give one for each, or none");
+}
+
+// Passes on the bytes of the source with other positions. The arguments have been checked.
+void rewrite_in_pieces(const Format& format, const ShapeFile& source, std::span<const Vec3d> positions,
+                       const WriteOptions& options, const ByteSink& out) {
+  if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) {
+    SourceBytes bytes(source);
+    return bytes.copy(0, bytes.size(), out);
+  }
+  format.rewrite_in_pieces(source, positions, moved_normals(source, positions, options), options, out);
+}
+
+ShapeSummary summary_of(const ShapeFile& shape) {
+  ShapeSummary summary;
+  summary.format = shape.format;
+  summary.vertices = shape.mesh.vertex_count();
+  summary.faces = shape.mesh.face_count();
+  summary.triangles = shape.mesh.corner_vertex.size() - 2 * shape.mesh.face_count();
+  summary.box = bounding_box(shape.mesh.positions);
+  for (const Attribute& attribute : shape.mesh.attributes) summary.attributes.push_back(attribute.name);
+  summary.notes = shape.notes;
+  return summary;
+}
+
 ShapeFile with_spacing_note(const Format& format, ShapeFile shape) {
   if (!format.reads_floats(shape)) return shape;
   std::string note = io_detail::spacing_note(shape.mesh);
@@ -110,10 +144,23 @@ std::string format_of(const std::filesystem::path& path) {
   return std::string(io_detail::format_with_extension(extension, path.string()).name);
 }
 
-ShapeFile read_shape(const std::filesystem::path& path) {
+ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options) {
   const Format& source = format_named(format_of(path), path.string());
   if (source.parse_beside != nullptr) return with_spacing_note(source, source.parse_beside(read_bytes(path), path));
-  return parse_shape(read_bytes(path), source.name, path.string());
+  std::error_code error;
+  const bool is_large = source.reads_again != nullptr && std::filesystem::is_regular_file(path, error) &&
+                        std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
+  if (!is_large) return parse_shape(read_bytes(path), source.name, path.string());
+  const auto file = std::make_shared<const SourceFile>(path);
+  std::string bytes;
+  reserve_large(bytes, file->size());
+  bytes.resize(file->size());
+  file->read(0, bytes);
+  ShapeFile shape = parse_shape(std::move(bytes), source.name, path.string());
+  if (!source.reads_again(shape)) return shape;
+  std::string().swap(shape.bytes);
+  shape.file = file;
+  return shape;
 }
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
@@ -121,19 +168,34 @@ ShapeFile parse_shape(std::string bytes, std::string_view format, const std::str
   return with_spacing_note(source, source.parse(std::move(bytes), name));
 }
 
+ShapeSummary read_summary(const std::filesystem::path& path) {
+  const Format& source = format_named(format_of(path), path.string());
+  if (source.parse_beside != nullptr) return summary_of(source.parse_beside(read_bytes(path), path));
+  return parse_summary(read_bytes(path), source.name, path.string());
+}
+
+ShapeSummary parse_summary(std::string bytes, std::string_view format, const std::string& name) {
+  const Format& source = format_named(format, name);
+  if (source.summarize != nullptr) {
+    if (std::optional<ShapeSummary> summary = source.summarize(bytes, name)) return *std::move(summary);
+  }
+  return summary_of(source.parse(std::move(bytes), name));
+}
+
 std::string serialize_shape(std::string_view format, const ShapeFile& source, std::span<const Vec3d> positions,
                             const WriteOptions& options) {
   const Format& target = format_named(format, "output");
-  check_positions(source, positions);
-  check_decimals(options);
-  if (!options.normals.empty() && options.normals.size() != positions.size()) {
-    throw InvalidInput(std::to_string(options.normals.size()) + " normals for " + std::to_string(positions.size()) +
-                       " vertices; give one for each, or none");
-  }
+  check(source, positions, options);
   if (target.name != source.format) {
     WriteOptions exact = options;
     exact.double_coordinates = options.double_coordinates || !fits_floats(positions);
     return target.generate(moved_mesh(source, positions, options), exact);
+  }
+  if (target.rewrite_in_pieces != nullptr) {
+    std::string bytes;
+    reserve_large(bytes, SourceBytes(source).size());
+    rewrite_in_pieces(target, source, positions, options, [&](std::string_view piece) { bytes += piece; });
+    return bytes;
   }
   if (std::equal(positions.begin(), positions.end(), source.mesh.positions.begin())) return source.bytes;
   return target.rewrite(source, positions, moved_normals(source, positions, options), options);
@@ -147,6 +209,16 @@ std::string serialize_mesh(std::string_view format, const Mesh& mesh, const Writ
 void write_shape(const std::filesystem::path& path, const ShapeFile& source, std::span<const Vec3d> positions,
                  const WriteOptions& options) {
   const std::string format = format_of(path);
+  const Format& target = format_named(format, path.string());
+  if (format == source.format && target.rewrite_in_pieces != nullptr) {
+    check(source, positions, options);
+    std::optional<AtomicFile> file;  // from the first piece on: what is refused touches no file
+    rewrite_in_pieces(target, source, positions, options, [&](std::string_view piece) {
+      if (!file) file.emplace(path);
+      file->write(piece);
+    });
+    return file->finish();
+  }
   const std::string bytes = serialize_shape(format, source, positions, options);
   if (format == source.format) return io_detail::write_own_format(path, source, bytes);
   write_file_atomically(path, bytes);

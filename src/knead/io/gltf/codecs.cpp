@@ -1,8 +1,8 @@
 #include "knead/io/gltf/codecs.h"
 
 #ifdef KNEAD_HAS_DRACO
-#include <draco/compression/decode.h>
-#include <draco/compression/point_cloud/point_cloud_decoder.h>
+#include <draco/compression/mesh/mesh_edgebreaker_decoder.h>
+#include <draco/compression/mesh/mesh_sequential_decoder.h>
 #include <draco/core/varint_decoding.h>
 #include <draco/metadata/metadata_decoder.h>
 #endif
@@ -76,6 +76,8 @@ std::optional<std::string> decode_meshopt(std::string_view, const MeshoptView&) 
 #ifdef KNEAD_HAS_DRACO
 namespace {
 
+constexpr std::size_t kMostDracoBytes = 64;  // of all attributes, for each vertex that a file of its size may have
+
 template <class Number>
 std::string numbers_of(const draco::Mesh& mesh, const draco::PointAttribute& attribute, std::size_t components) {
   std::vector<Number> numbers(mesh.num_points() * components);
@@ -86,10 +88,30 @@ std::string numbers_of(const draco::Mesh& mesh, const draco::PointAttribute& att
   return {reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)};
 }
 
-// Returns whether the bytes begin as a mesh of at most `most` vertices and corners. The decoder makes room for as many
-// as they say, before it looks for them.
-bool says_at_most(draco::DecoderBuffer buffer, std::size_t most) {
-  draco::DracoHeader header{};
+// A decoder that decodes attributes only if all together take at most so many bytes. It makes room for each of them
+// before it looks for its numbers.
+template <class Decoder>
+class Bounded : public Decoder {
+ public:
+  explicit Bounded(std::size_t most_bytes) : most_bytes_(most_bytes) {}
+
+ protected:
+  bool DecodeAllAttributes() override {
+    const draco::PointCloud& points = *this->point_cloud();
+    std::size_t bytes = 0;
+    for (std::int32_t a = 0; a < points.num_attributes(); ++a) {
+      bytes += points.num_points() * static_cast<std::size_t>(points.attribute(a)->byte_stride());
+    }
+    return bytes <= most_bytes_ && Decoder::DecodeAllAttributes();
+  }
+
+ private:
+  std::size_t most_bytes_;
+};
+
+// Takes the header. Returns whether a mesh of at most `most` vertices and corners follows. The decoder makes room for
+// as many as the bytes say, before it looks for them.
+bool says_at_most(draco::DecoderBuffer buffer, std::size_t most, draco::DracoHeader& header) {
   if (!draco::PointCloudDecoder::DecodeHeader(&buffer, &header).ok()) return false;
   // glTF asks for version 2.2; those before 2.0 have other numbers here.
   const int version = DRACO_BITSTREAM_VERSION(header.version_major, header.version_minor);
@@ -141,11 +163,15 @@ std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<
                                       std::size_t most) {
   draco::DecoderBuffer buffer;
   buffer.Init(bytes.data(), bytes.size());
-  if (!says_at_most(buffer, most)) return std::nullopt;
-  draco::Decoder decoder;
-  const auto decoded = decoder.DecodeMeshFromBuffer(&buffer);
-  if (!decoded.ok()) return std::nullopt;
-  const draco::Mesh& mesh = *decoded.value();
+  draco::DracoHeader header{};
+  if (!says_at_most(buffer, most, header)) return std::nullopt;
+  draco::Mesh mesh;
+  const auto decode_by = [&](draco::MeshDecoder&& decoder) { return decoder.Decode({}, &buffer, &mesh).ok(); };
+  const std::size_t most_bytes = most * kMostDracoBytes;
+  const bool is_decoded = header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING
+                              ? decode_by(Bounded<draco::MeshSequentialDecoder>(most_bytes))
+                              : decode_by(Bounded<draco::MeshEdgebreakerDecoder>(most_bytes));
+  if (!is_decoded) return std::nullopt;
   if (mesh.num_points() > most || mesh.num_faces() > most / 3) return std::nullopt;
   DracoMesh result;
   result.vertices = mesh.num_points();

@@ -42,7 +42,8 @@ struct DracoMesh {
   std::vector<std::string> attributes;  // as little-endian numbers side by side, in the order asked for
 };
 
-// Returns the mesh; nothing for damaged bytes, an attribute that is not there, or more than `most` vertices or corners.
+// Returns the mesh; nothing for damaged bytes, an attribute that is not there, more than `most` vertices or corners, or
+// attributes of more than 64 bytes for each of `most`.
 std::optional<DracoMesh> decode_draco(std::string_view bytes, const std::vector<DracoAttribute>& attributes,
                                       std::size_t most);
 

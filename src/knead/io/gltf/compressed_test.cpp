@@ -3,6 +3,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -13,6 +14,7 @@
 #include <meshoptimizer.h>
 #endif
 
+#include "knead/io/gltf/codecs.h"
 #include "knead/io/test_samples.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
@@ -221,6 +223,33 @@ TEST(CompressedGltf, DracoThatSaysItHasMoreFacesThanItCanIsRefusedAtOnce) {
   rusage after{};
   getrusage(RUSAGE_SELF, &after);
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 1 << 20);  // KiB
+}
+
+// Points of 1920 bytes each, all zero, so that few bytes hold many of them.
+std::string draco_of_wide_points(std::uint32_t points) {
+  draco::Mesh mesh;
+  mesh.set_num_points(points);
+  for (std::uint32_t p = 0; p + 2 < points; p += 2) {
+    mesh.AddFace({draco::PointIndex(p), draco::PointIndex(p + 1), draco::PointIndex(p + 2)});
+  }
+  for (int a = 0; a < 4; ++a) {
+    draco::GeometryAttribute wide;
+    wide.Init(draco::GeometryAttribute::GENERIC, nullptr, 120, draco::DT_UINT32, false, 480, 0);
+    draco::PointAttribute& values = *mesh.attribute(mesh.AddAttribute(wide, true, points));
+    std::fill_n(values.GetAddress(draco::AttributeValueIndex(0)), 480 * std::size_t{points}, std::uint8_t{0});
+  }
+  draco::Encoder encoder;
+  encoder.SetEncodingMethod(draco::MESH_SEQUENTIAL_ENCODING);
+  encoder.SetSpeedOptions(10, 10);
+  draco::EncoderBuffer buffer;
+  EXPECT_TRUE(encoder.EncodeMeshToBuffer(mesh, &buffer).ok());
+  return {buffer.data(), buffer.size()};
+}
+
+TEST(CompressedGltf, DracoAttributesTakeAtMost64BytesForEachVertexThatMayBe) {
+  const std::string bytes = draco_of_wide_points(1000);
+  EXPECT_TRUE(io_detail::gltf::decode_draco(bytes, {}, 30'000).has_value());
+  EXPECT_FALSE(io_detail::gltf::decode_draco(bytes, {}, 29'999).has_value());
 }
 
 TEST(CompressedGltf, DamagedDracoIsRefusedWithItsPrimitive) {

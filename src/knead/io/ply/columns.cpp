@@ -105,7 +105,7 @@ class ColumnReader {
       offset +=
           property.is_list ? size_of(property.count_type) + corners_ * size_of(property.type) : size_of(property.type);
     }
-    if (coordinates) check_coordinates(block);
+    if (coordinates) target_.check_coordinates(block.rows, block.position, block.stride);
   }
 
   void read_column(StoredType type, const Block& block, std::size_t offset, const Sink& sink) {
@@ -120,13 +120,6 @@ class ColumnReader {
     });
     if (sink.kind == Sink::Kind::coordinate || is_integer(type)) return;
     for (std::size_t i = 0; i < block.rows.count; ++i) to[i * to_stride] = target_.finite(to[i * to_stride]);
-  }
-
-  void check_coordinates(const Block& block) {
-    for (std::size_t i = 0; i < block.rows.count; ++i) {
-      if (is_finite(target_.mesh().positions[block.rows.first + i])) continue;
-      target_.unplaced().add(block.rows.first + i, block.position + i * block.stride);
-    }
   }
 
   void add_faces(const Block& block) {
@@ -192,6 +185,7 @@ std::size_t smallest_row(const Element& element, bool ascii) {
 
 void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::size_t left, bool ascii,
                   Target& target) {
+  if (target.is_one_block()) return;
   Mesh& mesh = target.mesh();
   for (std::size_t p = 0; p < element.properties.size(); ++p) {
     const Sink& sink = sinks[p];

@@ -1,8 +1,11 @@
 // PLY (Turk 1994), text and binary: its row of the format table (formats.h). A new file is binary, little-endian.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "knead/io/decimals.h"
@@ -12,8 +15,10 @@
 namespace knead::io_detail::ply {
 
 ShapeFile parse(std::string bytes, const std::string& name);
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options);
+bool is_binary(const ShapeFile& source);
+std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name);
+void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+             const WriteOptions& options, const std::function<void(std::string_view)>& out);
 std::string generate(const Mesh& mesh, const WriteOptions& options);
 std::vector<std::string> losses(const Mesh& mesh);
 std::vector<std::string> source_losses(const ShapeFile& source);

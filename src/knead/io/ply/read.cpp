@@ -178,17 +178,30 @@ void check_count(const Body& body, const Element& element) {
   }
 }
 
+// Whether the rows can be read many at a time.
+bool has_columns(const Element& element, const std::vector<Sink>& sinks) {
+  const std::size_t lists = count_lists(element);
+  return lists == 0 || (lists == 1 && has_whole_faces(element, sinks));
+}
+
 template <class Body>
 void read_element(Body& body, const Element& element, const std::vector<Sink>& sinks, Target& target) {
   check_count(body, element);
   if (element.properties.empty()) return;
   reserve_rows(element, sinks, body.left(), Body::kAscii, target);
   if constexpr (!Body::kAscii) {
-    const std::size_t lists = count_lists(element);
-    const bool of_faces = has_whole_faces(element, sinks);
-    if (lists == 0 || (lists == 1 && of_faces)) return read_columns(body, element, sinks, target);
+    if (has_columns(element, sinks)) return read_columns(body, element, sinks, target);
   }
   RowReader<Body>(body, element, sinks, target).run();
+}
+
+template <class Body>
+void add_notes(const Body& body, const Layout& layout, const Plan& plan, Target& target,
+               std::vector<std::string>& notes) {
+  if (body.left() > 0) notes.push_back(std::to_string(body.left()) + " bytes follow the last element");
+  notes.insert(notes.end(), layout.notes.begin(), layout.notes.end());
+  note_lists(layout, plan, notes);
+  target.finish(notes);
 }
 
 template <class Body>
@@ -205,12 +218,9 @@ void read_body(ShapeFile& shape, Layout& layout, const std::string& name) {
   check_unplaced(body, target, name);
   if constexpr (Body::kAscii) body.skip_to_token();
   if (target.has_surplus() && body.left() > 0) body.fail(more_numbers(layout.elements.back()));
-  if (body.left() > 0) shape.notes.push_back(std::to_string(body.left()) + " bytes follow the last element");
-  shape.notes.insert(shape.notes.end(), layout.notes.begin(), layout.notes.end());
-  note_lists(layout, plan, shape.notes);
   layout.unplaced = target.unplaced().rows;
   layout.surplus = target.has_surplus();
-  target.finish(shape.notes);
+  add_notes(body, layout, plan, target, shape.notes);
 }
 
 }  // namespace
@@ -222,6 +232,33 @@ bool reads_floats(const ShapeFile& source) {
     if (is_axis && property.type == StoredType::float32) return true;
   }
   return false;
+}
+
+// Which vertices without a place are used, only the faces tell.
+std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name) {
+  const Layout layout = parse_header(bytes, name);
+  if (layout.encoding == Encoding::ascii) return std::nullopt;
+  const Plan plan = make_plan(layout, name);
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    if (!has_columns(layout.elements[e], plan.sinks[e])) return std::nullopt;
+  }
+  const std::size_t vertices = layout.elements[layout.vertex_element].count;
+  Mesh block;
+  BinaryBody body(bytes, layout, name);
+  Target target(Target::OneBlock{}, block, plan.attributes, vertices);
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    read_element(body, layout.elements[e], plan.sinks[e], target);
+  }
+  if (vertices == 0 || !target.unplaced().rows.empty()) return std::nullopt;
+  ShapeSummary summary;
+  summary.format = "ply";
+  summary.vertices = vertices;
+  summary.faces = target.faces().faces();
+  summary.triangles = target.faces().corners() - 2 * summary.faces;
+  summary.box = target.box();
+  add_notes(body, layout, plan, target, summary.notes);
+  for (const Attribute& attribute : block.attributes) summary.attributes.push_back(attribute.name);
+  return summary;
 }
 
 ShapeFile parse(std::string bytes, const std::string& name) {

@@ -10,6 +10,7 @@
 #include "knead/io/ply/layout.h"
 #include "knead/io/ply/plan.h"
 #include "knead/io/ply/ply.h"
+#include "knead/io/source_bytes.h"
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 
@@ -86,7 +87,8 @@ class Writer {
         held_(held_attributes(plan_, shape.source.mesh, shape.mesh)),
         ascii_(layout_.encoding == Encoding::ascii),
         swapped_(is_swapped(layout_.encoding)),
-        line_end_(line_end_of(shape.source.bytes)) {}
+        bytes_(source_.all()),
+        line_end_(line_end_of(bytes_)) {}
 
   std::string run() {
     for (std::size_t e = 0; e < layout_.elements.size(); ++e) plan_element(e);
@@ -98,7 +100,7 @@ class Writer {
 
  private:
   void copy_until(std::size_t end) {
-    result_.append(source_.bytes, copied_, end - copied_);
+    result_.append(bytes_, copied_, end - copied_);
     copied_ = end;
   }
 
@@ -160,7 +162,7 @@ class Writer {
 
   // The word for the type, in the style of the one that stands there.
   void widen(const Property& property, StoredType type, Column& column) {
-    const bool sized = std::isdigit(static_cast<unsigned char>(source_.bytes[property.type_end - 1])) != 0;
+    const bool sized = std::isdigit(static_cast<unsigned char>(bytes_[property.type_end - 1])) != 0;
     const std::string_view sized_name = type == StoredType::float64 ? "float64"
                                         : type == StoredType::int32 ? "int32"
                                                                     : "uint32";
@@ -181,8 +183,7 @@ class Writer {
 
   // The source's own; text begins and ends with whole lines.
   void append_rows(const Element& element) {
-    std::string_view rows =
-        std::string_view(source_.bytes).substr(element.rows_begin, element.rows_end - element.rows_begin);
+    std::string_view rows = bytes_.substr(element.rows_begin, element.rows_end - element.rows_begin);
     while (ascii_ && !rows.empty() && (is_blank(rows.front()) || is_line_end(rows.front()))) rows.remove_prefix(1);
     result_ += rows;
     if (ascii_ && !rows.empty()) result_ += line_end_;
@@ -248,12 +249,12 @@ class Writer {
 
   // What follows the last element.
   void append_rest() {
-    std::string_view rest = std::string_view(source_.bytes).substr(layout_.elements.back().rows_end);
+    std::string_view rest = bytes_.substr(layout_.elements.back().rows_end);
     if (ascii_ && !rest.empty() && is_line_end(rest.front())) rest.remove_prefix(line_end_of(rest).size());
     result_ += rest;
   }
 
-  const ShapeFile& source_;
+  SourceBytes source_;
   const Mesh& mesh_;
   const WriteOptions& options_;
   const Layout& layout_;
@@ -262,6 +263,7 @@ class Writer {
   std::vector<const Attribute*> held_;
   bool ascii_;
   bool swapped_;
+  std::string_view bytes_;  // of the source
   std::string line_end_;
   std::vector<std::vector<Column>> columns_;  // of each element
   bool at_line_begin_ = true;

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <functional>
 #include <optional>
 
 #include "knead/io/decimals.h"
@@ -9,6 +10,7 @@
 #include "knead/io/ply/header.h"
 #include "knead/io/ply/layout.h"
 #include "knead/io/ply/ply.h"
+#include "knead/io/source_bytes.h"
 #include "knead/io/text.h"
 #include "knead/io/unplaced.h"
 #include "knead/math/error.h"
@@ -54,7 +56,8 @@ class Rewriter {
   }
 
   // Calls visit with the words of a text.
-  void visit_coordinates(const WordVisitor& visit) const {
+  void visit_coordinates(const WordVisitor& visit) {
+    bytes_ = source_.all();
     std::size_t position = layout_.vertex_begin;
     for (std::size_t i = 0; i < positions_.size(); ++i) {
       for (std::size_t p = 0; p < columns_.size(); ++p) {
@@ -63,24 +66,26 @@ class Rewriter {
           continue;
         }
         const std::size_t begin = token_begin(position);
-        position = token_end(source_.bytes, begin);
+        position = token_end(bytes_, begin);
         if (columns_[p].role != Role::position) continue;
-        visit(std::string_view(source_.bytes).substr(begin, position - begin));
+        visit(bytes_.substr(begin, position - begin));
       }
       position = row_end(position);
     }
   }
 
-  std::string run() {
-    if (!widened_ && !ascii_ && stride_ > 0) return patched();
-    reserve_large(result_, source_.bytes.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
+  // Passes the bytes to `out`. Throws InvalidInput before the first of them only.
+  void run(const std::function<void(std::string_view)>& out) {
+    if (!widened_ && !ascii_ && stride_ > 0) return patch(out);
+    bytes_ = source_.all();
+    reserve_large(result_, bytes_.size() + (widened_ ? positions_.size() * 12 + 64 : 64));
     for (std::size_t p = 0; p < columns_.size(); ++p) {
       if (columns_[p].widened) rewrite_type(element_.properties[p]);
     }
     std::size_t position = layout_.vertex_begin;
     for (std::size_t i = 0; i < positions_.size(); ++i) position = rewrite_row(i, position);
-    copy_until(source_.bytes.size());
-    return std::move(result_);
+    copy_until(bytes_.size());
+    out(result_);
   }
 
  private:
@@ -127,42 +132,50 @@ class Rewriter {
   }
 
   void copy_until(std::size_t end) {
-    result_.append(source_.bytes, copied_, end - copied_);
+    result_.append(bytes_, copied_, end - copied_);
     copied_ = end;
   }
 
   void rewrite_type(const Property& property) {
     copy_until(property.type_begin);
-    const bool sized = std::isdigit(static_cast<unsigned char>(source_.bytes[property.type_end - 1])) != 0;
+    const bool sized = std::isdigit(static_cast<unsigned char>(bytes_[property.type_end - 1])) != 0;
     result_ += sized ? "float64" : "double";
     copied_ = property.type_end;
   }
 
   // Binary rows of equal length whose numbers keep their type: the source's bytes with numbers replaced in place.
-  std::string patched() {
-    reserve_large(result_, source_.bytes.size());
-    result_ = source_.bytes;
-    constexpr std::size_t block = 1024;  // rows that the cache holds
-    for (std::size_t first = 0; first < positions_.size(); first += block) {
-      const std::size_t last = std::min(first + block, positions_.size());
-      char* to = result_.data() + layout_.vertex_begin;
-      for (const Column& column : columns_) {
-        if (column.role == Role::position) {
-          patch_column(to, column, {first, last}, positions_,
-                       [&](std::size_t i) { return old_positions_[i][column.axis]; });
-        } else if (column.role == Role::normal) {
-          patch_column(to, column, {first, last}, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
-        }
-        to += size_of(column.type);
-      }
+  void patch(const std::function<void(std::string_view)>& out) {
+    check_ranges();
+    source_.copy(0, layout_.vertex_begin, out);
+    const std::size_t most = std::max<std::size_t>(1, (std::size_t{1} << 18) / stride_);  // that the cache holds
+    for (std::size_t first = 0; first < positions_.size(); first += most) {
+      const Rows rows{first, std::min(first + most, positions_.size())};
+      const std::string_view piece =
+          source_.piece(layout_.vertex_begin + rows.first * stride_, (rows.last - rows.first) * stride_);
+      result_.assign(piece);
+      patch_rows(rows);
+      out(result_);
     }
-    return std::move(result_);
+    source_.copy(layout_.vertex_begin + positions_.size() * stride_, source_.size(), out);
   }
 
   struct Rows {
     std::size_t first;
     std::size_t last;  // not among them
   };
+
+  // Where `result_` holds these rows.
+  void patch_rows(Rows rows) {
+    char* to = result_.data();
+    for (const Column& column : columns_) {
+      if (column.role == Role::position) {
+        patch_column(to, column, rows, positions_, [&](std::size_t i) { return old_positions_[i][column.axis]; });
+      } else if (column.role == Role::normal) {
+        patch_column(to, column, rows, normals_, [&](std::size_t i) { return old_normal(i)[column.axis]; });
+      }
+      to += size_of(column.type);
+    }
+  }
 
   template <class OldValue>
   void patch_column(char* to, const Column& column, Rows rows, std::span<const Vec3d> values,
@@ -171,12 +184,22 @@ class Rewriter {
       for (std::size_t i = rows.first; i < rows.last; ++i) {
         const double new_value = values[i][column.axis];
         if (new_value == old_value_of(i)) continue;
-        check_range(i, column);
         number = static_cast<decltype(number)>(new_value);
         if (swapped_) number = swap_bytes(number);
-        std::memcpy(to + i * stride_, &number, sizeof number);
+        std::memcpy(to + (i - rows.first) * stride_, &number, sizeof number);
       }
     });
+  }
+
+  // Checks the range of all coordinates that change.
+  void check_ranges() const {
+    const bool fit = std::all_of(positions_.begin(), positions_.end(),
+                                 [](const Vec3d& p) { return fits_float(p.x) && fits_float(p.y) && fits_float(p.z); });
+    for (std::size_t i = 0; i < positions_.size() && !fit; ++i) {
+      for (const Column& column : columns_) {
+        if (column.role == Role::position && value(i, column) != old_value(i, column)) check_range(i, column);
+      }
+    }
   }
 
   double value(std::size_t i, const Column& column) const {
@@ -205,7 +228,7 @@ class Rewriter {
         continue;
       }
       if (ascii_) position = token_begin(position);
-      const std::size_t end = ascii_ ? token_end(source_.bytes, position) : position + size_of(property.type);
+      const std::size_t end = ascii_ ? token_end(bytes_, position) : position + size_of(property.type);
       if (changed && columns_[p].role != Role::none) rewrite_number(i, columns_[p], position, end);
       if (unplaced && columns_[p].widened && !ascii_) widen_number(property.type, position, end);
       position = end;
@@ -215,14 +238,14 @@ class Rewriter {
 
   // After the numbers that the header does not declare.
   std::size_t row_end(std::size_t position) const {
-    while (layout_.surplus && position < source_.bytes.size() && !is_line_end(source_.bytes[position])) ++position;
+    while (layout_.surplus && position < bytes_.size() && !is_line_end(bytes_[position])) ++position;
     return position;
   }
 
   // The same number as a double, be it finite or not.
   void widen_number(StoredType type, std::size_t begin, std::size_t end) {
     copy_until(begin);
-    append_binary(result_, StoredType::float64, read_binary(source_.bytes.data() + begin, type, swapped_), swapped_);
+    append_binary(result_, StoredType::float64, read_binary(bytes_.data() + begin, type, swapped_), swapped_);
     copied_ = end;
   }
 
@@ -252,8 +275,7 @@ class Rewriter {
 
   bool reads_as(std::size_t begin, std::size_t end, double number) const {
     double read = 0;
-    return parse_real(std::string_view(source_.bytes).substr(begin, end - begin), read) == ParseResult::ok &&
-           read == number;
+    return parse_real(bytes_.substr(begin, end - begin), read) == ParseResult::ok && read == number;
   }
 
   void append_number(StoredType type, double number) {
@@ -267,24 +289,25 @@ class Rewriter {
   }
 
   std::size_t token_begin(std::size_t position) const {
-    while (is_blank(source_.bytes[position]) || is_line_end(source_.bytes[position])) ++position;
+    while (is_blank(bytes_[position]) || is_line_end(bytes_[position])) ++position;
     return position;
   }
 
   std::size_t skip_list(std::size_t position, const Property& property) const {
     if (!ascii_) {
-      const double items = read_binary(source_.bytes.data() + position, property.count_type, swapped_);
+      const double items = read_binary(bytes_.data() + position, property.count_type, swapped_);
       return position + size_of(property.count_type) + static_cast<std::size_t>(items) * size_of(property.type);
     }
     position = token_begin(position);
-    std::size_t end = token_end(source_.bytes, position);
+    std::size_t end = token_end(bytes_, position);
     double items = 0;
-    parse_real(std::string_view(source_.bytes).substr(position, end - position), items);  // read before: well formed
-    for (; items > 0; --items) end = token_end(source_.bytes, token_begin(end));
+    parse_real(bytes_.substr(position, end - position), items);  // read before: well formed
+    for (; items > 0; --items) end = token_end(bytes_, token_begin(end));
     return end;
   }
 
-  const ShapeFile& source_;
+  SourceBytes source_;
+  std::string_view bytes_;  // all, unless rows are patched
   const Layout& layout_;
   const Element& element_;
   bool ascii_;
@@ -306,14 +329,15 @@ class Rewriter {
 
 }  // namespace
 
-std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
-                    const WriteOptions& options) {
-  return Rewriter(source, positions, normals, options).run();
+void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+             const WriteOptions& options, const std::function<void(std::string_view)>& out) {
+  Rewriter(source, positions, normals, options).run(out);
 }
 
+bool is_binary(const ShapeFile& source) { return layout_of<Layout>(source).encoding != Encoding::ascii; }
+
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
-  const Layout& layout = layout_of<Layout>(source);
-  if (layout.encoding == Encoding::ascii) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
+  if (!is_binary(source)) Rewriter(source, source.mesh.positions, {}, {}).visit_coordinates(visit);
 }
 
 }  // namespace knead::io_detail::ply

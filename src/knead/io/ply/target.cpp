@@ -8,7 +8,8 @@ std::size_t components(const Attribute& attribute) { return static_cast<std::siz
 }  // namespace
 
 void Target::grow(const std::vector<Sink>& sinks, Rows rows) {
-  const std::size_t end = rows.first + rows.count;
+  if (is_one_block_) first_ = rows.first;
+  const std::size_t end = rows.first + rows.count - first_;
   for (const Sink& sink : sinks) {
     if (sink.kind == Sink::Kind::coordinate && mesh_.positions.size() < end) mesh_.positions.resize(end);
     if (sink.kind != Sink::Kind::attribute) continue;
@@ -18,10 +19,22 @@ void Target::grow(const std::vector<Sink>& sinks, Rows rows) {
 }
 
 double* Target::place(const Sink& sink, std::size_t row) {
+  row -= first_;
   if (sink.kind == Sink::Kind::coordinate) return &mesh_.positions[row].x + sink.component;
   if (sink.kind != Sink::Kind::attribute) return nullptr;
   Attribute& attribute = mesh_.attributes[sink.attribute];
   return attribute.values.data() + row * components(attribute) + sink.component;
+}
+
+void Target::check_coordinates(Rows rows, std::size_t position, std::size_t stride) {
+  for (std::size_t i = 0; i < rows.count; ++i) {
+    const Vec3d& p = mesh_.positions[rows.first - first_ + i];
+    if (!is_finite(p)) {
+      unplaced_.add(rows.first + i, position + i * stride);
+    } else if (is_one_block_) {
+      box_.extend(p);
+    }
+  }
 }
 
 std::size_t Target::place_stride(const Sink& sink) const {
@@ -57,7 +70,7 @@ void Target::finish(std::vector<std::string>& notes) {
     return (strips_ && attribute.domain != Domain::vertex) ||
            (!corner_uv_complete_ && attribute.domain == Domain::corner);
   });
-  remove_unplaced(unplaced_, mesh_);
+  if (!is_one_block_) remove_unplaced(unplaced_, mesh_);
   if (!unplaced_.rows.empty()) notes.push_back(unplaced_note(unplaced_.rows.size()));
   if (surplus_ > 0) {
     notes.push_back(counted(surplus_, "line has more numbers than the header declares; they are kept but not read",
@@ -68,7 +81,7 @@ void Target::finish(std::vector<std::string>& notes) {
     notes.push_back(counted(not_finite_, "attribute value is not finite and is read as 0",
                             "attribute values are not finite and are read as 0"));
   }
-  if (mesh_.face_count() == 0) notes.push_back("has no faces and is read as a point cloud");
+  if (faces_.faces() == 0) notes.push_back("has no faces and is read as a point cloud");
 }
 
 }  // namespace knead::io_detail::ply

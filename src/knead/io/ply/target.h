@@ -11,6 +11,7 @@
 #include "knead/io/face_builder.h"
 #include "knead/io/ply/plan.h"
 #include "knead/io/unplaced.h"
+#include "knead/math/box.h"
 
 namespace knead::io_detail::ply {
 
@@ -27,6 +28,15 @@ class Target {
     mesh_.attributes = std::move(attributes);
   }
 
+  // Keeps one block of rows at a time, in the mesh, and counts the faces.
+  struct OneBlock {};
+  Target(OneBlock, Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
+      : mesh_(mesh), vertices_(vertices), is_one_block_(true) {
+    mesh_.attributes = std::move(attributes);
+  }
+  bool is_one_block() const { return is_one_block_; }
+  const Box& box() const { return box_; }  // of the vertices, if one block is kept
+
   Mesh& mesh() { return mesh_; }
   std::size_t vertices() const { return vertices_; }
   FaceBuilder& faces() { return faces_; }
@@ -38,6 +48,9 @@ class Target {
 
   // Makes room for a number of each of these rows.
   void grow(const std::vector<Sink>& sinks, Rows rows);
+
+  // Looks at the coordinates of rows that have been read; `stride` bytes each, the first at `position`.
+  void check_coordinates(Rows rows, std::size_t position, std::size_t stride);
 
   // The place of a number, and how far apart the same numbers of neighbouring rows are; null for what is no coordinate
   // and no attribute of a row.
@@ -73,6 +86,9 @@ class Target {
   std::size_t not_finite_ = 0;
   std::size_t surplus_ = 0;
   Unplaced unplaced_;
+  bool is_one_block_ = false;
+  std::size_t first_ = 0;  // row of the block
+  Box box_;
   bool strips_ = false;
   bool corner_uv_complete_ = true;
 };
