@@ -49,7 +49,7 @@ std::string table_of_check(const SurfaceCheck& check) {
                                                      : "- (no triangle has an area)");
   text += row("folded edges", fmt::format("{}", check.folded_edges));
   if (check.flipped_triangles) text += row("flipped triangles", fmt::format("{}", *check.flipped_triangles));
-  return text + table_of_notes(check.info);
+  return text + table_of_notes(check.info.notes);
 }
 
 // Prints a line on standard error for each requirement that is not met; throws the last one.

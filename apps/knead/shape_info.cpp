@@ -9,6 +9,13 @@ std::string to_text(const Vec3d& v) { return fmt::format("{:.6g} {:.6g} {:.6g}",
 
 const char* yes_or_no(bool value) { return value ? "yes" : "no"; }
 
+std::string rows_of(const Box& box, const std::vector<std::string>& attributes) {
+  std::string text = row("box min", to_text(box.min));
+  text += row("box max", to_text(box.max));
+  text += row("diagonal", fmt::format("{:.6g}", box.diagonal()));
+  return text + row("attributes", fmt::format("{}", fmt::join(attributes, ", ")));
+}
+
 }  // namespace
 
 std::string table_of(const ShapeInfo& info) {
@@ -25,15 +32,20 @@ std::string table_of(const ShapeInfo& info) {
   text += row("euler", fmt::format("{}", m.euler));
   text += row("volume", m.closed() && m.oriented() ? fmt::format("{:.6g}", m.volume) : "- (not closed and oriented)");
   text += row("area", fmt::format("{:.6g}", m.area));
-  text += row("box min", to_text(m.box.min));
-  text += row("box max", to_text(m.box.max));
-  text += row("diagonal", fmt::format("{:.6g}", m.box.diagonal()));
-  return text + row("attributes", fmt::format("{}", fmt::join(info.attributes, ", ")));
+  return text + rows_of(m.box, info.attributes);
 }
 
-std::string table_of_notes(const ShapeInfo& info) {
+std::string table_of(const ShapeSummary& summary) {
+  std::string text = row("format", summary.format);
+  text += row("vertices", fmt::format("{}", summary.vertices));
+  text += row("faces", fmt::format("{}", summary.faces));
+  text += row("triangles", fmt::format("{}", summary.triangles));
+  return text + rows_of(summary.box, summary.attributes);
+}
+
+std::string table_of_notes(std::span<const std::string> notes) {
   std::string text;
-  for (const std::string& note : info.notes) text += row("note", note);
+  for (const std::string& note : notes) text += row("note", note);
   return text;
 }
 

@@ -54,9 +54,14 @@ void require_free_output(const std::string& output, bool asked, std::string_view
       fmt::format("{}: standard output takes the result (--output -); write one of them to a file", option));
 }
 
-ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format) {
-  if (!is_stream(path)) return read_shape(path);
+ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format, const ReadOptions& options) {
+  if (!is_stream(path)) return read_shape(path, options);
   return parse_shape(read_standard_input(), format_of(format_path(path, format)), std::string(kInput));
+}
+
+ShapeSummary read_summary_or_stream(const std::string& path, const StreamFormat& format) {
+  if (!is_stream(path)) return read_summary(path);
+  return parse_summary(read_standard_input(), format_of(format_path(path, format)), std::string(kInput));
 }
 
 std::filesystem::path format_path(const std::string& path, const StreamFormat& format) {

@@ -26,8 +26,11 @@ void check_streams(const std::vector<std::string>& paths, const StreamFormat& fo
 // Throws UsageError if the output is standard output, and so is what this option asks for.
 void require_free_output(const std::string& output, bool asked, std::string_view option);
 
-// Returns read_shape(path), or the shape on standard input.
-ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format);
+// Returns read_shape(path, options), or the shape on standard input.
+ShapeFile read_shape_or_stream(const std::string& path, const StreamFormat& format, const ReadOptions& options = {});
+
+// Returns read_summary(path), or that of the shape on standard input.
+ShapeSummary read_summary_or_stream(const std::string& path, const StreamFormat& format);
 
 // Returns a path with the extension of the format, for functions that ask what a format can hold: the path itself, or a
 // name for standard output.

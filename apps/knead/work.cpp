@@ -14,10 +14,16 @@
 
 namespace knead::command {
 
+namespace {
+
+constexpr std::size_t kMostKeptBytes = std::size_t{64} << 20;  // of a file that can be read again
+
+}  // namespace
+
 Inputs read_inputs(const std::string& shape, const StreamFormat& format, const std::string& session, bool quiet) {
   Inputs inputs;
   inputs.session = without_off(read_session(session));  // first: it is the shorter, and the one that people mistype
-  inputs.shape = read_shape_or_stream(shape, format);
+  inputs.shape = read_shape_or_stream(shape, format, {.most_kept_bytes = kMostKeptBytes});
   if (!quiet) {
     print_notes(inputs.session.warnings);
     for (const std::string& note : inputs.shape.notes) print_message(fmt::format("note: {}: {}", shape, note));
@@ -25,29 +31,11 @@ Inputs read_inputs(const std::string& shape, const StreamFormat& format, const s
   return inputs;
 }
 
-namespace {
-
-// What is known of the strokes before anything moves.
-std::vector<std::string> first_warnings(const Session& session, const std::optional<double>& until) {
-  std::vector<std::string> result;
-  for (std::size_t i = 0; i < session.strokes.size(); ++i) {
-    if (until && static_cast<double>(i) >= *until) break;
-    const SessionStroke& stroke = session.strokes[i];
-    if (!is_applied(stroke)) continue;
-    for (const std::string& warning : warnings(stroke.stroke)) {
-      result.push_back(to_string(Place{session.name, stroke.line}) + ": " + warning);
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
 ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOptions options, bool quiet) {
   Progress progress;
   options.progress = &progress;
-  const std::vector<std::string> first = first_warnings(session, options.part.until);
-  if (!quiet) print_notes(first);
+  options.strokes_warn = false;
+  if (!quiet) print_notes(stroke_warnings(session, options.part));
   ReplayResult result;
   {
     std::optional<CancelOnInterruption> cancel(std::in_place, progress);
@@ -69,9 +57,7 @@ ReplayResult replay_watched(const Mesh& mesh, const Session& session, ReplayOpti
   if (result.status == AdvectStatus::step_limit) {
     throw QualityError(to_string(Place{session.name, result.failed_line}) + ": " + kStepLimitAdvice);
   }
-  std::vector<std::string> later = result.warnings;
-  std::erase_if(later, [&](const std::string& warning) { return std::ranges::find(first, warning) != first.end(); });
-  if (!quiet) print_notes(later);
+  if (!quiet) print_notes(result.warnings);
   return result;
 }
 

@@ -67,6 +67,25 @@ TEST_F(CheckTest, SaysAllThatInfoSaysAndMore) {
   EXPECT_EQ(knead_ok({"check", "s.ply", "-q"}), "");
 }
 
+TEST_F(CheckTest, InfoWithoutTopologySaysTheSameOfWhatItSays) {
+  write("t.ply", read("s.ply") + "after");
+  for (const std::string name : {"t.ply", "apart.obj"}) {
+    const json whole = json::parse(knead_ok({"info", name, "--json"}));
+    const json summary = json::parse(knead_ok({"info", name, "--no-topology", "--json"}));
+    for (const auto& [key, value] : summary.items()) EXPECT_EQ(whole[key], value) << key;
+    for (const char* left_out : {"closed", "components", "euler", "volume", "area"}) {
+      EXPECT_FALSE(summary.contains(left_out)) << left_out;
+    }
+    EXPECT_EQ(summary.size(), 9u);
+  }
+  const std::string table = knead_ok({"info", "t.ply", "--no-topology"});
+  EXPECT_NE(table.find("\nvertices              642\n"), std::string::npos) << table;
+  EXPECT_NE(table.find("5 bytes follow the last element"), std::string::npos) << table;
+  EXPECT_EQ(table.find("closed"), std::string::npos) << table;
+  write("cut.ply", read("s.ply").substr(0, 5000));
+  expect_error(knead({"info", "cut.ply", "--no-topology"}), 3, "cut.ply");
+}
+
 TEST_F(CheckTest, CountsWhatIsWrong) {
   EXPECT_EQ(check({"apart.obj"})["self_intersections"], 0);
   EXPECT_EQ(check({"through.obj"})["self_intersections"], 3);  // the three sides of the tip

@@ -258,6 +258,14 @@ TEST_F(RenderTest, CloseUpsShowSoMuchAndNoMore) {
   EXPECT_NEAR(far.count(0, 100, is_covered), 3.14159 * 12.5 * 12.5, 80);
 }
 
+TEST_F(RenderTest, AnyLargePictureShowsProgress) {
+  RunOptions terminal;
+  terminal.stderr_is_terminal = true;
+  terminal.environment = {"TERM=xterm", "NO_COLOR=1"};
+  const std::string bar = knead({"render", "a.ply", "-o", "large.png", "--size", "4000x3000"}, terminal).err;
+  EXPECT_NE(bar.find("%"), std::string::npos) << bar;
+}
+
 TEST_F(RenderTest, JpegShowsTheSame) {
   const Words words{"a.ply", "--size", "96x72"};
   const Picture png = picture_of(words);

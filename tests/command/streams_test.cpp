@@ -41,6 +41,8 @@ TEST_F(StreamsTest, OtherSubcommands) {
   EXPECT_EQ(knead({"make", "sphere", "-n", "642", "-o", "-", "--format", "ply"}).out, read("a.ply"));
   const std::string info = piped({"info", "-", "--format", "ply", "--json"}, "a.ply").out;
   EXPECT_EQ(info, knead_ok({"info", "a.ply", "--json"}));
+  EXPECT_EQ(piped({"info", "-", "--format", "ply", "--no-topology"}, "a.ply").out,
+            knead_ok({"info", "a.ply", "--no-topology"}));
   EXPECT_EQ(piped({"check", "-", "--format", "ply", "--require", "closed", "-q"}, "a.ply").exit_code, 0);
   EXPECT_EQ(piped({"resolve", "-", "s.knead", "--format", "ply", "-o", "r.knead", "-q"}, "a.ply").exit_code, 0);
   EXPECT_EQ(knead_ok({"resolve", "a.ply", "s.knead", "-o", "-"}), read("r.knead"));

@@ -212,6 +212,12 @@ void DeformedShape::restore(const ShapeState& state) {
 
 void DeformedShape::prepare() { lay_out(true); }
 
+void DeformedShape::free_layout() {
+  if (!blocks_) return;
+  earlier_steps_ = steps();
+  blocks_.reset();
+}
+
 void DeformedShape::lay_out(bool sorted) {
   if (blocks_ && (is_sorted_ || !sorted)) return;
   if (blocks_) earlier_steps_ = steps();

@@ -1,15 +1,18 @@
 // Strokes whose remesh would need more vertices or work than the limits allow.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <filesystem>
 #include <memory>
 #include <random>
 #include <regex>
 #include <thread>
 
+#include "knead/io/shape_file.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
 
@@ -91,6 +94,48 @@ TEST(RemeshLimits, ExtremeStrokesOfASphereEndOrAreRefusedSoon) {
         refusal.find(" or more") != std::string::npos || refusal.find("deform less") != std::string::npos;
     EXPECT_TRUE(says_what_to_do) << refusal;
   }
+}
+
+// A ball pressed into one of its own size: the strokes of the stamp, and the remesh, end or are refused.
+TEST(RemeshLimits, ABallStampedIntoABallEndsOrIsRefusedSoon) {
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("knead_limits_" + std::to_string(::getpid()));
+  std::filesystem::create_directory(folder);
+  write_mesh(folder / "ball.ply", ball());
+  Session session = session_of(R"({"tool": "stamp", "mesh": "ball.ply", "path": [[0, 0, 2.5], [0, 0, 0.5]]})");
+  session.name = (folder / "s.knead").string();
+  const std::clock_t began = std::clock();
+  try {
+    const ReplayResult result = replay(ball(), session, with_remesh());
+    EXPECT_EQ(result.status, AdvectStatus::done);
+    EXPECT_LE(result.shape.positions().size(), 2'000'000U);
+  } catch (const RemeshLimit& limit) {
+    EXPECT_NE(std::string(limit.what()).find("max_vertices"), std::string::npos) << limit.what();
+  }
+  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 60);
+  std::filesystem::remove_all(folder);
+}
+
+// The search for what a stroke does inside large faces counts as work. A fuzzer found a mesh of 42 vertices of which it
+// took 40 s.
+TEST(RemeshLimits, LookingIntoLargeFacesIsWork) {
+  const Mesh coarse = make_shape(ShapeKind::sphere, 12);
+  const std::string thin =
+      R"({"tool": "implicit", "inner": 0.499, "outer": 0.5, "path": [[0, 0, 1], [0.3, 0.1, 1.3]]})";
+  RemeshSettings settings;
+  settings.max_vertices = 2000;
+  const std::string refusal = refusal_of(coarse, thin, settings);
+  EXPECT_NE(refusal.find("the faces are large beside the smallest detail"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("\"max_vertices\" (2000)"), std::string::npos) << refusal;
+}
+
+// The zone is so thin that path lines would take millions of steps. They are given up, which the status says.
+TEST(RemeshLimits, ABendOfNoWidthEndsSoon) {
+  const std::string bend =
+      R"({"tool": "bend", "center": [0, 0, 0], "axis": [1, 0, 0], "normal": [0, 0, 1], "angle_deg": 60, "width": 1e-9})";
+  const std::clock_t began = std::clock();
+  EXPECT_EQ(replay(ball(), session_of(bend)).status, AdvectStatus::step_limit);
+  EXPECT_LT(static_cast<double>(std::clock() - began) / CLOCKS_PER_SEC, 30);
 }
 
 TEST(RemeshLimits, TheFiguresOfARefusalDo) {

@@ -47,6 +47,14 @@ std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& sessi
   return "a point cloud has no faces to remesh; only its points move";
 }
 
+void add_warnings(const Session& session, const SessionStroke& source, std::vector<std::string>& all) {
+  if (!is_applied(source)) return;
+  const Stroke stroke = source.strength > 1 ? prolonged(source.stroke, source.strength) : source.stroke;
+  for (const std::string& warning : warnings(stroke)) {
+    all.push_back(to_string(Place{session.name, source.line}) + ": " + warning);
+  }
+}
+
 // The points that a segment moves, of all shapes.
 std::uint64_t points_moved(const Mesh& mesh, const Plan& plan, const ReplayOptions& options) {
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), session_detail::has_direction);
@@ -92,6 +100,7 @@ class Replay {
     }
     for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_);
     result_.strokes = plan_.strokes.size();
+    shape_.free_layout();
     result_.shape = std::move(shape_);
     return std::move(result_);
   }
@@ -153,6 +162,7 @@ class Replay {
   void take(StrokeRun& run) {
     const SessionStroke& source = *run.stroke().source;
     result_.segments += run.segments();
+    if (options_.strokes_warn) add_warnings(session_, source, result_.warnings);
     StrokeOutcome outcome = run.take_outcome();
     for (const std::string& warning : outcome.warnings) {
       result_.warnings.push_back(to_string(Place{session_.name, source.line}) + ": " + warning);
@@ -258,6 +268,16 @@ ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& sess
 
 ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options) {
   return replay(std::make_shared<const Mesh>(std::move(mesh)), session, options);
+}
+
+std::vector<std::string> stroke_warnings(const Session& session, const SessionPart& part) {
+  const std::vector<const SessionStroke*> strokes = session_detail::strokes_on(session);
+  const double until = part.until.value_or(static_cast<double>(strokes.size()));
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
+    add_warnings(session, *strokes[i], result);
+  }
+  return result;
 }
 
 bool will_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {

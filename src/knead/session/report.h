@@ -42,6 +42,7 @@ SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* pro
 
 // Return one JSON object, indented, with a line end.
 std::string to_json(const ShapeInfo& info);
+std::string to_json(const ShapeSummary& summary);
 std::string to_json(const SurfaceCheck& check);
 
 // The distance between the result of one stroke and the true image of the surface before it, at the vertices and the

@@ -85,6 +85,18 @@ SurfaceCheck check_surface(const Mesh& mesh, ShapeInfo info, const Progress* pro
 
 std::string to_json(const ShapeInfo& info) { return to_indented_text(json_of(info)); }
 
+std::string to_json(const ShapeSummary& summary) {
+  return to_indented_text(Json{{"format", summary.format},
+                               {"vertices", summary.vertices},
+                               {"faces", summary.faces},
+                               {"triangles", summary.triangles},
+                               {"box_min", json_of(summary.box.min)},
+                               {"box_max", json_of(summary.box.max)},
+                               {"diagonal", summary.box.diagonal()},
+                               {"attributes", summary.attributes},
+                               {"notes", summary.notes}});
+}
+
 std::string to_json(const SurfaceCheck& check) {
   const Measures& m = check.info.measures;
   Json json = json_of(check.info);

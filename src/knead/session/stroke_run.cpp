@@ -179,7 +179,6 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
   if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(source.stroke, source.strength));
   const Stroke& stroke = prepared.stroke();
   validate(stroke);
-  prepared.outcome.warnings = warnings(stroke);
   prepared.relax = std::get_if<RelaxStroke>(&stroke);
   if (prepared.relax != nullptr) {
     prepared.expected_segments = prepared.relax->points.size();
@@ -343,7 +342,10 @@ StrokeOutcome DeformedShape::apply(const SessionStroke& stroke, const std::files
   session_detail::StrokeRun run(session_detail::prepare_stroke(stroke, folder), {}, *this, progress);
   run.enter();
   run.leave();
-  return run.take_outcome();
+  std::vector<std::string> known = warnings(run.stroke().stroke());
+  StrokeOutcome outcome = run.take_outcome();
+  outcome.warnings.insert(outcome.warnings.begin(), known.begin(), known.end());
+  return outcome;
 }
 
 }  // namespace knead
