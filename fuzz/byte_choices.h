@@ -67,10 +67,10 @@ inline Mesh random_faces(Choices& choices) {
 }
 
 // A shape with some faces repeated, turned over or joined to other vertices, and some vertices put elsewhere.
-inline Mesh damaged_shape(Choices& choices) {
+inline Mesh damaged_shape(Choices& choices, std::size_t most) {
   static constexpr std::array<ShapeKind, 3> kKinds{ShapeKind::sphere, ShapeKind::box, ShapeKind::torus};
   const ShapeKind kind = kKinds[choices.below(kKinds.size())];
-  Mesh mesh = make_shape(kind, kind == ShapeKind::sphere ? 12 + choices.below(150) : shape_counts(kind).minimum);
+  Mesh mesh = make_shape(kind, kind == ShapeKind::sphere ? 12 + choices.below(most - 11) : shape_counts(kind).minimum);
   for (std::size_t changes = choices.below(12); changes > 0; --changes) {
     const std::size_t f = choices.below(mesh.face_count());
     const std::size_t v = choices.below(mesh.vertex_count());
@@ -96,8 +96,9 @@ inline Mesh damaged_shape(Choices& choices) {
   return mesh;
 }
 
-inline Mesh mesh(Choices& choices) {
-  Mesh mesh = choices.flag() ? damaged_shape(choices) : random_faces(choices);
+// `most`: vertices of a sphere.
+inline Mesh mesh(Choices& choices, std::size_t most = 162) {
+  Mesh mesh = choices.flag() ? damaged_shape(choices, most) : random_faces(choices);
   if (choices.flag()) {
     Attribute uv{"uv", Domain::corner, NumberType::float32, 2, std::vector<double>(2 * mesh.corner_vertex.size())};
     for (std::size_t i = 0; i < uv.values.size(); ++i) uv.values[i] = choices.empty() ? i % 3 : choices.byte() / 64;

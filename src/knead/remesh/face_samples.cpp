@@ -1,13 +1,19 @@
 #include "knead/remesh/face_samples.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kDeepest = 8;  // how often a face is divided into four
+constexpr int kDeepest = 8;                // how often a face is divided into four
+constexpr double kMostSamples = 1 << 20;   // 50 MB
+constexpr std::size_t kFirstBatch = 1024;  // tells what carrying the others costs
 
 std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
   const auto& [a, b, c] = corners;
@@ -21,6 +27,21 @@ Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corn
 
 }  // namespace
 
+FaceSamples::FaceSamples(const Deformation& deformation)
+    : deformation_(deformation), most_(std::min(kMostSamples, points_left())) {}
+
+double FaceSamples::points_left() const {
+  return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();
+}
+
+void FaceSamples::refuse(std::size_t max_vertices) const {
+  throw RemeshLimit(fmt::format(
+      "the faces are large beside the smallest detail of this stroke ({:.2g}): to look for it inside them is more work "
+      "than \"max_vertices\" ({}) allows; refine the shape first (knead remesh --max-edge), or use a larger "
+      "\"max_vertices\"",
+      deformation_.feature, max_vertices));
+}
+
 void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
   const double limit = 0.5 * deformation_.feature;
   const double longest2 =
@@ -30,6 +51,7 @@ void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, co
 
 void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
                          int depth) {
+  if (static_cast<double>(before_.size()) > most_) return;
   const Vec3d center = center_of(before);
   const double radius =
       std::sqrt(std::max({norm2(before[0] - center), norm2(before[1] - center), norm2(before[2] - center)}));
@@ -45,9 +67,16 @@ void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before,
   for (std::size_t i = 0; i < 4; ++i) divide(face, parts_before[i], parts_after[i], depth + 1);
 }
 
-std::vector<std::uint32_t> FaceSamples::deviating_faces(double distance) const {
+std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double distance) const {
+  if (static_cast<double>(before_.size()) > most_) return std::nullopt;
   std::vector<Vec3d> carried = before_;
-  deformation_.carry(carried);
+  std::size_t batch = kFirstBatch;
+  for (std::span<Vec3d> left = carried; !left.empty(); batch *= 2) {
+    if (static_cast<double>(left.size()) > points_left()) return std::nullopt;
+    const std::size_t count = std::min(batch, left.size());
+    deformation_.carry(left.first(count));
+    left = left.subspan(count);
+  }
   std::vector<std::uint32_t> found;
   for (std::size_t i = 0; i < carried.size(); ++i) {
     // A sample that does not move is right, whatever the rounding of the centre of the face.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "knead/remesh/remesh.h"
@@ -12,20 +14,27 @@ namespace knead::remesh_detail {
 // Sample points inside large faces. Edges alone do not show what a small tool does in the middle of a face.
 class FaceSamples {
  public:
-  explicit FaceSamples(const Deformation& deformation) : deformation_(deformation) {}
+  explicit FaceSamples(const Deformation& deformation);
 
   // Adds samples of a face, about a quarter of deformation.feature apart, where the face may be moved. A face smaller
   // than half a feature gets none.
   void add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after);
 
   // Returns the faces with a sample that the deformation moves to more than `distance` from its point on the flat face
-  // after; in the order in which they were added.
-  std::vector<std::uint32_t> deviating_faces(double distance) const;
+  // after; in the order in which they were added. Returns nothing if that is more work than deformation.points_left()
+  // allows, which it asks again and again.
+  std::optional<std::vector<std::uint32_t>> deviating_faces(double distance) const;
+
+  // Throws RemeshLimit that says so.
+  [[noreturn]] void refuse(std::size_t max_vertices) const;
 
  private:
   void divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after, int depth);
 
+  double points_left() const;
+
   const Deformation& deformation_;
+  double most_;  // samples that are made
   std::vector<std::uint32_t> faces_;
   std::vector<Vec3d> before_;
   std::vector<Vec3d> after_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "knead/math/scalar.h"
 #include "knead/remesh/face_samples.h"
@@ -27,14 +28,15 @@ bool is_sound(std::span<const std::uint32_t> face) {
 
 // Returns a flag for each face of the mesh: true if the patch holds it.
 std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved, const Deformation& deformation,
-                             bool whole, const Progress* progress) {
+                             const RemeshOptions& options) {
+  const bool whole = options.whole;
   const std::size_t faces = before.face_count();
   std::vector<bool> touched(faces, whole);
   FaceSamples large(deformation);
   const bool search = std::isfinite(deformation.feature) && !whole;
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < faces && !whole; ++f) {
-    stop_if_cancelled(progress);
+    stop_if_cancelled(options.progress);
     const auto face = before.face(f);
     touched[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return moved[v]; });
     if (touched[f] || !search || face.size() < 3) continue;
@@ -45,7 +47,9 @@ std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved,
       large.add(static_cast<std::uint32_t>(f), corners, corners);
     }
   }
-  for (const std::uint32_t f : large.deviating_faces(0)) touched[f] = true;
+  const std::optional<std::vector<std::uint32_t>> deviating = large.deviating_faces(0);
+  if (!deviating) large.refuse(options.targets.max_vertices);
+  for (const std::uint32_t f : *deviating) touched[f] = true;
   std::vector<bool> near(before.vertex_count(), false);
   for (std::size_t f = 0; f < faces; ++f) {
     if (!touched[f]) continue;
@@ -159,7 +163,7 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
   std::vector<bool> moved(before.vertex_count());
   for (std::size_t v = 0; v < moved.size(); ++v) moved[v] = !same_bits(before.positions[v], after[v]);
   Patch patch;
-  patch.holds_face = find_faces(before, moved, deformation, options.whole, options.progress);
+  patch.holds_face = find_faces(before, moved, deformation, options);
   stop_if_cancelled(options.progress);
   const std::vector<std::uint32_t> number = number_vertices(before, patch);
   stop_if_cancelled(options.progress);

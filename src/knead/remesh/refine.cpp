@@ -152,8 +152,9 @@ std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forc
   return marked;
 }
 
-// Returns the longest edges of faces that are large compared with the deformation and that bend inside.
-std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
+// Returns the longest edges of faces that are large compared with the deformation and that bend inside; nothing if to
+// look at them would be too much work.
+std::optional<std::vector<std::uint32_t>> Refinement::find_edges_of_large_faces() const {
   std::vector<std::uint32_t> edges;
   if (!std::isfinite(deformation_.feature)) return edges;
   FaceSamples samples(deformation_);
@@ -162,7 +163,12 @@ std::vector<std::uint32_t> Refinement::find_edges_of_large_faces() const {
     const auto [a, b, c] = s_.triangle(f);
     samples.add(f, {s_.before[a], s_.before[b], s_.before[c]}, {s_.after[a], s_.after[b], s_.after[c]});
   }
-  for (const std::uint32_t f : samples.deviating_faces(targets_.max_chord)) {
+  const std::optional<std::vector<std::uint32_t>> deviating = samples.deviating_faces(targets_.max_chord);
+  if (!deviating) {
+    if (may_refuse_) samples.refuse(targets_.max_vertices);
+    return std::nullopt;
+  }
+  for (const std::uint32_t f : *deviating) {
     const std::uint32_t longest = s_.edge[longest_edge(s_, f, s_.after)];
     if (is_open(longest)) edges.push_back(longest);
   }
@@ -220,7 +226,11 @@ void Refinement::split_edge(std::uint32_t e) {
 Refinement::Round Refinement::split_round(const std::vector<bool>& forced) {
   if (!carry_middles()) return Round::stopped;
   std::vector<std::uint32_t> marked = find_marked(forced);
-  if (marked.empty()) marked = find_edges_of_large_faces();
+  if (marked.empty()) {
+    std::optional<std::vector<std::uint32_t>> large = find_edges_of_large_faces();
+    if (!large) return Round::stopped;
+    marked = *std::move(large);
+  }
   marked = with_longest_of_caps(marked);
   if (marked.empty()) return Round::met;
   if (!has_room(marked)) return Round::stopped;

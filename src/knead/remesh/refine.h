@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -58,7 +59,7 @@ class Refinement {
   std::string remedy(std::span<const std::uint32_t> edges, double most) const;
   [[noreturn]] void refuse(std::span<const std::uint32_t> edges, double needed) const;
   std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
-  std::vector<std::uint32_t> find_edges_of_large_faces() const;
+  std::optional<std::vector<std::uint32_t>> find_edges_of_large_faces() const;
   bool is_moved(std::uint32_t e) const;
   bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
                    const std::vector<Vec3d>& normals_after) const;
