@@ -2,6 +2,7 @@ knead_test(
   knead_whole_test
   SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/documents_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/doors_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tools_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/volume_test.cpp

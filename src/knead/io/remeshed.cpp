@@ -48,11 +48,8 @@ void check(const NewMesh& shape) {
     throw InvalidInput("a face is said to lie in face " + std::to_string(f) + " of a shape of " +
                        std::to_string(source.mesh.face_count()) + " faces; count from 0");
   }
-  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
-    if (is_finite(mesh.positions[i])) continue;
-    throw InvalidInput("vertex " + std::to_string(i) + " has a position that is not finite; check the deformation");
-  }
   check_attributes(source.mesh, mesh);
+  validate(mesh);
 }
 
 bool is_unchanged(const NewMesh& shape) {

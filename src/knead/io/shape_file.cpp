@@ -202,6 +202,7 @@ std::string serialize_shape(std::string_view format, const ShapeFile& source, st
 }
 
 std::string serialize_mesh(std::string_view format, const Mesh& mesh, const WriteOptions& options) {
+  validate(mesh);
   check_decimals(options);
   return format_named(format, "output").generate(mesh, options);
 }

@@ -24,6 +24,38 @@ void for_each_use(const Mesh& mesh, Visit visit) {
 // A use of an edge at a given smaller vertex: twice the larger vertex, plus 1 if the face runs from small to large.
 using HalfUse = std::uint64_t;
 
+// Uses that are sorted together at least; of large meshes an eighth.
+constexpr std::size_t kMostHalfUses = std::size_t{1} << 24;  // 134 MB
+constexpr std::size_t kMostEdgeUses = 1'000'000;
+
+// Calls visit(uses, ends) for parts of the vertices, as long as it returns true: make(use) for each use at each of them
+// as the smaller vertex, in the order of vertices, then of corners; and where the uses of each vertex end.
+template <class Use, class Make, class Visit>
+void visit_parts(const Mesh& mesh, std::size_t least, const Make& make, const Visit& visit) {
+  std::vector<std::uint32_t> end(mesh.vertex_count(), 0);  // of the uses at each smaller vertex
+  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low]; });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  const std::size_t all = end.empty() ? 0 : end.back();
+  const std::size_t most = std::max(all / 8, least);
+  std::vector<Use> uses;
+  for (std::size_t first = 0, done = 0; done < all;) {
+    // The vertices from `first` on whose uses fit into a part, at least one.
+    const auto after = std::upper_bound(end.begin() + static_cast<std::ptrdiff_t>(first) + 1, end.end(), done + most);
+    const auto last = static_cast<std::size_t>(after - end.begin());  // not among them
+    std::vector<std::uint32_t> cursor(last - first);
+    for (std::size_t v = first; v < last; ++v) {
+      cursor[v - first] = static_cast<std::uint32_t>((v == 0 ? 0 : end[v - 1]) - done);
+    }
+    uses.resize(end[last - 1] - done);
+    for_each_use(mesh, [&](const EdgeUse& use) {
+      if (first <= use.low && use.low < last) uses[cursor[use.low - first]++] = make(use);
+    });
+    if (!visit(std::span<Use>(uses), std::span<const std::uint32_t>(cursor))) return;
+    done = end[last - 1];
+    first = last;
+  }
+}
+
 // Returns true if each edge is used more than once, and its uses in the two directions differ by at most one.
 bool all_balanced(std::span<HalfUse> uses) {
   std::sort(uses.begin(), uses.end());
@@ -59,41 +91,27 @@ void visit_edges(std::span<EdgeUse> uses, const std::function<void(std::span<con
 }  // namespace
 
 bool is_closed_and_oriented(const Mesh& mesh) {
-  std::vector<std::size_t> end(mesh.vertex_count() + 1, 0);
-  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low + 1]; });
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  std::vector<HalfUse> uses(end.back());
-  // Filling has moved each begin to the end of its vertex, which is the begin of the next.
-  for_each_use(mesh, [&](const EdgeUse& use) { uses[end[use.low]++] = HalfUse{use.high} * 2 + (use.upward ? 1 : 0); });
-  std::size_t begin = 0;
-  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
-    if (!all_balanced({uses.data() + begin, end[v] - begin})) return false;
-    begin = end[v];
-  }
-  return mesh.face_count() > 0;
+  bool balanced = true;
+  const auto half_use = [](const EdgeUse& use) { return HalfUse{use.high} * 2 + (use.upward ? 1 : 0); };
+  visit_parts<HalfUse>(mesh, kMostHalfUses, half_use,
+                       [&](std::span<HalfUse> uses, std::span<const std::uint32_t> ends) {
+                         std::size_t begin = 0;
+                         for (const std::uint32_t end : ends) {
+                           balanced = balanced && all_balanced(uses.subspan(begin, end - begin));
+                           begin = end;
+                         }
+                         return balanced;
+                       });
+  return balanced && mesh.face_count() > 0;
 }
 
 void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit) {
-  std::vector<std::size_t> end(mesh.vertex_count(), 0);  // of the uses at each smaller vertex
-  for_each_use(mesh, [&](const EdgeUse& use) { ++end[use.low]; });
-  std::partial_sum(end.begin(), end.end(), end.begin());
-  const std::size_t all = end.empty() ? 0 : end.back();
-  const std::size_t most = std::max<std::size_t>(all / 8, 1'000'000);
-  std::vector<EdgeUse> uses;
-  for (std::size_t first = 0, done = 0; done < all;) {
-    // The vertices from `first` on whose uses fit into a part, at least one.
-    const auto after = std::upper_bound(end.begin() + static_cast<std::ptrdiff_t>(first) + 1, end.end(), done + most);
-    const auto last = static_cast<std::size_t>(after - end.begin());  // not among them
-    std::vector<std::size_t> cursor(last - first);
-    for (std::size_t v = first; v < last; ++v) cursor[v - first] = (v == 0 ? 0 : end[v - 1]) - done;
-    uses.resize(end[last - 1] - done);
-    for_each_use(mesh, [&](const EdgeUse& use) {
-      if (first <= use.low && use.low < last) uses[cursor[use.low - first]++] = use;
-    });
-    visit_edges(uses, visit);
-    done = end[last - 1];
-    first = last;
-  }
+  visit_parts<EdgeUse>(
+      mesh, kMostEdgeUses, [](const EdgeUse& use) { return use; },
+      [&](std::span<EdgeUse> uses, std::span<const std::uint32_t>) {
+        visit_edges(uses, visit);
+        return true;
+      });
 }
 
 }  // namespace knead

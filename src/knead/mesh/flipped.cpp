@@ -5,16 +5,16 @@
 #include <iterator>
 #include <vector>
 
-#include "knead/mesh/normals.h"
+#include "knead/mesh/check.h"
+#include "knead/mesh/some_normals.h"
 #include "knead/mesh/triangulate.h"
 
 namespace knead {
 namespace {
 
-bool opposes(const Triangle& t, std::span<const Vec3d> positions, std::span<const Vec3d> normals) {
+bool opposes(const Triangle& t, std::span<const Vec3d> positions, const Vec3d& normals) {
   const Vec3d& a = positions[t[0]];
-  const Vec3d normal = cross(positions[t[1]] - a, positions[t[2]] - a);
-  return dot(normal, normals[t[0]] + normals[t[1]] + normals[t[2]]) < 0;
+  return dot(cross(positions[t[1]] - a, positions[t[2]] - a), normals) < 0;
 }
 
 // Returns the triangles that oppose the normals of their vertices.
@@ -22,13 +22,17 @@ std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> trian
                                std::span<const Vec3d> positions) {
   std::vector<Triangle> result;
   if (triangles.empty()) return result;
-  std::vector<bool> needed(mesh.vertex_count(), false);
-  for (const Triangle& t : triangles) {
-    for (const std::uint32_t v : t) needed[v] = true;
-  }
-  const std::vector<Vec3d> normals = vertex_normals(mesh, positions, needed);
-  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result),
-               [&](const Triangle& t) { return opposes(t, positions, normals); });
+  std::vector<std::uint32_t> vertices;
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  const std::vector<Vec3d> normals = normals_of(mesh, positions, vertices);
+  const auto normal_of = [&](std::uint32_t v) {
+    return normals[static_cast<std::size_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin())];
+  };
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result), [&](const Triangle& t) {
+    return opposes(t, positions, normal_of(t[0]) + normal_of(t[1]) + normal_of(t[2]));
+  });
   return result;
 }
 
@@ -42,18 +46,18 @@ class TameVertices {
 
   void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
     const double size2 = norm2(normal);
-    const bool sound = size2 > 1e-140;  // the area is not 0, and fourth powers do not underflow
+    const bool sound = size2 > 1e-140;  // the area is not 0, and squares do not underflow
     for (const std::uint32_t v : vertices) {
-      if (first_[v] == Vec3d{}) first_[v] = normal;
-      const double along = dot(first_[v], normal);
-      if (!(sound && along > 0 && along * along > 0.51 * norm2(first_[v]) * size2)) tame_[v] = 0;
+      if (sound && first_[v] == Vec3f{}) first_[v] = Vec3f(normal / std::sqrt(size2));
+      const double along = dot(Vec3d(first_[v]), normal);
+      if (!(sound && along > 0 && along * along > 0.51 * size2)) tame_[v] = 0;
     }
   }
 
   bool are_all(const Triangle& t) const { return tame_[t[0]] + tame_[t[1]] + tame_[t[2]] == 3; }
 
  private:
-  std::vector<Vec3d> first_;
+  std::vector<Vec3f> first_;  // unit normals
   std::vector<unsigned char> tame_;
 };
 
@@ -84,6 +88,8 @@ std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, 
 }  // namespace
 
 std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  require_faces(mesh, before);
+  require_faces(mesh, after);
   const std::vector<Triangle> candidates = opposing(mesh, suspects(mesh, before, after), after);
   return candidates.size() - opposing(mesh, candidates, before).size();
 }

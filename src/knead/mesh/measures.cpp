@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "knead/mesh/check.h"
 #include "knead/mesh/edges.h"
 #include "knead/mesh/triangulate.h"
 
@@ -103,6 +104,31 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return std::to_string(count) + " " + (count == 1 ? one : many);
 }
 
+VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
+  const Box box = bounding_box(positions);
+  const Vec3d origin = box.empty() ? Vec3d{} : box.center();
+  double volume6 = 0;
+  double area2 = 0;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    const Vec3d a = positions[t[0]] - origin;
+    const Vec3d b = positions[t[1]] - origin;
+    const Vec3d c = positions[t[2]] - origin;
+    volume6 += dot(a, cross(b, c));
+    area2 += norm(cross(b - a, c - a));
+  });
+  return {volume6 / 6, area2 / 2};
+}
+
+// Adds what depends on the positions to the measures of the faces.
+Measures with_sizes(const Mesh& mesh, Measures m) {
+  m.box = bounding_box(mesh.positions);
+  count_triangles(mesh, m);
+  const VolumeAndArea sums = volume_and_area(mesh, mesh.positions);
+  m.volume = sums.volume;
+  m.area = sums.area;
+  return m;
+}
+
 }  // namespace
 
 bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
@@ -127,32 +153,17 @@ Measures measure(const Mesh& mesh) {
   m.components = count_components(mesh, m.unused_vertices);
   m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
             static_cast<std::int64_t>(m.faces);
-  return measure(mesh, m);
+  return with_sizes(mesh, m);
 }
 
 Measures measure(const Mesh& mesh, const Measures& same_faces) {
-  Measures m = same_faces;
-  m.box = bounding_box(mesh.positions);
-  count_triangles(mesh, m);
-  const VolumeAndArea sums = measure_volume_and_area(mesh, mesh.positions);
-  m.volume = sums.volume;
-  m.area = sums.area;
-  return m;
+  require_sound(mesh, mesh.positions);
+  return with_sizes(mesh, same_faces);
 }
 
 VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
-  const Box box = bounding_box(positions);
-  const Vec3d origin = box.empty() ? Vec3d{} : box.center();
-  double volume6 = 0;
-  double area2 = 0;
-  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
-    const Vec3d a = positions[t[0]] - origin;
-    const Vec3d b = positions[t[1]] - origin;
-    const Vec3d c = positions[t[2]] - origin;
-    volume6 += dot(a, cross(b, c));
-    area2 += norm(cross(b - a, c - a));
-  });
-  return {volume6 / 6, area2 / 2};
+  require_sound(mesh, positions);
+  return volume_and_area(mesh, positions);
 }
 
 std::vector<std::string> describe_oddities(const Measures& m) {

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "knead/math/error.h"
+#include "knead/mesh/check.h"
 
 namespace knead {
 
@@ -22,10 +25,20 @@ void check_faces(const Mesh& mesh) {
                     "number",
                     begin.back(), mesh.corner_vertex.size()));
   }
+  std::uint32_t largest = 0;
+  for (const std::uint32_t v : mesh.corner_vertex) largest = std::max(largest, v);
+  if (mesh.corner_vertex.empty() || largest < mesh.positions.size()) return;
   for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
     if (mesh.corner_vertex[c] < mesh.positions.size()) continue;
     throw InvalidInput(fmt::format("corner {} of a mesh names vertex {}, but there are only {} vertices; correct it", c,
                                    mesh.corner_vertex[c], mesh.positions.size()));
+  }
+}
+
+void check_places(std::span<const Vec3d> positions) {
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (is_finite(positions[v])) continue;
+    throw InvalidInput(fmt::format("vertex {} of a mesh has a coordinate that is not finite; place or remove it", v));
   }
 }
 
@@ -43,12 +56,21 @@ std::size_t elements(const Mesh& mesh, Domain domain) {
 
 }  // namespace
 
-void validate(const Mesh& mesh) {
+void require_faces(const Mesh& mesh, std::span<const Vec3d> positions) {
   check_faces(mesh);
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    if (is_finite(mesh.positions[v])) continue;
-    throw InvalidInput(fmt::format("vertex {} of a mesh has a coordinate that is not finite; place or remove it", v));
+  if (positions.size() != mesh.vertex_count()) {
+    throw InvalidInput(fmt::format("{} positions for a mesh of {} vertices; give one for each", positions.size(),
+                                   mesh.vertex_count()));
   }
+}
+
+void require_sound(const Mesh& mesh, std::span<const Vec3d> positions) {
+  require_faces(mesh, positions);
+  check_places(positions);
+}
+
+void validate(const Mesh& mesh) {
+  require_sound(mesh, mesh.positions);
   for (const Attribute& attribute : mesh.attributes) {
     const std::size_t count = elements(mesh, attribute.domain);
     if (attribute.components > 0 && attribute.values.size() == count * static_cast<std::size_t>(attribute.components)) {

@@ -1,7 +1,12 @@
 #include "knead/mesh/normals.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "knead/math/error.h"
+#include "knead/mesh/check.h"
+#include "knead/mesh/some_normals.h"
 #include "knead/mesh/triangulate.h"
 
 namespace knead {
@@ -48,21 +53,32 @@ std::vector<bool> touched_normals(const Mesh& mesh, std::span<const Vec3d> after
   return touched;
 }
 
-// Returns the mean normal of the corners of each touched authored normal; zero for the others.
-std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& touched,
-                                std::span<const std::uint32_t> corner_normal) {
-  const auto counts = [&](std::size_t c) { return corner_normal[c] != kNoNormal && touched[corner_normal[c]]; };
-  std::vector<Vec3d> means(touched.size());
+// Returns so many mean normals, each of the corners for which number_of(corner) is its number; kNoNormal: none.
+template <class NumberOf>
+std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positions, std::size_t count,
+                                const NumberOf& number_of) {
+  std::vector<Vec3d> means(count);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     bool needed = false;
-    for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) needed = needed || counts(c);
+    for (std::size_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
+      needed = needed || number_of(c) != kNoNormal;
+    }
     if (!needed) continue;
     for_each_corner_normal(mesh, positions, f, [&](std::size_t c, const Vec3d& weighted) {
-      if (counts(c)) means[corner_normal[c]] += weighted;
+      const std::uint32_t number = number_of(c);
+      if (number != kNoNormal) means[number] += weighted;
     });
   }
   for (Vec3d& mean : means) mean = unit_or_zero(mean);
   return means;
+}
+
+// Returns the mean normal of the corners of each touched authored normal; zero for the others.
+std::vector<Vec3d> mean_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& touched,
+                                std::span<const std::uint32_t> corner_normal) {
+  return mean_normals(mesh, positions, touched.size(), [&](std::size_t c) {
+    return corner_normal[c] != kNoNormal && touched[corner_normal[c]] ? corner_normal[c] : kNoNormal;
+  });
 }
 
 // Returns v rotated by the smallest rotation that maps the unit vector a to the unit vector b (Rodrigues).
@@ -179,6 +195,7 @@ std::vector<EdgeFit> fit_edges(const Mesh& mesh, std::span<const Vec3d> position
 }  // namespace
 
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions) {
+  require_faces(mesh, positions);
   std::vector<Vec3d> normals(mesh.vertex_count());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
     for_each_corner_normal(mesh, positions, f,
@@ -191,11 +208,31 @@ std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> posit
 std::vector<Vec3d> vertex_normals(const Mesh& mesh) { return vertex_normals(mesh, mesh.positions); }
 
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions, const std::vector<bool>& needed) {
+  require_faces(mesh, positions);
+  if (needed.size() != mesh.vertex_count()) throw InvalidInput("give a flag for each vertex");
   return mean_normals(mesh, positions, needed, mesh.corner_vertex);
+}
+
+std::vector<Vec3d> normals_of(const Mesh& mesh, std::span<const Vec3d> positions,
+                              std::span<const std::uint32_t> vertices) {
+  std::vector<bool> needed(mesh.vertex_count(), false);
+  for (const std::uint32_t v : vertices) needed[v] = true;
+  return mean_normals(mesh, positions, vertices.size(), [&](std::size_t c) {
+    const std::uint32_t v = mesh.corner_vertex[c];
+    if (!needed[v]) return kNoNormal;
+    return static_cast<std::uint32_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin());
+  });
 }
 
 std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> normals,
                                      std::span<const std::uint32_t> corner_normal) {
+  require_sound(mesh, after);
+  if (corner_normal.size() != mesh.corner_vertex.size()) throw InvalidInput("name a normal for each corner");
+  for (std::size_t c = 0; c < corner_normal.size(); ++c) {
+    if (corner_normal[c] == kNoNormal || corner_normal[c] < normals.size()) continue;
+    throw InvalidInput("corner " + std::to_string(c) + " names normal " + std::to_string(corner_normal[c]) + " of " +
+                       std::to_string(normals.size()));
+  }
   std::vector<Vec3d> result(normals.begin(), normals.end());
   const std::vector<bool> touched = touched_normals(mesh, after, normals.size(), corner_normal);
   const std::vector<Vec3d> from = mean_normals(mesh, mesh.positions, touched, corner_normal);
@@ -211,6 +248,10 @@ std::vector<Vec3d> transport_normals(const Mesh& mesh, std::span<const Vec3d> af
 
 std::vector<Vec3d> transport_tangents(const Mesh& mesh, std::span<const Vec3d> after, std::span<const Vec3d> tangents,
                                       std::span<const Vec3d> normals) {
+  require_sound(mesh, after);
+  if (tangents.size() != mesh.vertex_count() || normals.size() != mesh.vertex_count()) {
+    throw InvalidInput("give a tangent and a normal for each vertex");
+  }
   std::vector<Vec3d> result(tangents.begin(), tangents.end());
   const std::vector<bool> touched = touched_normals(mesh, after, tangents.size(), mesh.corner_vertex);
   const std::vector<EdgeFit> fits = fit_edges(mesh, after, touched);

@@ -11,7 +11,8 @@ namespace knead {
 
 // Returns one unit normal for each vertex: the mean of the normals of its faces, weighted by the angles of the faces at
 // the vertex (Thurmer and Wuthrich 1998). Returns the zero vector for a vertex without a face that has an area; never
-// NaN. The second form uses other positions, one for each vertex.
+// NaN. The second form uses other positions, one for each vertex. Throws InvalidInput for faces that are not sound, and
+// for positions of another number.
 std::vector<Vec3d> vertex_normals(const Mesh& mesh);
 std::vector<Vec3d> vertex_normals(const Mesh& mesh, std::span<const Vec3d> positions);
 

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "knead/math/error.h"
+#include "knead/mesh/check.h"
 
 namespace knead {
 namespace {
@@ -128,6 +129,7 @@ void triangulate_polygon(std::span<const Vec3d> positions, std::span<const std::
 }
 
 std::vector<Triangle> triangulate(const Mesh& mesh) {
+  require_sound(mesh, mesh.positions);
   std::vector<Triangle> triangles;
   triangles.reserve(mesh.corner_vertex.size());
   for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) { triangles.push_back(t); });
@@ -135,6 +137,7 @@ std::vector<Triangle> triangulate(const Mesh& mesh) {
 }
 
 std::vector<std::uint32_t> triangle_faces(const Mesh& mesh) {
+  require_sound(mesh, mesh.positions);
   std::vector<std::uint32_t> faces;
   faces.reserve(mesh.corner_vertex.size());
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {

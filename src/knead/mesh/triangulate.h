@@ -15,7 +15,8 @@ using Triangle = std::array<std::uint32_t, 3>;  // three vertices, counter-clock
 // Returns the triangles of all faces, in the order of faces. A face of n corners gives n - 2 triangles (none for n <
 // 3). Convex polygons are cut as a fan from their first corner, others by ear clipping in the plane of their mean
 // normal (Meisters 1975). If no ear is left (the polygon crosses itself or has no area), or after about 10^7 tests, the
-// rest of the polygon is cut as a fan. The function never fails and never drops a face.
+// rest of the polygon is cut as a fan. No face is dropped. Throws InvalidInput for faces that are not sound, and for
+// positions that are not finite.
 std::vector<Triangle> triangulate(const Mesh& mesh);
 
 // Returns the face of each triangle of triangulate(mesh).

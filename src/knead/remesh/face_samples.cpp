@@ -11,9 +11,9 @@ namespace knead::remesh_detail {
 
 namespace {
 
-constexpr int kDeepest = 8;                // how often a face is divided into four
-constexpr double kMostSamples = 1 << 20;   // 50 MB
-constexpr std::size_t kFirstBatch = 1024;  // tells what carrying the others costs
+constexpr int kDeepest = 8;               // how often a face is divided into four
+constexpr double kMostSamples = 1 << 20;  // 50 MB
+constexpr std::size_t kFirstBatch = 16;   // tells what carrying the others costs
 
 std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
   const auto& [a, b, c] = corners;

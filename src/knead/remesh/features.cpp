@@ -166,6 +166,7 @@ std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double ang
 namespace knead {
 
 std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
+  validate(mesh);
   return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, nullptr);
 }
 

@@ -63,6 +63,7 @@ void validate(const RemeshSettings& settings) {
 
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
   validate(settings);
+  validate(mesh);
   const double diagonal = bounding_box(mesh.positions).diagonal();
   RemeshTargets targets;
   targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;

@@ -99,6 +99,7 @@ std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options) {
 }
 
 ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options) {
+  validate(source);
   const double unit = reference_length(source.positions);
   ShapeFit fit;
   FitReport& report = fit.report;

@@ -48,6 +48,7 @@ std::optional<Barrel> barrel_of(const Stroke& stroke) {
 }
 
 BarrelCheck check_barrel(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
   BarrelCheck check;
   const bool turns = barrel.last_normal != barrel.normal;
   for (const Triangle& triangle : triangles) {

@@ -93,6 +93,7 @@ BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, do
 
 BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
                              std::span<const Triangle> triangles, const Progress* progress) {
+  check_triangles(triangles, positions);
   require_finite("point", query.point);
   require_direction("direction", query.direction);
   require_finite("axis", query.axis);

@@ -89,6 +89,7 @@ Stroke with_radius(Stroke stroke, double radius) {
 
 BarrelProposal propose_barrel(const Barrel& barrel, std::span<const Vec3d> positions,
                               std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
   const BarrelPieces pieces = barrel_pieces(barrel, positions, triangles);
   BarrelProposal proposal{radius_in_gap(pieces), pieces.part_max, pieces.others, pieces.within, {}};
   if (proposal.radius) return proposal;

@@ -214,6 +214,9 @@ std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const s
 
 std::vector<float> vertex_stretches(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
                                     std::span<const Vec3d> now) {
+  if (rest.size() != now.size()) throw InvalidInput("give as many places at rest as now");
+  check_triangles(triangles, rest);
+  check_triangles(triangles, now);
   std::vector<float> result(now.size());
   for (const auto& [a, b, c] : triangles) {
     const auto stretch = triangle_stretch({rest[a], rest[b], rest[c]}, {now[a], now[b], now[c]});

@@ -180,6 +180,7 @@ double stretch_of_shear(double gamma) { return 0.5 * gamma + std::sqrt(1 + 0.25 
 }  // namespace
 
 ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
   const std::optional<Zone> zone = zone_of(stroke);
   if (!zone || positions.empty()) return {};
   ZoneProfile profile{zone->center, zone->normal, zone->side, zone->radius};
