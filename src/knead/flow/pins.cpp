@@ -15,7 +15,7 @@ namespace knead::detail {
 namespace {
 
 // Nodes of a piece are those of Chebyshev and Lobatto, so that those of a degree are nodes of twice the degree too.
-constexpr int kMostDegree = 8;
+constexpr int kMostDegree = kMostPinDegree;
 constexpr int kNodes = 2 * kMostDegree;  // and one
 constexpr std::array<double, kNodes / 2 + 1> kCosines{1,
                                                       0.98078528040323044913,

@@ -12,6 +12,8 @@
 
 namespace knead::detail {
 
+inline constexpr int kMostPinDegree = 8;
+
 // The solution over a part of the segment's time, in powers of s = (2 t - begin - end) / (end - begin): of each pin
 // a_i(t), then of each turn its three nodes (pin_equations.h).
 struct PinPiece {

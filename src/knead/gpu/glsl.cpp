@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "knead/flow/pins.h"
 #include "knead/flow/step_rule.h"
 
 namespace knead::gpu {
@@ -97,6 +98,12 @@ std::string layout_defines() {
                                                {"kTolerance", kTolerance},
                                                {"kLeast", kLeast},
                                                {"kStrain", layout::kStrain},
+                                               {"kPerRadius", kPerRadius},
+                                               {"kMiddle", kMiddle},
+                                               {"kPerHalf", kPerHalf},
+                                               {"kPowers", kPowers},
+                                               {"kDegree", kDegree},
+                                               {"kMostPinDegree", detail::kMostPinDegree},
                                                {"kSegmentPlaces", kSegmentPlaces},
                                                {"kCountStripes", kCountStripes},
                                                {"kCounters", kCounters},
@@ -218,15 +225,19 @@ bool complete = true;
 
 int field_table(int f) { return first_field + f * kFieldEntries; }
 int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
+R3 part(int i) { return R3(n[i], n[i + 1], n[i + 2]); }
 )";
 
 }  // namespace
 
 std::string shader_source(const ShaderKind& kind) {
+  const std::string fields = kind.pins ? kGlslPins
+                                       : kind_function("motion_kind", "kMotionKind", kind.motions) +
+                                             kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField +
+                                             kGlslPowers + kGlslTrees + kGlslSets + kGlslVelocity + kGlslContact +
+                                             kGlslClosedForm;
   return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + step_rule(kind) +
-         kInterface + kind_function("motion_kind", "kMotionKind", kind.motions) +
-         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
-         kGlslVelocity + kGlslContact + kGlslClosedForm +
+         kInterface + kGlslSphereContact + fields +
          (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +
          kGlslPath;
 }

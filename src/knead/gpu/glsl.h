@@ -8,6 +8,8 @@
 namespace knead::gpu {
 
 extern const char* const kGlslField;
+extern const char* const kGlslPins;
+extern const char* const kGlslSphereContact;
 extern const char* const kGlslPowers;
 extern const char* const kGlslTrees;
 extern const char* const kGlslSets;
@@ -48,6 +50,15 @@ inline constexpr int kTolerance = 5;
 inline constexpr int kLeast = 6;
 inline constexpr int kStrain = 7;
 inline constexpr int kSegmentNumbers = 16;
+// Of a part of a pinned segment's time, in the place of a strain: 1 / radius, the part's middle, 1 / half of its
+// length.
+inline constexpr int kPerRadius = 7;
+inline constexpr int kMiddle = 8;
+inline constexpr int kPerHalf = 9;
+// Of a pin, in n[]: its place in radii at t = 0 from the segment's centre, its displacement, and from here on the
+// powers of its velocity.
+inline constexpr int kPowers = 6;
+inline constexpr int kDegree = 4;  // in table[], in the place of a set: of the powers
 // Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius.
 inline constexpr int kSegmentPlaces = 16;
 // Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
@@ -80,6 +91,7 @@ struct ShaderKind {
   bool trees = false;
   bool single = false;
   bool blended = false;
+  bool pins = false;  // then the kinds of motions and regions do not count
   bool barrel = false;
   bool falloff = false;  // that of some field is not the default
   bool in_double = false;

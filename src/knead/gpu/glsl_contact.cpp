@@ -4,7 +4,7 @@ namespace knead::gpu {
 
 // contact.cpp for the GPU: when a moving tool reaches a resting point. In R, with d relative to the tool: a
 // tool that is found out to graze by less than the rounding moves nothing that could be seen.
-const char* const kGlslContact = R"(
+const char* const kGlslSphereContact = R"(
 // The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.
 R sphere_contact(R3 d, R3 velocity, R radius) {
   R a = dot(velocity, velocity);
@@ -16,7 +16,9 @@ R sphere_contact(R3 d, R3 velocity, R radius) {
   if (inside < R(0)) return kNever;
   return max(R(0), along - sqrt(inside / a));
 }
+)";
 
+const char* const kGlslContact = R"(
 #ifdef REGION_CAPSULE
 // A capsule is the union of two end balls and a cylinder.
 R capsule_contact(R3 half_axis, R3 d, R3 velocity, R outer) {

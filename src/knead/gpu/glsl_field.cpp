@@ -11,8 +11,6 @@ struct Region { R value; R3 gradient; };
 
 R nearest_integer(R x) { return floor(x + R(0.5)); }
 
-R3 part(int i) { return R3(n[i], n[i + 1], n[i + 2]); }
-
 SinCos sincos_of(R x) {
   precise R quarter = nearest_integer(x * R(0.63661977236758134308lf));
 #ifdef IN_DOUBLE

@@ -159,7 +159,16 @@ struct Calls {
   bool send(std::span<const Segment> segments, GpuPoints::State& points) const {
     ShaderKind kind = kind_of(segments.front(), options);
     kind.unrolled = gpu.unrolled;
-    const PackedSegments packed = pack(segments, options);
+    for (const PackedSegments& packed : pack(segments, options)) {
+      if (!send(packed, kind, points)) return false;
+    }
+    if (are_cancelled()) return false;
+    if (waits && options.progress != nullptr) options.progress->done += points.size * segments.size();
+    return true;
+  }
+
+ private:
+  bool send(const PackedSegments& packed, const ShaderKind& kind, GpuPoints::State& points) const {
     if (packed.numbers.size() * sizeof(double) > gpu.most_bytes) {
       throw GpuError("the graphics driver takes no point set as large as this flow's; use the CPU");
     }
@@ -182,7 +191,6 @@ struct Calls {
       glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
       if (waits) glFinish();
       gl::require_no_error();
-      if (waits && options.progress != nullptr) options.progress->done += range.count * segments.size();
     }
     return true;
   }
@@ -295,7 +303,9 @@ AdvectResult Gpu::advect(const Flow& flow, GpuPoints& points, const AdvectOption
 void Gpu::enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& options) {
   check(flow, options, points.size());
   const gl::CurrentContext current(state_->context);
-  const Calls calls{*state_, options, false};
+  AdvectOptions own = options;
+  own.progress = nullptr;
+  const Calls calls{*state_, own, false};
   for (std::span<const Segment> rest = flow.segments; !rest.empty();) {
     const std::size_t length = pack_length(rest, options);
     calls.send(rest.first(length), *points.state_);

@@ -8,6 +8,8 @@
 #include "knead/flow/culling.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
+#include "knead/gpu/packed_bounds.h"
+#include "knead/gpu/packed_pins.h"
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 
@@ -20,22 +22,6 @@ using namespace layout;
 // Segments to a call of a shader, and points of their sets: graphics drivers stop what takes seconds.
 constexpr std::size_t kMostSegments = 64;
 constexpr std::size_t kMostSetPoints = 4096;
-// Of the width of a field's transition: what a point moves less than it does not move at all.
-constexpr double kLeastMotion = 1e-14;
-// Reaches everything.
-constexpr double kEverywhere = 1e300;
-
-void put(std::vector<double>& to, std::size_t at, const Vec3d& v) {
-  to[at] = v.x;
-  to[at + 1] = v.y;
-  to[at + 2] = v.z;
-}
-
-void put(std::vector<double>& to, std::size_t at, const Mat3d& m) {
-  put(to, at, m.row0);
-  put(to, at + 3, m.row1);
-  put(to, at + 6, m.row2);
-}
 
 std::size_t points_of(const PointSet<double>& set) {
   std::size_t count = set.points.size();
@@ -141,40 +127,6 @@ void put_motion(std::vector<double>& to, std::size_t at, const Strain<double>& m
 
 void put_motion(std::vector<double>& /*to*/, std::size_t /*at*/, const CustomMotion& /*motion*/) {}
 
-// Where a resting field's region, or a moving one's on its whole way, can be felt.
-struct FieldBounds {
-  Vec3d from;
-  Vec3d way;          // or a normal
-  double reach = 0;   // of the distance from the way, or along the normal
-  double along = -1;  // 1 / |way|^2, 0 for no way; -1: a normal
-};
-
-FieldBounds along_the_way(const Vec3d& from, const Vec3d& way, double reach) {
-  return {from, way, reach, norm2(way) > 0 ? 1 / norm2(way) : 0.0};
-}
-
-FieldBounds bounds_of(const Field& field, const Segment& segment) {
-  const bool blended = segment.time_law == TimeLaw::blended;
-  const double begin = blended ? 0 : segment.begin;
-  const double end = blended ? 1 : segment.end;
-  const Vec3d from = field.center + segment.displacement * begin;
-  const Vec3d way = segment.displacement * (end - begin);
-  const double outer = field.thresholds.outer;
-  const double slack = 1e-6 * std::abs(outer) + 1e-12 * (norm(from) + norm(way));
-  if (std::holds_alternative<Ball<double>>(field.region)) return along_the_way(from, way, outer + slack);
-  if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
-    return along_the_way(from, way, outer + norm(capsule->half_axis) * (1 + 1e-6) + slack);
-  }
-  if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
-    const detail::Surround ball = detail::surround_of(*set);
-    const double reach = ball.radius * (1 + 1e-6) + detail::support_reach(*set, outer) * (1 + 1e-4);
-    return along_the_way(from + ball.center, way, reach + slack);
-  }
-  const auto* space = std::get_if<HalfSpace<double>>(&field.region);
-  if (space == nullptr || space->turn_angle != 0) return {from, {}, kEverywhere, 0};
-  return {dot(space->normal, way) > 0 ? from + way : from, space->normal, outer + slack, -1};
-}
-
 // Fills one pack.
 class Packer {
  public:
@@ -258,16 +210,9 @@ class Packer {
     packed_.table[entry + kMotionKind] = static_cast<std::int32_t>(field.motion.index());
     packed_.table[entry + kRegionKind] = static_cast<std::int32_t>(field.region.index());
     packed_.table[entry + kBounds] = static_cast<std::int32_t>(bounds_at(index));
-    put_bounds(bounds_of(field, segment), bounds_at(index));
+    put_bounds(packed_.places, bounds_at(index), field, segment);
     std::visit([&](const auto& region) { put_region(region, at + kRegion, entry); }, field.region);
     if (may_have_tree(field, segment)) put_tree(pack_tree(field, segment, options_), entry + kFirstSet);
-  }
-
-  void put_bounds(const FieldBounds& bounds, std::size_t at) {
-    put(packed_.places, at, bounds.from);
-    put(packed_.places, at + 3, bounds.way);
-    packed_.places[at + 6] = bounds.reach;
-    packed_.places[at + 7] = bounds.along;
   }
 
   void put_region(const Ball<double>& /*region*/, std::size_t /*at*/, std::size_t /*entry*/) {}
@@ -343,10 +288,11 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   if (!segment.mask.is_empty()) {
     throw InvalidInput("it has a mask, which the GPU cannot evaluate; move the points with advect");
   }
-  if (segment.time_law == TimeLaw::pinned) {
-    throw InvalidInput("it has pins, which the GPU cannot evaluate; move the points with advect");
-  }
   ShaderKind kind;
+  kind.in_double = options.precision == Precision::float64;
+  kind.integrator = options.integrator;
+  kind.pins = segment.time_law == TimeLaw::pinned;
+  if (kind.pins) return kind;
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {
       throw InvalidInput(
@@ -361,17 +307,19 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   kind.single = segment.fields.size() == 1;
   kind.blended = segment.time_law == TimeLaw::blended;
   kind.barrel = segment.barrel.has_value();
-  kind.in_double = options.precision == Precision::float64;
-  kind.integrator = options.integrator;
   return kind;
 }
 
-PackedSegments pack(std::span<const Segment> segments, const AdvectOptions& options) {
-  return Packer(segments, options).run();
+std::vector<PackedSegments> pack(std::span<const Segment> segments, const AdvectOptions& options) {
+  if (segments.front().time_law == TimeLaw::pinned) return pack_pins(segments.front(), options);
+  std::vector<PackedSegments> packs;
+  packs.push_back(Packer(segments, options).run());
+  return packs;
 }
 
 std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& options) {
   const ShaderKind kind = kind_of(segments.front(), options);
+  if (kind.pins) return 1;
   std::size_t set_points = set_points_of(segments.front());
   std::size_t length = 1;
   while (length < std::min(segments.size(), kMostSegments)) {

@@ -15,6 +15,9 @@ namespace knead::gpu {
 // nothing.
 ShaderKind kind_of(const Segment& segment, const AdvectOptions& options);
 
+// What a point moves less than this part of the width of a field's transition, it does not move at all.
+inline constexpr double kLeastMotion = 1e-14;
+
 // Segments of one kind, one after the other.
 struct PackedSegments {
   int count = 0;
@@ -23,10 +26,13 @@ struct PackedSegments {
   std::vector<std::int32_t> table;  // table[]
 };
 
-PackedSegments pack(std::span<const Segment> segments, const AdvectOptions& options);
+// Packs segments of one kind, as many as pack_length returns. Returns the packs of one shader's calls: several where
+// the first segment has pins, none where options.progress->cancel was set. Throws InvalidInput where the equations of
+// pins cannot be solved.
+std::vector<PackedSegments> pack(std::span<const Segment> segments, const AdvectOptions& options);
 
-// How many of the segments, from the first on, go into one pack: those of the first's kind, as far as one call of the
-// shader should take.
+// Returns how many of the segments, from the first on, are packed together: those of the first's kind, as far as one
+// call of the shader should take, or one segment with pins.
 std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& options);
 
 }  // namespace knead::gpu
