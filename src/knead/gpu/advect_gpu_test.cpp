@@ -80,8 +80,8 @@ TEST_F(GpuTest, InDoubleItAgreesFarBelowFloat) {
   Random random(802);
   for (const NamedSegment& named : segments_of_every_kind(random)) {
     const auto points = test::random_points(random, 60);
-    const bool chosen =
-        named.name == "points" || named.name == "bend" || named.name == "blended capsule" || named.name == "pins";
+    const bool chosen = named.name == "points" || named.name == "bend" || named.name == "blended capsule" ||
+                        named.name == "turning pins";
     if (!chosen) continue;
     SCOPED_TRACE(named.name);
     const Flow flow{{named.segment}};
@@ -303,7 +303,8 @@ TEST_F(GpuTest, PinsOfAnyNumberAreMetThereAndBack) {
   for (const int count : {1, 2, 6, 60, 500}) {
     SCOPED_TRACE(count);
     const bool many = count > 6;
-    const Segment segment = test::pinning(random, count, many ? 0.35 : 0.8, many ? 0.15 : 0.4, many ? 1.0 : 0.6);
+    Segment segment = test::pinning(random, count, many ? 0.35 : 0.8, many ? 0.15 : 0.4, many ? 1.0 : 0.6);
+    if (count == 6) segment = test::turning(segment);
     const Flow flow{{segment}};
     const AdvectOptions options = default_options(1);
     pieces = std::max(pieces, detail::solve_pins(segment, options.tolerance).size());
@@ -328,7 +329,7 @@ TEST_F(GpuTest, PinsOfAnyNumberAreMetThereAndBack) {
 // A part of the time, among other segments, in several buffers, started without waiting: the same bits.
 TEST_F(GpuTest, PinsAreSegmentsLikeOthers) {
   Random random(819);
-  Flow flow{{test::pinning(random, 5, 0.8, 0.3),
+  Flow flow{{test::turning(test::pinning(random, 5, 0.8, 0.3)),
              test::translating(Ball<double>{}, {0, 0, 0}, {0.3, 0.1, 0}, {0.2, 0.5}),
              test::pinning(random, 2, 0.7, 0.2)}};
   flow = flow_between(flow, 0.3, 2.6);

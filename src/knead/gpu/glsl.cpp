@@ -103,6 +103,8 @@ std::string layout_defines() {
                                                {"kPerHalf", kPerHalf},
                                                {"kPowers", kPowers},
                                                {"kDegree", kDegree},
+                                               {"kFirstTurn", kFirstTurn},
+                                               {"kTurns", kTurns},
                                                {"kMostPinDegree", detail::kMostPinDegree},
                                                {"kSegmentPlaces", kSegmentPlaces},
                                                {"kCountStripes", kCountStripes},
@@ -148,6 +150,7 @@ std::string kind_defines(const ShaderKind& kind) {
   if (kind.curves) text += "#define WITH_CURVES\n";
   if (kind.trees) text += "#define WITH_TREES\n";
   if (kind.blended) text += "#define BLENDED\n";
+  if (kind.turns) text += "#define WITH_TURNS\n";
   if (kind.barrel) text += "#define WITH_BARREL\n";
   if (kind.falloff) text += "#define FALLOFF\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";

@@ -58,7 +58,11 @@ inline constexpr int kPerHalf = 9;
 // Of a pin, in n[]: its place in radii at t = 0 from the segment's centre, its displacement, and from here on the
 // powers of its velocity.
 inline constexpr int kPowers = 6;
-inline constexpr int kDegree = 4;  // in table[], in the place of a set: of the powers
+// Of a pin, in table[], in the place of a set: the degree of the powers, where the numbers of the part's turns begin in
+// n[], and how many turns there are.
+inline constexpr int kDegree = 4;
+inline constexpr int kFirstTurn = 5;
+inline constexpr int kTurns = 6;
 // Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius.
 inline constexpr int kSegmentPlaces = 16;
 // Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
@@ -91,7 +95,8 @@ struct ShaderKind {
   bool trees = false;
   bool single = false;
   bool blended = false;
-  bool pins = false;  // then the kinds of motions and regions do not count
+  bool pins = false;   // then the kinds of motions and regions do not count
+  bool turns = false;  // some of the pins turn
   bool barrel = false;
   bool falloff = false;  // that of some field is not the default
   bool in_double = false;

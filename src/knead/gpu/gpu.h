@@ -99,16 +99,16 @@ class Gpu {
 
   // Moves the points, as knead::advect does; ignores options.threads. Checks options.progress between calls of
   // shaders, and while the equations of pins are solved. With the status `cancelled` or `step_limit` the points stop on
-  // their path lines. Throws InvalidInput where knead::advect does, for fields that are functions of the caller, and for
-  // segments with a mask. Where pins come too near each other for their equations, the segments before have moved the
-  // points.
+  // their path lines. Throws InvalidInput where knead::advect does, for fields that are functions of the caller, and
+  // for segments with a mask. Where pins come too near each other for their equations, the segments before have moved
+  // the points.
   AdvectResult advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
   // Copies the points to `result`, which has as many elements.
   void download(const GpuPoints& points, std::span<Vec3d> result);
 
-  // Starts to move the points, and does not wait: later operations on the GPU find them moved. The equations of pins are
-  // solved at once, on the CPU. Ignores options.steps and options.progress. Throws as advect.
+  // Starts to move the points, and does not wait: later operations on the GPU find them moved. The equations of pins
+  // are solved at once, on the CPU. Ignores options.steps and options.progress. Throws as advect.
   void enqueue(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
   // Waits for all enqueued flows, and returns their result since the last call.

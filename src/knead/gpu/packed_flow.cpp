@@ -292,6 +292,7 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   kind.in_double = options.precision == Precision::float64;
   kind.integrator = options.integrator;
   kind.pins = segment.time_law == TimeLaw::pinned;
+  kind.turns = !segment.turns.empty();
   if (kind.pins) return kind;
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "knead/flow/owned_pins.h"
 #include "knead/flow/pins.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
@@ -15,6 +16,7 @@ namespace knead::gpu {
 namespace {
 
 using namespace layout;
+using detail::OwnedPins;
 using detail::PinPiece;
 
 // Pins to a call of a shader, each counted for every piece of time: graphics drivers stop what takes seconds.
@@ -45,28 +47,25 @@ class PinPacker {
       if (segment_.end < segment_.begin) std::swap(part.begin, part.end);
       const std::size_t table = pieces.size() * kSegmentEntries + i * pins_ * kFieldEntries;
       const std::size_t bounds = pieces.size() * kSegmentPlaces + i * pins_ * kFieldBounds;
-      put_part(part, pieces[i], i, table);
-      for (std::size_t pin = 0; pin < pins_; ++pin) {
-        put_pin(part, pieces[i], pin, table + pin * kFieldEntries, bounds + pin * kFieldBounds);
-      }
+      const OwnedPins<double> pins(part, pieces[i], middle_, false);
+      put_part(part, pins, i, table);
+      put_pins(part, pins, table, bounds);
     }
     return std::move(packed_);
   }
 
  private:
-  double radius() const { return segment_.fields.front().thresholds.outer; }
-
-  void put_part(const Segment& part, const PinPiece& piece, std::size_t i, std::size_t table) {
+  void put_part(const Segment& part, const OwnedPins<double>& pins, std::size_t i, std::size_t table) {
     double speed = 0;
-    for (const Field& pin : part.fields) speed = std::max(speed, norm(displacement_of(part, pin)));
+    for (const detail::ExactPin& pin : pins.exact) speed = std::max(speed, pin.speed);
     double* const numbers = packed_.numbers.data() + i * kSegmentNumbers;
     numbers[3] = speed;
     numbers[kReach] = detail::reach_of_step(part);
     numbers[kTolerance] = detail::kErrorShare * options_.tolerance;
-    numbers[kLeast] = kLeastMotion * radius();
-    numbers[kPerRadius] = 1 / radius();
-    numbers[kMiddle] = 0.5 * (piece.begin + piece.end);
-    numbers[kPerHalf] = 2 / (piece.end - piece.begin);
+    numbers[kLeast] = kLeastMotion * pins.field.radius;
+    numbers[kPerRadius] = pins.field.per_radius;
+    numbers[kMiddle] = pins.field.middle;
+    numbers[kPerHalf] = pins.field.per_half;
     put(packed_.places, i * kSegmentPlaces, middle_);
     packed_.places[i * kSegmentPlaces + 6] = part.begin;
     packed_.places[i * kSegmentPlaces + 7] = part.end;
@@ -76,19 +75,23 @@ class PinPacker {
     entries[3] = static_cast<std::int32_t>(i * kSegmentNumbers);
   }
 
-  void put_pin(const Segment& part, const PinPiece& piece, std::size_t pin, std::size_t table, std::size_t bounds) {
-    const Field& field = part.fields[pin];
-    packed_.table[table + kFieldBegin] = static_cast<std::int32_t>(packed_.numbers.size());
-    packed_.table[table + kBounds] = static_cast<std::int32_t>(bounds);
-    packed_.table[table + kDegree] = piece.degree;
-    put_bounds(packed_.places, bounds, field, part);
-    append((field.center - middle_) / radius());
-    append(displacement_of(part, field) / radius());
-    const std::size_t powers = static_cast<std::size_t>(piece.degree) + 1;
-    for (std::size_t k = 0; k < powers; ++k) append(piece.coefficients[pin * powers + k]);
+  // The pins' numbers, then those of the turns.
+  void put_pins(const Segment& part, const OwnedPins<double>& pins, std::size_t table, std::size_t bounds) {
+    const std::size_t begin = packed_.numbers.size();
+    packed_.numbers.insert(packed_.numbers.end(), pins.numbers.begin(), pins.numbers.end());
+    const std::size_t turns = packed_.numbers.size();
+    packed_.numbers.insert(packed_.numbers.end(), pins.turn_numbers.begin(), pins.turn_numbers.end());
+    for (std::size_t pin = 0; pin < pins_; ++pin) {
+      std::int32_t* const entries = packed_.table.data() + table + pin * kFieldEntries;
+      const std::size_t own_bounds = bounds + pin * kFieldBounds;
+      entries[kFieldBegin] = static_cast<std::int32_t>(begin) + static_cast<std::int32_t>(pin) * pins.field.pins.stride;
+      entries[kBounds] = static_cast<std::int32_t>(own_bounds);
+      entries[kDegree] = pins.field.degree;
+      entries[kFirstTurn] = static_cast<std::int32_t>(turns);
+      entries[kTurns] = pins.field.turns.count;
+      put_bounds(packed_.places, own_bounds, part.fields[pin], part);
+    }
   }
-
-  void append(const Vec3d& v) { packed_.numbers.insert(packed_.numbers.end(), {v.x, v.y, v.z}); }
 
   const Segment& segment_;
   const AdvectOptions& options_;
