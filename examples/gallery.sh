@@ -198,6 +198,44 @@ remeshed() {
   certificates_of "$name"
 }
 
+distance_row() { # WHAT REPORT KEY: in percent of the diagonal
+  local key part numbers=()
+  for key in mean most_95 max; do
+    part=$(value <(sed -n '/"'"$3"'"/,$p' "$2") "$key")
+    numbers+=("$(awk "BEGIN { printf \"%.2g\", 100 * $part }")")
+  done
+  printf '| %s | %s | %s | %s |' "$1" "${numbers[@]}"
+}
+
+# fit NAME RENDER ARGUMENTS...: the shape is fitted to the result of the session with the landmarks of NAME_pairs.csv:
+# a picture of the shape, the target and the fitted shape, one of the distances from the target, and a table.
+fit() {
+  local name=$1 mesh report=$out/$1_fit.json diagonal
+  shift
+  check='' deform "$name" || return 0
+  mesh=$(header "$out/$name.knead" mesh)
+  say "$name, fitted"
+  "$knead" fit "$out/$mesh" "$out/$name.ply" --landmarks "$out/${name}_pairs.csv" --surface -q --json \
+    -o "$out/${name}_fit.knead" >"$report"
+  "$knead" deform "$out/$mesh" "$out/${name}_fit.knead" -q -o "$out/${name}_fitted.ply"
+  diagonal=$(value <("$knead" info "$out/$mesh" --json) diagonal)
+  printf '%s\n\n' "$(header "$out/$name.knead" note)" >>"$page"
+  printf 'The shape (left), the target (middle) and the fitted shape (right):\n\n' >>"$page"
+  picture "$name" "$mesh" "$name.ply" "${name}_fitted.ply" "$@"
+  printf 'The distance from the target, before (left) and fitted (right). Dark red is 0.5%% of the diagonal or more:\n\n' >>"$page"
+  picture "${name}_distances" "$mesh" "${name}_fitted.ply" --distance-to "$name.ply" \
+    --distance-max "$(awk "BEGIN { print 0.005 * $diagonal }")" "$@"
+  lines_of "$name"
+  {
+    printf '| distance in %% of the diagonal | mean | 95%% within | greatest | volume error | crossing pairs | strokes | pins at most |\n'
+    printf '| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
+    printf '%s - | %s | - | - |\n' "$(distance_row before "$report" distance_before)" "$(value "$report" crossings_before)"
+    printf '%s %s | %s | %s | %s |\n\n' "$(distance_row fitted "$report" distance_after)" \
+      "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)" \
+      "$(value "$report" strokes)" "$(value "$report" pins)"
+  } >>"$page"
+}
+
 # compared NAME 'OPTIONS' RENDER ARGUMENTS...: a figure that shows only this comparison.
 compared() {
   deform "$1" || return 0
@@ -324,6 +362,13 @@ pins_figures() {
   figure mesh_pins_face --until 0,1 --tools none --size 1000x480 --view 0,0 --close-up 0,-5,100,210
 }
 
+fit_figures() {
+  title "Fits: a hand in another pose"
+  printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds a session of pins that takes one surface to the other. Where limbs move by about their own width, their tips need landmarks: with evenly spread ones alone, the tip of the index finger of the scan folds.\n\n' >>"$page"
+  fit fig_fit --size 1200x480 --view 25,12
+  fit mesh_fit --size 1200x400 --view 20,35
+}
+
 # --- volume errors ----------------------------------------------------------------------------------------------------
 
 error_row() { # WHAT THE-PAPER'S-ERROR THE-PAPER'S-VERTICES SESSION [plain: without remeshing, which would take minutes]
@@ -420,7 +465,7 @@ main() {
     exit 2
   }
   mkdir -p "$out/images/gallery" "$out/images/guide"
-  cp "$here"/gallery/*.knead "$out/"
+  cp "$here"/gallery/*.knead "$here"/gallery/*.csv "$out/"
   can_draw=yes
   provide letter-y.ply
   "$knead" render "$out/letter-y.ply" --size 16x16 -q -o "$out/try.png" || {
@@ -436,6 +481,7 @@ main() {
   session_figures
   remeshing_figures
   pins_figures
+  fit_figures
   deform mesh19_dragon || true
   volume_errors
   models

@@ -29,6 +29,17 @@ struct PanelOptions {
 // moments, a stroke needs a session.
 void check_usage(const PanelOptions& options);
 
+// The colours that show the distance of each vertex from another shape's surface: clay at 0, dark red from `greatest`
+// on.
+struct DistanceColors {
+  std::string shape;               // file; empty: shapes keep their colours
+  std::optional<double> greatest;  // in the units of the shapes; empty: the greatest distance of all panels
+};
+
+// Gives the vertices of all panels their colours. Returns the distance that has the last colour. Throws what reading
+// and vertex_distances() throw.
+double color_by_distance(const DistanceColors& colors, bool quiet, std::vector<Panel>& panels);
+
 // Returns a panel for each moment, or for each shape if there are no moments. Throws UsageError for a stroke or a
 // moment that the session does not have, and what reading and replaying throw.
 std::vector<Panel> make_panels(const PanelOptions& options);

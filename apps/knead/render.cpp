@@ -27,6 +27,7 @@ namespace {
 
 struct RenderOptions {
   PanelOptions panels;
+  DistanceColors distances;
   std::string until;
   std::string tools = "first";
   std::string cut;
@@ -273,6 +274,14 @@ FilmRequest film_of_turntable(const RenderOptions& options, PictureRequest& requ
   return film;
 }
 
+void check_distances(const DistanceColors& distances) {
+  if (!distances.greatest) return;
+  if (distances.shape.empty()) throw UsageError("--distance-max: needs --distance-to to know the distances");
+  if (!(*distances.greatest > 0) || !std::isfinite(*distances.greatest)) {
+    throw UsageError(fmt::format("--distance-max {}: give a distance above 0", *distances.greatest));
+  }
+}
+
 void check_film(const RenderOptions& options) {
   const FrameFlags& frames = options.frames;
   const char* const name = options.turntable ? "--turntable" : "--frames";
@@ -288,6 +297,7 @@ void check_film(const RenderOptions& options) {
     frame_options(frames);
   }
   if (!options.panels.moments.empty()) throw UsageError(fmt::format("--until: does not work with {}", name));
+  if (!options.distances.shape.empty()) throw UsageError(fmt::format("--distance-to: does not work with {}", name));
   if (frames.frames && (options.panels.session.empty() || options.panels.shapes.size() != 1)) {
     throw UsageError("--frames: give one shape, and its --session");
   }
@@ -315,18 +325,25 @@ void run_render(RenderOptions options) {
   if (options.frames.frames || options.turntable) return run_film(std::move(options));
   frame_options(options.frames);
   options.panels = panel_options(options);
+  check_distances(options.distances);
   PictureRequest request = look_of(options);
   set_format(options, request);
   check_streams(options.panels.shapes, options.panels.format);
   require_renderer();
   require_writable(options.output);
   request.panels = make_panels(options.panels);
+  std::optional<double> greatest;
+  if (!options.distances.shape.empty()) {
+    greatest = color_by_distance(options.distances, options.common.quiet, request.panels);
+  }
   write_file_atomically(options.output, draw_watched(request, options.common.quiet));
   if (options.common.json) {
-    const Json json{{"width", request.width}, {"height", request.height}};
+    Json json{{"width", request.width}, {"height", request.height}};
+    if (greatest) json.set("greatest_distance", *greatest);
     print(to_indented_text(json));
   } else if (!options.common.quiet) {
     print(fmt::format("{}: {} x {} pixels\n", options.output, request.width, request.height));
+    if (greatest) print(fmt::format("dark red: {:.4g} or more from {}\n", *greatest, options.distances.shape));
   }
 }
 
@@ -351,6 +368,11 @@ std::vector<Option> describe(RenderOptions& options) {
       {"--tools", &options.tools,
        "first: all tools in the first panel; each: in every panel the tool that is at work then; none: no tools",
        "WHERE", OptionKind::with_default},
+      {"--distance-to", &options.distances.shape,
+       "Colour the shapes by the distance of their vertices from this one: clay at 0, then orange and dark red",
+       "FILE"},
+      {"--distance-max", &options.distances.greatest,
+       "The distance that is dark red (the greatest in the picture), in the units of the shapes", "D"},
       {"--cut", &options.cut, "Remove everything beyond the plane N.x = OFFSET, and show the cut", "NX,NY,NZ,OFFSET"},
       {"--size", &options.size, "WIDTHxHEIGHT of the whole picture in pixels", "WxH", OptionKind::with_default},
       {"--view", &options.view, "front, back, left, right, top, bottom, iso, or AZIMUTH,ELEVATION in degrees", "NAME",
@@ -387,6 +409,7 @@ Subcommand render_command() {
           "  knead render hand.ply -o hand.png\n"
           "  knead render hand.ply bent.ply --session bend.knead --view front -o before_after.png\n"
           "  knead render hand.ply --session bend.knead --until 0,0.5,1 --tools each --size 2400x1000 -o steps.png\n"
+          "  knead render scan.ply fitted.ply --distance-to target.ply -o distances.png\n"
           "  knead render ball.ply pulled.ply --cut 1,0,0,0 --view right -o inside.jpg\n"
           "  knead render hand.ply --session bend.knead --frames 48 --ease smooth --size 480x360 -o bend.gif\n"
           "  knead render scan.ply --turntable 72 --size 960x720 -o scan.mp4\n"

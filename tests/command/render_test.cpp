@@ -114,6 +114,40 @@ TEST_F(RenderTest, OptionsChangeThePicture) {
   }
 }
 
+// A ball pulled to the right: only there it is far from the ball.
+TEST_F(RenderTest, DistancesAreColours) {
+  write("right.knead", R"({"knead": 1}
+{"tool": "implicit", "path": [[1, 0, 0], [1.3, 0, 0]], "inner": 0.2, "outer": 0.9}
+)");
+  knead_ok({"deform", "a.ply", "right.knead", "-o", "b.ply", "-q"});
+  const Words shown{"b.ply", "--view", "front", "--size", "160x120", "--distance-to", "a.ply"};
+  const auto is_red = [](int red, int green, int blue) { return red > green + 60 && red > blue + 60; };
+  const Picture far = picture_of(shown);
+  EXPECT_GT(far.count(80, 160, is_red), 200);
+  EXPECT_EQ(far.count(0, 60, is_red), 0);
+  EXPECT_EQ(picture_of({"b.ply", "--view", "front", "--size", "160x120"}).count(0, 160, is_red), 0);
+  Words of_itself = shown;
+  of_itself.front() = "a.ply";
+  EXPECT_EQ(picture_of(of_itself).count(0, 160, is_red), 0);
+  Words less = shown;
+  less.insert(less.end(), {"--distance-max", "3"});
+  EXPECT_LT(picture_of(less).count(0, 160, is_red), far.count(0, 160, is_red) / 2);
+
+  Words told{"render"};
+  told.insert(told.end(), shown.begin(), shown.end());
+  told.insert(told.end(), {"-o", "p.png", "--json"});
+  const std::string json = knead_ok(told);
+  const std::size_t at = json.find("\"greatest_distance\": ");
+  ASSERT_NE(at, std::string::npos) << json;
+  EXPECT_NEAR(std::strtod(json.c_str() + at + 21, nullptr), 0.3, 0.05);
+  for (const Words& wrong : {Words{"--distance-max", "1"}, Words{"--distance-to", "a.ply", "--distance-max", "0"},
+                             Words{"--distance-to", "a.ply", "--turntable", "2"}}) {
+    Words all{"render", "a.ply", "-o", "p.png"};
+    all.insert(all.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(knead(all).exit_code, 2) << ::testing::PrintToString(wrong);
+  }
+}
+
 // A ball has no corner; a letter has.
 TEST_F(RenderTest, OcclusionIsSeenInCorners) {
   knead_ok({"make", "letter-y", "-o", "letter.ply", "-q"});

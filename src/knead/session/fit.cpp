@@ -64,6 +64,14 @@ double greatest_of(const std::vector<float>& stretches) {
 
 }  // namespace
 
+std::vector<double> vertex_distances(const Mesh& from, const Mesh& to, int threads, Progress* progress) {
+  validate(from);
+  std::vector<double> distances;
+  add_distances(from, tree_of(to), threads, progress, distances);
+  if (progress != nullptr) progress->done += from.vertex_count();
+  return distances;
+}
+
 SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads, Progress* progress) {
   const SurfaceTree tree_a = tree_of(a);
   const SurfaceTree tree_b = tree_of(b);

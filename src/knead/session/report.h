@@ -129,6 +129,10 @@ struct SurfaceDistance {
   double max = 0;
 };
 
+// Returns the distance of each vertex of a shape from the surface of another, or from its nearest point if that has no
+// faces. Adds the number of vertices to progress->done. Throws as distance_between().
+std::vector<double> vertex_distances(const Mesh& from, const Mesh& to, int threads = 0, Progress* progress = nullptr);
+
 // Returns the distance of two shapes; of points where a shape has no faces. Throws InvalidInput where validate() does,
 // and for a shape without vertices; Cancelled. Time: two searches for the nearest point a vertex, about 10 us each.
 SurfaceDistance distance_between(const Mesh& a, const Mesh& b, int threads = 0, Progress* progress = nullptr);
