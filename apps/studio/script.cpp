@@ -183,6 +183,8 @@ class Script {
   bool settings(const Json& line) {
     if (line.has("tool")) {
       studio_.perform(action_of(tool_named(line.at("tool").text())));
+    } else if (line.has("pins")) {
+      set_pins(line);
     } else if (line.has("set")) {
       for (const auto& [key, value] : line.at("set").members()) set(key, value);
     } else if (line.has("view")) {
@@ -204,6 +206,22 @@ class Script {
       return false;
     }
     return true;
+  }
+
+  void set_pins(const Json& line) {
+    const ShapeState& state = studio_.shown().state;
+    if (state.mesh == nullptr) fail("there is no shape to set pins on");
+    const bool knows_vertices = line.has("of") && line.at("of").whole() == state.positions.size();
+    std::vector<Pin> pins;
+    for (const Json& one : line.at("pins").items()) {
+      Pin pin{vector_of(one.at("place")), member_or(one, "holds", true).flag()};
+      const std::size_t vertex = member_or(one, "vertex", 0U).whole();
+      if (knows_vertices && vertex < state.positions.size()) {
+        pin.seats.push_back({state.mesh, static_cast<std::uint32_t>(vertex)});
+      }
+      pins.push_back(std::move(pin));
+    }
+    studio_.set_pins(std::move(pins));
   }
 
   void set(const std::string& key, const Json& value) {
@@ -240,6 +258,8 @@ class Script {
       to.start = static_cast<PullStart>(choice(value, {"inside", "surface", "plane"}));
     } else if (key == "lasso") {
       to.lasso = value.flag();
+    } else if (key == "lasso_selects") {
+      to.lasso_selects = value.flag();
     } else if (key == "mirror_plane") {
       set_mirror_plane(value);
     } else if (key == "symmetry_center") {

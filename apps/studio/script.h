@@ -16,6 +16,9 @@
 //            "max_edge": 0.1, "handle": "full" | "zero" | "erase" | "move", "start": "inside" | "surface" | "plane",
 //            "radial": 8, "radial_axis": [0, 1, 0], "symmetry_center": [0, 0, 0], "mirror_plane": {"point": ...,
 //            "normal": ...} | null, "capsule_length": 1, "stamp_size": 0.5, "barrel": true}}
+//   {"pins": [{"place": [0, 0, 1], "holds": true, "vertex": 17}], "of": 2562}    in the place of all pins: on the
+//   vertex
+//                                               if the shape has so many, else on the nearest one
 //   {"view": {"yaw_deg": 20, "pitch_deg": 10, "target": [0, 0, 0], "height": 3, "projection": "perspective",
 //             "field_of_view_deg": 50}}
 //   {"show": {"material": "matcap", "wireframe": true, "influence": true, "cut": true, "tool": false, ...}}

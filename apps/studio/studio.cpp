@@ -110,6 +110,10 @@ void Studio::refresh() {
     if (mailbox_.stamp) placed_.stamp = std::exchange(mailbox_.stamp, std::nullopt);
   }
   if (shown_.opened != opened) after_opening();
+  if (!shown_.recovered_view.empty() && restored_ != shown_.opened) {
+    restored_ = shown_.opened;
+    restore_view(*this, shown_.recovered_view);
+  }
   if (!worker_->is_busy() && !layer_drag_) follow(layers_, shown_);
   if (layers_.entry && *layers_.entry >= shown_.history.size()) layers_ = {};
   if (!gesture_ && shown_.ended == ended_) pending_.reset();
@@ -136,7 +140,6 @@ void Studio::after_opening() {
   view_.cut = false;
   frame_all();
   load_own_references();
-  if (!shown_.recovered_view.empty()) restore_view(*this, shown_.recovered_view);
   if (stamp) set_stamp([this, stamp] { return document_.add_stamp(stamp->name, *stamp->mesh); });
   if (shown_.shape_path.empty()) return;
   add_recent(recent_, std::filesystem::absolute(shown_.shape_path));
@@ -460,6 +463,7 @@ void Studio::use_stamp(const std::filesystem::path& file) {
 void Studio::clear_placed() {
   Placed kept;
   kept.stamp = std::move(placed_.stamp);
+  select_pins(false);
   kept.pins = std::move(placed_.pins);
   placed_ = std::move(kept);
   picking_ = PlanePick::none;

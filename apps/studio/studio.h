@@ -148,11 +148,15 @@ class Studio {
 
   void use_stamp(ShapeKind kind);
   void use_stamp(const std::filesystem::path& file);  // also chooses the stamp tool
-  // Removes what is placed, but for pins and the stamp.
+  // Removes what is placed, but for pins and the stamp. No pin stays selected.
   void clear_placed();
 
-  // Pins, by their number in placed().pins. move_pin makes a stroke, as a drag does.
+  // Pins, by their number in placed().pins. move_pin makes a stroke, as a drag does. set_pins replaces all; a pin whose
+  // vertex is not known takes the nearest one.
+  void set_pins(std::vector<Pin> pins);
   void hold_pin(std::size_t pin, bool holds);
+  void select_pin(std::size_t pin, bool is_selected);
+  void select_pins(bool are_selected);
   void move_pin(std::size_t pin, const Vec3d& to);
   void remove_pin(std::size_t pin);
   void clear_pins();
@@ -311,6 +315,7 @@ class Studio {
   std::optional<LayerDrag> layer_drag_;
   std::optional<Turntable> turntable_;
   std::string remembered_view_;  // as the journal has it
+  std::uint64_t restored_ = 0;   // shown_.opened of the document whose view was restored last
   std::optional<Action> request_;
   std::vector<std::filesystem::path> recent_;
   std::vector<AbandonedJournal> abandoned_;

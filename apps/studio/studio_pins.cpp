@@ -1,5 +1,6 @@
 // Pins: clicked, changed by their list, and carried along with the shape.
 #include <algorithm>
+#include <utility>
 
 #include "studio.h"
 
@@ -28,13 +29,32 @@ void Studio::refresh_pins() {
 bool Studio::change_pin(const Event& event) {
   const auto* const button = std::get_if<ButtonChanged>(&event);
   const bool is_meant = button != nullptr && button->down && button->button == MouseButton::left &&
-                        (button->modifiers.alt || button->is_double);
+                        (button->modifiers.alt || button->modifiers.shift || button->is_double);
   if (!is_meant || settings_.tool->use != ToolUse::pins || shown_.opened == 0 || shown_.looked_at) return false;
   place_pointer(button->x, button->y, button->modifiers);
   const std::optional<std::size_t> pin = pin_at(pointer_, surroundings(), placed_.pins);
   if (!pin) return false;
-  button->modifiers.alt ? remove_pin(*pin) : hold_pin(*pin, !placed_.pins[*pin].holds);
+  const Pin& chosen = placed_.pins[*pin];
+  if (button->modifiers.alt) {
+    remove_pin(*pin);
+  } else if (button->modifiers.shift) {
+    select_pin(*pin, !chosen.is_selected);
+  } else {
+    hold_pin(*pin, !chosen.holds);
+  }
   return true;
+}
+
+void Studio::set_pins(std::vector<Pin> pins) {
+  clear_pins();
+  placed_.pins = std::move(pins);
+  follow(placed_.pins, shown_.state);
+}
+
+void Studio::select_pin(std::size_t pin, bool is_selected) { placed_.pins[pin].is_selected = is_selected; }
+
+void Studio::select_pins(bool are_selected) {
+  for (Pin& pin : placed_.pins) pin.is_selected = are_selected;
 }
 
 void Studio::hold_pin(std::size_t pin, bool holds) { placed_.pins[pin].holds = holds; }
@@ -48,7 +68,7 @@ void Studio::move_pin(std::size_t pin, const Vec3d& to) {
   if (gesture_ || masking_ || shown_.looked_at) return;
   SessionStroke stroke{pins_stroke(placed_.pins, pin, to, settings_)};
   if (settings_.remesh) stroke.remesh = settings_.remesh_settings;
-  placed_.pins[pin].place = to;
+  for (const PinGoal& goal : pin_goals(placed_.pins, pin, to, settings_)) placed_.pins[goal.pin].place = goal.to;
   apply({std::move(stroke)});
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <numbers>
 #include <sstream>
@@ -55,11 +56,27 @@ std::string settings_line(const ToolSettings& to) {
   return text + "}}";
 }
 
+// The shape may be another when they come back: one that was remeshed last has other vertices, and one that is dragged
+// has them in other places.
+std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
+  std::string text;
+  for (const Pin& pin : pins) {
+    text += fmt::format(R"({}{{"place": {}, "holds": {})", text.empty() ? "" : ", ", text_of(pin.place), pin.holds);
+    const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
+                                   [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+    if (seat != pin.seats.end()) text += fmt::format(R"(, "vertex": {})", seat->vertex);
+    text += "}";
+  }
+  return fmt::format(R"({{"pins": [{}], "of": {}}})", text, state.positions.size());
+}
+
 }  // namespace
 
 std::string script_of_view(Studio& studio) {
   const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.settings().tool));
-  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n";
+  const std::vector<Pin>& pins = studio.placed().pins;
+  const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.shown().state) + "\n";
+  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n" + of_pins;
 }
 
 void restore_view(Studio& studio, const std::string& script) {

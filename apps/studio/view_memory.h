@@ -1,5 +1,5 @@
-// The camera, the tool and its settings as lines of a script (script.h), which the journal keeps: after a crash Studio
-// looks as it did before.
+// The camera, the tool, its settings and the pins as lines of a script (script.h), which the journal keeps: after a
+// crash Studio looks as it did before.
 #pragma once
 
 #include <string>

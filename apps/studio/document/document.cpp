@@ -109,7 +109,6 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   shown_.ended = ended;
   shown_.opened = opened + 1;
   shown_.title = title;
-  shown_.recovered_view = std::exchange(view_to_recover_, {});
   shown_.shape_path = path;
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;

@@ -195,7 +195,6 @@ class Document {
   std::chrono::steady_clock::time_point measured_{};  // when the volume was measured last
   bool is_dragging_layers_ = false;                   // the last change of the history is a step of the drag
   LineChange dragged_lines_;                          // of its steps
-  std::string view_to_recover_;
   std::size_t undo_memory_ = std::size_t{1} << 30;
 };
 

@@ -142,9 +142,10 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
 void Document::recover(const std::filesystem::path& journal, Progress& progress) {
   guarded(Subject::opening, [&] {
     RecoveredWork work = recover_journal(journal);
-    view_to_recover_ = text_of_file(journal / kViewFile);
+    std::string view = text_of_file(journal / kViewFile);
     open(std::move(work.shape), work.title, {});
     append(std::move(work.session), progress);
+    shown_.recovered_view = std::move(view);
     shown_.is_changed = true;
     show();
     discard_journal(journal);

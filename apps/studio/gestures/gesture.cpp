@@ -50,7 +50,7 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
     return Gesture{std::move(*gesture)};
   }
   if (around.settings.lasso) {
-    return Gesture{LassoGesture{begin_handle_paint(pointer, around).handle, {{pointer.x, pointer.y}}}};
+    return Gesture{LassoGesture{begin_handle_paint(pointer, around).handle, false, {{pointer.x, pointer.y}}}};
   }
   const HandlePaintGesture gesture = begin_handle_paint(pointer, around);
   move_handle_paint(pointer, around, gesture, placed);
@@ -58,8 +58,9 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
 }
 
 std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
-  if (pointer.modifiers.ctrl && !pin_at(pointer, around, placed.pins)) {
-    return Gesture{LassoGesture{kZeroHandle, {{pointer.x, pointer.y}}}};
+  const bool selects = !pointer.modifiers.ctrl && around.settings.lasso_selects;
+  if ((pointer.modifiers.ctrl || selects) && !pin_at(pointer, around, placed.pins)) {
+    return Gesture{LassoGesture{kZeroHandle, selects, {{pointer.x, pointer.y}}}};
   }
   return made(begin_pins(pointer, around, placed));
 }
@@ -128,10 +129,12 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
-    const bool sets_pins = around.settings.tool->use == ToolUse::pins;
-    sets_pins ? end_pin_lasso(around, lasso->line, placed) : end_lasso(around, *lasso, placed);
+    const bool is_of_pins = around.settings.tool->use == ToolUse::pins;
+    if (lasso->selects) select_pins(around, lasso->line, placed.pins);
+    if (is_of_pins && !lasso->selects) end_pin_lasso(around, lasso->line, placed);
+    if (!is_of_pins) end_lasso(around, *lasso, placed);
   }
-  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, placed);
+  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, around, placed);
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
   if (auto* stamp = std::get_if<StampGesture>(&gesture.kind)) {

@@ -120,9 +120,10 @@ struct HandlePaintGesture {
   std::uint8_t handle = 0;
 };
 
-// Handles marked, or pins set, within a line that is drawn round them.
+// Handles marked, or pins set or selected, within a line that is drawn round them.
 struct LassoGesture {
   std::uint8_t handle = 0;
+  bool selects = false;  // pins
   std::vector<Pixel> line;
 };
 
@@ -134,7 +135,7 @@ struct HandlesGesture {
   double speed = 0;                // relative_speed there
 };
 
-// One pin moved, the others held or carried along.
+// One pin moved, or all that are selected, the others held or carried along.
 struct PinsGesture {
   Drag drag;
   std::vector<Pin> pins;  // as they were
@@ -204,8 +205,20 @@ std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& ar
 // Puts the pins where their vertices are now. A pin on a mesh that is new to it takes the nearest vertex.
 void follow(std::vector<Pin>& pins, const ShapeState& state);
 
-// Returns the stroke that takes one pin to a place while those that hold stay, with all images; and the radius that it
-// has, or nothing if it is impossible.
+// Where a pin goes that is dragged.
+struct PinGoal {
+  std::size_t pin = 0;
+  Vec3d to;
+  bool is_image = false;  // the image of another pin takes it there
+};
+
+// Returns where the pins go when one is dragged to a place: that one first. If it is selected, the others that are go
+// along by the same displacement.
+std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
+                               const ToolSettings& settings);
+
+// Returns the stroke that takes the pins to their goals while those that hold stay, with all images; and the radius
+// that it has, or nothing if it is impossible.
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings);
 std::optional<double> radius_of(const PinsStroke& stroke);

@@ -56,9 +56,11 @@ void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGes
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture);
 // Pins stay where the gesture has taken them.
-void end_pins(const PinsGesture& gesture, Placed& placed);
+void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& placed);
 // Sets pins on vertices within the line, evenly and not where there are some already.
 void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed);
+// Selects the pins within the line and no others.
+void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
 
 // At most so many of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);

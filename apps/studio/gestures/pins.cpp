@@ -1,7 +1,8 @@
-// Pins: set on vertices, followed as the shape changes, and dragged one at a time.
+// Pins: set on vertices, followed as the shape changes, selected, and dragged.
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "gestures/gesture_kinds.h"
 #include "knead/math/error.h"
@@ -62,6 +63,14 @@ Vec3d kept_by_images(const Vec3d& point, const Vec3d& to, const ToolSettings& se
   return point + displacement / count;
 }
 
+// Calls body with each image that takes a pin elsewhere: there it is a pin of its own.
+template <class Body>
+void for_images_apart(const Vec3d& pin, const ToolSettings& settings, const Body& body) {
+  for (const SymmetryImage& image : images_of(settings)) {
+    if (norm(image.motion(pin) - pin) > kOneImage * settings.radius) body(image);
+  }
+}
+
 }  // namespace
 
 std::optional<std::size_t> pin_at(const Pointer& pointer, const Surroundings& around, const std::vector<Pin>& pins) {
@@ -89,39 +98,66 @@ void follow(std::vector<Pin>& pins, const ShapeState& state) {
   }
 }
 
+std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
+                               const ToolSettings& settings) {
+  const double near2 = std::pow(kOneImage * settings.radius, 2);
+  const Vec3d by = to - pins[dragged].place;
+  std::vector<std::pair<Vec3d, Vec3d>> taken;  // where images of the pins are, and go
+  std::vector<PinGoal> goals;
+  const auto add = [&](std::size_t pin, const Vec3d& goal) {
+    const Vec3d& from = pins[pin].place;
+    const auto by_image =
+        std::find_if(taken.begin(), taken.end(), [&](const auto& image) { return norm2(image.first - from) <= near2; });
+    const bool is_image = by_image != taken.end();
+    goals.push_back({pin, is_image ? by_image->second : goal, is_image});
+    if (is_image) return;
+    for_images_apart(from, settings,
+                     [&](const SymmetryImage& image) { taken.emplace_back(image.motion(from), image.motion(goal)); });
+  };
+  add(dragged, to);
+  for (std::size_t i = 0; i < pins.size() && pins[dragged].is_selected; ++i) {
+    if (i == dragged || !pins[i].is_selected) continue;
+    add(i, kept_by_images(pins[i].place, pins[i].place + by, settings));
+  }
+  return goals;
+}
+
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings) {
   const double near2 = std::pow(kOneImage * settings.radius, 2);
   const std::vector<SymmetryImage> images = images_of(settings);
-  const Vec3d& from = pins[dragged].place;
-  std::vector<Vec3d> taken;  // by images of the dragged pin
-  for (const SymmetryImage& image : images) {
-    const Vec3d place = image.motion(from);
-    if (norm2(place - from) > near2) taken.push_back(place);
+  std::vector<std::optional<Vec3d>> goals(pins.size());
+  std::vector<Vec3d> taken;  // by images of the pins that move
+  for (const PinGoal& goal : pin_goals(pins, dragged, to, settings)) {
+    const Vec3d& from = pins[goal.pin].place;
+    if (goal.is_image) continue;
+    goals[goal.pin] = goal.to;
+    for_images_apart(from, settings, [&](const SymmetryImage& image) { taken.push_back(image.motion(from)); });
   }
   PinsStroke stroke;
-  const auto add = [&](const Vec3d& point, const Vec3d& its_to) {
+  std::vector<bool> moving;
+  const auto add = [&](const Vec3d& point, const Vec3d& its_to, bool moves) {
     stroke.points.push_back(point);
     stroke.to.push_back(its_to);
+    moving.push_back(moves);
   };
-  std::size_t moving = 0;
   for (std::size_t i = 0; i < pins.size(); ++i) {
-    if (i == dragged) moving = stroke.points.size();
-    if (i == dragged) add(from, to);
-    if (i != dragged && pins[i].holds && distance2_to(taken, pins[i].place) > near2) add(pins[i].place, pins[i].place);
+    const Vec3d& place = pins[i].place;
+    if (goals[i]) add(place, *goals[i], true);
+    if (!goals[i] && pins[i].holds && distance2_to(taken, place) > near2) add(place, place, false);
   }
   const PinsStroke own = stroke;
   for (const bool moves : {true, false}) {
     for (const SymmetryImage& image : images) {
       for (std::size_t i = 0; i < own.points.size(); ++i) {
         const Vec3d place = image.motion(own.points[i]);
-        if ((i == moving) != moves || distance2_to(stroke.points, place) <= near2) continue;
-        add(place, moves ? image.motion(to) : place);
+        if (moving[i] != moves || distance2_to(stroke.points, place) <= near2) continue;
+        add(place, moves ? image.motion(own.to[i]) : place, moves);
       }
     }
   }
   stroke.radius_auto = settings.auto_radius && stroke.points.size() > 1;
-  const double least = settings.auto_radius ? kLonePinReach * norm(to - from) : 0;
+  const double least = settings.auto_radius ? kLonePinReach * norm(to - pins[dragged].place) : 0;
   if (!stroke.radius_auto) stroke.radius = std::max(settings.radius, least);
   return stroke;
 }
@@ -162,9 +198,18 @@ void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& 
   gesture.to = kept_by_images(gesture.drag.start, gesture.drag.at(pointer, around), around.settings);
 }
 
-void end_pins(const PinsGesture& gesture, Placed& placed) {
+void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& placed) {
   placed.pins = gesture.pins;
-  placed.pins[gesture.dragged].place = gesture.to;
+  for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, around.settings)) {
+    placed.pins[goal.pin].place = goal.to;
+  }
+}
+
+void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins) {
+  for (Pin& pin : pins) {
+    const auto pixel = pixel_of(around.screen, pin.place);
+    pin.is_selected = pixel && is_within(line, *pixel);
+  }
 }
 
 void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed) {

@@ -8,38 +8,12 @@
 #include <numbers>
 
 #include "gestures/gesture.h"
-#include "gestures/gestures_fixture.h"
-#include "knead/flow/advect.h"
+#include "gestures/pins_fixture.h"
 #include "view/labels.h"
 #include "view/overlay.h"
 
 namespace knead::studio {
 namespace {
-
-class PinsTest : public GesturesTest {
- protected:
-  // A ball with three pins; the second is to the right, the third at the top.
-  static std::string three_pins(int vertices = 10242) {
-    return ball(vertices) + R"({"tool": "pins"}
-{"click": [-0.4, 0, 0.9]}
-{"click": [0.5, 0, 0.86]}
-{"click": [0, 0.5, 0.86]}
-)";
-  }
-
-  static PinsStroke last_stroke(const Studio& studio) { return std::get<PinsStroke>(last_strokes(studio).front()); }
-
-  static const std::vector<Pin>& pins(const Studio& studio) { return studio.placed().pins; }
-
-  // How far advecting a point may err, twice: as the stroke's own tests.
-  static double slack(const Studio& studio) { return 2 * kDefaultRelativeTolerance * studio.shown().diagonal; }
-
-  // The pin is on a vertex of the shape as it is.
-  static bool is_on_vertex(const Studio& studio, const Pin& pin) {
-    const std::vector<Vec3d> now = positions(studio);
-    return std::ranges::find(now, pin.place) != now.end();
-  }
-};
 
 TEST_F(PinsTest, AClickSetsAPinOnTheNearestVertexAndMovesNothing) {
   Studio studio(options());

@@ -165,7 +165,8 @@ const std::vector<StudioTool> kTools{
      .key = "P",
      .use = ToolUse::pins,
      .hint = "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.",
-     .second_hint = "Drag a pin: the others hold. Alt+click removes it, a double click makes it free or hold again.",
+     .second_hint =
+         "Drag a pin: the others hold. Alt+click removes, Shift+click selects, a double click frees or holds it.",
      .icon = {{line, {-0.7F, 0.85F, 0.05F, 0.1F}},
               {circle, {0.35F, -0.25F, 0.5F}},
               {disc, {0.35F, -0.25F, 0.22F}},

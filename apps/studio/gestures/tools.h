@@ -89,7 +89,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
-  pins,     // a click sets a pin on the surface; a drag moves one, and the others hold
+  pins,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
   mask,     // drags paint, or go round, what stays as it is
 };
 
@@ -191,7 +191,8 @@ struct ToolSettings {
   int exponent = 8;           // of points and handles; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
   HandleMode handle = HandleMode::full;
-  bool lasso = false;  // handles are marked within a line that is drawn round them, through the shape
+  bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
+  bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
@@ -214,6 +215,7 @@ struct Pin {
   Vec3d place;
   bool holds = true;  // while another pin is dragged; else it is free, and goes with the surface
   std::vector<Seat> seats{};
+  bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
 // What has been placed for the next drag.

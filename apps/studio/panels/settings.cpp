@@ -20,6 +20,7 @@ constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
 // In font sizes: before the places in that list, and before and after them.
 constexpr float kBeforeNumbers = 3.2F;
 constexpr float kAroundNumbers = 5.2F;
+const ImVec4 kSelected{0.95F, 0.55F, 0.10F, 1};  // pins
 
 bool goes_along_a_drag(ToolUse use) { return use != ToolUse::paint && use != ToolUse::turn && use != ToolUse::mask; }
 
@@ -90,7 +91,9 @@ void draw_handles(Studio& studio) {
 bool draw_pin(Studio& studio, std::size_t number) {
   const Pin pin = studio.placed().pins[number];
   bool holds = pin.holds;
+  if (pin.is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
   if (ImGui::Checkbox(fmt::format("{}", number).c_str(), &holds)) studio.hold_pin(number, holds);
+  if (pin.is_selected) ImGui::PopStyleColor();
   help_on_hover("Checked: the pin holds while others are dragged. Else it is free, and goes with the surface.");
   Vec3d place = pin.place;
   bool is_moved = false;
@@ -112,10 +115,16 @@ bool draw_pin(Studio& studio, std::size_t number) {
 }
 
 void draw_pins(Studio& studio) {
+  ImGui::Checkbox("Lasso", &studio.settings().lasso_selects);
+  help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
   if (ImGui::Button("Clear")) studio.clear_pins();
-  const std::size_t count = studio.placed().pins.size();
+  const std::vector<Pin>& pins = studio.placed().pins;
+  const std::size_t count = pins.size();
+  const auto selected = std::count_if(pins.begin(), pins.end(), [](const Pin& pin) { return pin.is_selected; });
   ImGui::SameLine();
-  ImGui::TextDisabled("%zu pins", count);
+  if (ImGui::Button(selected == 0 ? "Select all" : "Select none")) studio.select_pins(selected == 0);
+  ImGui::SameLine();
+  ImGui::TextDisabled("%zu pins, %zu selected", count, static_cast<std::size_t>(selected));
   studio.light_pin(std::nullopt);
   const float row = ImGui::GetFrameHeightWithSpacing();
   if (count == 0) return;

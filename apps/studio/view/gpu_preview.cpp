@@ -32,12 +32,16 @@ void extend(Box& box, const Vec3d& center, double radius) {
   box.extend(center + Vec3d{radius, radius, radius});
 }
 
-// The GPU evaluates no mask and no pins.
+// The equations of more pins take longer to solve than a picture may.
+constexpr std::size_t kMostPins = 100;
+
+// The GPU evaluates no mask.
 bool can_preview(const PendingStrokes& pending) {
   return pending.start.mask.is_empty() &&
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
+           const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
            return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke) ||
-                  std::holds_alternative<PinsStroke>(stroke.stroke);
+                  (pins != nullptr && pins->points.size() > kMostPins);
          });
 }
 
@@ -129,19 +133,19 @@ bool GpuPreview::apply(std::span<const SessionStroke> strokes, double diagonal) 
   const GestureChange change = gesture_change(strokes_, strokes);
   if (change.is_nothing(strokes.size())) return false;
   const AdvectOptions options = advect_options(MotionOptions(), diagonal);
-  std::vector<Flow> flows;
   try {
+    std::vector<Flow> flows;
     if (change.rest) flows.push_back(*change.rest);
     for (std::size_t i = change.first_new; i < strokes.size(); ++i) flows.push_back(flow_of(strokes[i].stroke));
+    if (change.from_start) take_back();
+    strokes_.assign(strokes.begin(), strokes.end());
+    for (const Flow& flow : flows) {
+      extend_reach(flow);
+      gpu_.enqueue(flow, *points_, options);
+    }
   } catch (const InvalidInput&) {
     return take_back();  // the worker reports the same
   }
-  if (change.from_start) take_back();
-  for (const Flow& flow : flows) {
-    extend_reach(flow);
-    gpu_.enqueue(flow, *points_, options);
-  }
-  strokes_.assign(strokes.begin(), strokes.end());
   return true;
 }
 

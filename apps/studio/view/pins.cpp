@@ -1,5 +1,7 @@
 #include "view/pins.h"
 
+#include <utility>
+
 #include "gestures/gesture.h"
 #include "gestures/symmetry.h"
 
@@ -26,14 +28,19 @@ void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
   };
   const std::vector<SymmetryImage> images = images_of(studio.settings());
   if (drag != nullptr) {
-    const Vec3d& from = drag->drag.start;
-    pins[drag->dragged].place = drag->to;
-    const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
-    if (!(from == drag->to)) lines.push_back({.points = {from, drag->to}, .radius = radius, .color = kPlaced});
+    for (const PinGoal& goal : pin_goals(drag->pins, drag->dragged, drag->to, studio.settings())) {
+      const Vec3d from = std::exchange(pins[goal.pin].place, goal.to);
+      pins[goal.pin].is_selected = true;
+      const double radius = 0.25 * kPinPixels * pixel_size(screen, from);
+      if (!(from == goal.to)) lines.push_back({.points = {from, goal.to}, .radius = radius, .color = kPlaced});
+    }
   }
   for (std::size_t i = 0; i < pins.size(); ++i) {
-    const bool is_dragged = drag != nullptr && i == drag->dragged;
-    const render::Color color = is_dragged ? kPlaced : i == lit ? kLitHandle : pins[i].holds ? kHeldPin : kFreePin;
+    const bool is_lit = drag == nullptr && i == lit;
+    const render::Color color = is_lit                ? kLitHandle
+                                : pins[i].is_selected ? kPlaced
+                                : pins[i].holds       ? kHeldPin
+                                                      : kFreePin;
     add(pins[i].place, kPinPixels, color);
     for (const SymmetryImage& image : images) add(image.motion(pins[i].place), 0.6 * kPinPixels, color);
   }

@@ -12,7 +12,7 @@ namespace knead::studio {
 inline constexpr render::Color kPlaced{0.95f, 0.55f, 0.10f, 1};    // what is placed
 inline constexpr render::Color kLitHandle{1.0f, 0.85f, 0.25f, 1};  // what the pointer is on
 
-// Blue pins hold, white ones are free, the dragged one is orange; images are smaller.
+// Blue pins hold, white ones are free, selected and dragged ones are orange; images are smaller.
 void add_pins(const Studio& studio, std::vector<render::Line>& lines);
 
 // The pin at the pointer, else the last one, about to be moved a little up in the picture.
