@@ -215,9 +215,8 @@ class Script {
     std::vector<Pin> pins;
     for (const Json& one : line.at("pins").items()) {
       Pin pin{vector_of(one.at("place")), member_or(one, "holds", true).flag()};
-      const std::size_t vertex = member_or(one, "vertex", 0U).whole();
-      if (knows_vertices && vertex < state.positions.size()) {
-        pin.seats.push_back({state.mesh, static_cast<std::uint32_t>(vertex)});
+      if (knows_vertices && one.has("vertex") && one.at("vertex").whole() < state.positions.size()) {
+        pin.seats.push_back({state.mesh, static_cast<std::uint32_t>(one.at("vertex").whole())});
       }
       pins.push_back(std::move(pin));
     }

@@ -130,7 +130,8 @@ TEST_F(PinsTest, SelectedPinsAreMirrored) {
     EXPECT_EQ(stroke.points[3 + i], image(stroke.points[i]));
     EXPECT_EQ(stroke.to[3 + i], image(stroke.to[i]));
   }
-  EXPECT_LT(norm(pins(studio)[3].place - image(stroke.to[0])), 0.03) << "it goes where its image goes";
+  // It was within a tenth of the radius of its image, and goes where that goes.
+  EXPECT_LT(norm(pins(studio)[3].place - image(stroke.to[0])), 0.07);
   EXPECT_EQ(errors(studio), "");
 }
 
