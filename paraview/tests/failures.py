@@ -45,6 +45,13 @@ def test_inversion():
     require(safe.GetNumberOfPoints() > 0, "what it proposes is refused")
     require(array_of(safe.GetCellData(), "KneadScaledJacobian").min() > 0, "what it proposes inverts a cell")
     require("inverted" in refusal(source, "invert", Until=until + 2 / 1024), "it could have gone farther")
+    advice = re.search(r'line 2: an "outer" of ([0-9.]+) fits', said)
+    require((advice is None) == (RANKS > 1), f"advice: {said}")
+    require(RANKS > 1 or 0.499 <= float(advice[1]) < 0.5, f"another distance from the centre to the faces: {said}")
+
+    said = refusal(source, "back", Until=1.9)
+    found = re.search(r"up to Until = ([0-9.e-]*[0-9])", said)
+    require(found and float(found[1]) < until + 1 / 1024, f"does not see that it inverts at once: {said}")
 
     messages()
     all_of_it = leaves(deformed(source, "invert", FailOnInversion=0))[0]

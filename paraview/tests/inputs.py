@@ -204,10 +204,13 @@ def main():
     parts.SetPartition(1, 0, curvilinear(5))
     write(vtkXMLPartitionedDataSetCollectionWriter(), parts, "parts.vtpc")
 
+    turn = '{"tool": "rotate", "center": [0.5, 0.5, 0.5], "axis": [0, 0, 1], "angle_deg": %d, "inner": 0.2, "outer": 0.35}\n'
     sessions = {
         "move": '{"tool": "implicit", "inner": 0.15, "outer": 0.45, "path": [[0.5, 0.5, 0.5], [0.56, 0.52, 0.5]]}\n'
         '{"tool": "rotate", "center": [0.5, 0.5, 0.5], "axis": [0, 0, 1], "angle_deg": 25, "inner": 0.1, "outer": 0.48}\n',
-        "invert": '{"tool": "rotate", "center": [0.5, 0.5, 0.5], "axis": [0, 0, 1], "angle_deg": 170, "inner": 0.2, "outer": 0.35}\n',
+        "invert": turn % 170,
+        # Inverts cells, restores them, and ends with others.
+        "back": turn % 170 + turn % -340,
         "surface": '{"tool": "paint", "path": [[0, 0, 1], [0.5, 0, 0.9]], "outer": 0.2, "depth": 0.05}\n',
     }
     for name, lines in sessions.items():

@@ -85,10 +85,56 @@ def test_vectors():
 def test_ghosts_agree():
     """A point that two ranks have goes to the same place on both; ghost cells are there, but are not counted."""
     source = opened("box.vtu")
-    result = leaves(deformed(source, "move"))[0]
-    places = {}
-    for p, q in zip(start_of(result), points_of(result)):
-        require(places.setdefault(p.tobytes(), q.tobytes()) == q.tobytes(), "a point went to two places")
+    ghosts = simple.GhostCellsGenerator(Input=source)
+    for name, properties in [("move", {}), ("invert", {"FailOnInversion": 0})]:
+        result = deformed(ghosts, name, **properties)
+        places = {}
+        shared = 0
+        for data in leaves(result):
+            for p, q in zip(start_of(data), points_of(data)):
+                shared += p.tobytes() in places
+                require(places.setdefault(p.tobytes(), q.tobytes()) == q.tobytes(), "a point went to two places")
+        hidden = sum(int((vtk_to_numpy(data.GetCellGhostArray()) & 1).sum()) for data in leaves(result) if data.GetCellGhostArray())
+        cells = sum(data.GetNumberOfCells() for data in leaves(result))
+        require((hidden > 0 and shared > 0) == (RANKS > 1), f"{hidden} ghost cells and {shared} shared points on {RANKS} ranks")
+        require(cells - hidden == 6 * 12**3, f"{cells} cells, {hidden} of them ghosts")
+        plain = deformed(source, name, **properties)
+        counts = [int(array_of(leaves(r)[0].GetFieldData(), "KneadInvertedCells")[0]) for r in (plain, result)]
+        require(counts[0] == counts[1], f"inverted cells without and with ghosts: {counts}")
+        require((counts[0] > 0) == (name == "invert"), f"{name}: {counts}")
+
+
+def test_precision_and_diagonal():
+    session = knead.Session.read(session_file("move"))
+    start = start_of(leaves(opened("box.vtu"))[0])
+    seen = set()
+    for properties, options in [
+        ({}, {"diagonal": diagonal_of(opened("box.vtu"))}),
+        ({"Precision": "double"}, {"diagonal": diagonal_of(opened("box.vtu")), "precision": "float64"}),
+        ({"Diagonal": 100.0}, {"diagonal": 100.0}),
+        ({"RelativeTolerance": 1e-8}, {"diagonal": diagonal_of(opened("box.vtu")), "relative_tolerance": 1e-8}),
+    ]:
+        points = points_of(leaves(deformed(opened("box.vtu"), "move", **properties))[0])
+        start = start_of(leaves(deformed(opened("box.vtu"), "move", **properties))[0])
+        require(np.array_equal(points, knead.deform(start, session, **options)), f"{properties}: not the library's points")
+        seen.add(points.tobytes())
+    require(len(seen) == 4, "two of the settings gave the same points")
+
+
+def test_normals_of_cells_are_dropped():
+    """Also where they have no name."""
+    script = simple.ProgrammableFilter(Input=opened("box.vtu"), CopyArrays=1)
+    script.Script = """
+import vtk
+normals = vtk.vtkDoubleArray()
+normals.SetNumberOfComponents(3)
+normals.SetNumberOfTuples(inputs[0].GetNumberOfCells())
+normals.Fill(1)
+output.VTKObject.GetCellData().SetNormals(normals)
+"""
+    require(leaves(script)[0].GetCellData().GetNumberOfArrays() > 0, "the input has no normals")
+    cells = leaves(deformed(script, "move", Quality=0))[0].GetCellData()
+    require(cells.GetNormals() is None, "the normals of the cells are left")
 
 
 def test_time_series():

@@ -16,7 +16,7 @@ from . import _strokes
 from ._deform import Flow, Remeshed, Workbench, animate, certify, deform, frames, remesh, render, write_frames
 from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
-from ._meshes import deform_cells, deform_mesh
+from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
 from ._shapes import Shape, check, check_cells, crossings, read
 from ._strokes import Stroke, stroke
@@ -51,8 +51,10 @@ __all__ = [
     "read",
     "remesh",
     "render",
+    "safe_until",
     "stroke",
     "symmetric",
+    "widest_outer",
     "write_frames",
     *(cls.__name__ for cls in _strokes._classes.values()),
 ]

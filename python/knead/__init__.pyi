@@ -575,6 +575,22 @@ def deform_cells(
     diagonal: float | None = None,
     progress: Progress | None = None,
 ) -> tuple[Any, Any]: ...
+def safe_until(
+    points: Points_,
+    cells: Any,
+    session: Strokes,
+    *,
+    least_scaled_jacobian: float = 0,
+    inverse: bool = False,
+    relative_tolerance: float = 1e-5,
+    precision: str = "float32",
+    integrator: str = "tsit5",
+    threads: int = 0,
+    until: float | None = None,
+    diagonal: float | None = None,
+    progress: Progress | None = None,
+) -> dict[str, Any] | None: ...
+def widest_outer(points: Points_, cells: Any, stroke: Stroke) -> float | None: ...
 def deform_mesh(
     mesh: _Mesh,
     session: Strokes,

@@ -27,15 +27,16 @@ def deform_cells(
     """Returns the points of a volume mesh deformed so that its cells stay good, and a report.
 
     Points on the boundary, fixed points and points outside all tools go exactly where deform() takes them. An interior
-    point next to a cell below `least_scaled_jacobian` (above 0, at most 0.5) climbs to where the least scaled Jacobian
-    around it is greater. If that is not enough, the motion is made in 8 or 32 parts, and points climb after each.
+    point next to a cell that falls below `least_scaled_jacobian` (above 0, at most 0.5) climbs to where the least scaled
+    Jacobian around it is greater. Of cells that were below it before only inverted ones count. If that is not enough, the
+    motion is made in 8 or 32 parts, and points climb after each.
 
     points, cells: as for check_cells. Corners of triangles and quadrilaterals of a meshio mesh are fixed.
     fixed: a boolean for each point, or None.
     The other options are those of deform; the session must not read a surface (see Session.resolve).
 
     The report is a dict: "flow" for the deformation alone and "result", each with "inverted" (cells),
-    "least_scaled_jacobian" and "mean_volume_change" (the mean of |volume ratio - 1|); "freed", the number of points that
+    "below" (cells that fell below the bound), "least_scaled_jacobian" and "mean_volume_change" (the mean of |volume ratio - 1|); "freed", the number of points that
     left the flow; and "parts". A bound that was not reached is no error: read the report. Returns (None, None) if
     `progress` returned False. Raises as deform and check_cells.
     """
@@ -57,6 +58,51 @@ def deform_cells(
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
     how = (until, least_scaled_jacobian, mask)
     return _knead.deform_cells(points, blocks, native_session(session), accuracy, how, progress) or (None, None)
+
+
+def safe_until(
+    points,
+    cells,
+    session,
+    *,
+    least_scaled_jacobian=0,
+    inverse=False,
+    relative_tolerance=1e-5,
+    precision="float32",
+    integrator="tsit5",
+    threads=0,
+    until=None,
+    diagonal=None,
+    progress=None,
+):
+    """Returns how far a session can be applied to a volume mesh before it spoils a cell, as a dict.
+
+    A cell is spoiled if it is inverted, exactly, or if its scaled Jacobian falls below `least_scaled_jacobian` (0 or more,
+    below 1). Cells that were below it before, or flat, do not count.
+
+    points, cells: as for check_cells. The other options are those of deform; `until` is the most that is tried.
+
+    "until": the number of strokes, for deform(until=...), with which no cell is spoiled. "beyond": the least number at
+    which one was found to be; equal to "until" if the whole session is safe. "cell": the worst cell there, and
+    "scaled_jacobian" of it, or None. "outer": for the stroke that spoils it, the value of widest_outer, or None.
+
+    Every 16th of a stroke is looked at in order (of more than 16 strokes every 256th of the whole), then the range before
+    the first one that spoils a cell is bisected. A cell that is spoiled and recovers in between is not seen. Returns None
+    if `progress` returned False. Raises as deform and check_cells.
+    """
+    accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+    how = (bool(inverse), until, least_scaled_jacobian)
+    return _knead.safe_until(points, cell_blocks(cells), native_session(session), accuracy, how, progress)
+
+
+def widest_outer(points, cells, stroke):
+    """Returns the greatest `outer` with which a stroke moves no point of the boundary that it leaves at rest, or None.
+
+    A wider transition strains the cells of a volume mesh less. Three digits; for Implicit, Points, Rotate and Stretch.
+    None for other strokes, where all of the boundary moves, and where less than 5% can be gained. `points` are those
+    before the stroke. points, cells: as for check_cells.
+    """
+    return _knead.widest_outer(points, cell_blocks(cells), native_session(stroke))
 
 
 def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **options):

@@ -16,6 +16,8 @@
 #include "knead/math/parallel.h"
 #include "knead/mesh/measures.h"
 #include "knead/remesh/remesh.h"
+#include "knead/session/safe_until.h"
+#include "knead/tool/strain.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"
@@ -93,6 +95,7 @@ Cells cells_from(const std::vector<CellArray>& blocks, std::size_t points) {
 py::dict dict_of(const CellSummary& summary) {
   py::dict dict;
   dict["inverted"] = summary.inverted;
+  dict["below"] = summary.below;
   dict["least_scaled_jacobian"] = summary.least_scaled_jacobian;
   dict["mean_volume_change"] = summary.mean_volume_change;
   return dict;
@@ -147,11 +150,54 @@ py::object deform_cells_by(const py::object& given, const std::vector<CellArray>
   return py::make_tuple(moved, report_of(deformed));
 }
 
+// None if the callback ended the work.
+py::object safe_until_of(const py::object& given, const std::vector<CellArray>& blocks, const Session& session,
+                         const Accuracy& accuracy, const std::tuple<bool, std::optional<double>, double>& request,
+                         const py::object& callback) {
+  const Points points = points_from(given, "points");
+  const Cells cells = cells_from(blocks, points.span().size());
+  Progress progress;
+  SafeCellsOptions options;
+  options.part = {std::get<0>(request) ? Direction::backwards : Direction::forwards, std::get<1>(request)};
+  options.least_scaled_jacobian = std::get<2>(request);
+  options.motion = motion_options(accuracy);
+  options.progress = &progress;
+  SafeCells safe;
+  if (!run_watched(callback, progress, [&] { safe = safe_until(session, cells, points.span(), options); })) {
+    return py::none();
+  }
+  require_done(safe.status, session, 0);
+  py::dict found;
+  found["until"] = safe.range.until;
+  found["beyond"] = safe.range.beyond;
+  found["cell"] = safe.cell;
+  found["scaled_jacobian"] = safe.cell ? std::optional(safe.scaled_jacobian) : std::nullopt;
+  found["outer"] = safe.outer;
+  return found;
+}
+
+std::optional<double> widest_outer_of(const py::object& given, const std::vector<CellArray>& blocks,
+                                      const Session& session) {
+  const Points points = points_from(given, "points");
+  const Cells cells = cells_from(blocks, points.span().size());
+  if (session.strokes.size() != 1) throw InvalidInput("widest_outer needs one stroke");
+  std::optional<double> outer;
+  Progress progress;
+  run_watched(py::none(), progress, [&] {
+    std::vector<Vec3d> boundary;
+    for (const std::uint32_t v : boundary_points(cells, points.span().size())) boundary.push_back(points.span()[v]);
+    outer = widest_outer(session.strokes.front().stroke, boundary);
+  });
+  return outer;
+}
+
 }  // namespace
 
 void add_cells(py::module_& module) {
   module.def("cell_qualities", &cell_qualities);
   module.def("deform_cells", &deform_cells_by);
+  module.def("safe_until", &safe_until_of);
+  module.def("widest_outer", &widest_outer_of);
 }
 
 }  // namespace knead::python

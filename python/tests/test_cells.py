@@ -147,3 +147,41 @@ def test_what_deform_cells_refuses():
     with pytest.raises(knead.InvalidInput, match="cell 0 has the corner 93, but there are 5 points"):
         knead.deform_cells(points[:5], cells[-1:], STRONG)
     assert knead.deform_cells(points, cells, STRONG, progress=lambda _: False) == (None, None)
+
+
+@pytest.mark.parametrize("bound", [0, 0.1])
+def test_how_far_is_safe(bound):
+    points, cells = grid(16)
+    cells = tetrahedra(cells)
+    strong = knead.Rotate(center=[0, 0, 0], axis=[0, 0, 1], angle_deg=150, inner=0.12, outer=0.3)
+    found = knead.safe_until(points, cells, strong, least_scaled_jacobian=bound)
+    assert 0 < found["until"] < found["beyond"] < 1
+    good = knead.check_cells(knead.deform(points, strong, until=found["until"]), cells, before=points)
+    bad = knead.check_cells(knead.deform(points, strong, until=found["beyond"]), cells, before=points)
+    assert not good["inverted"].any() and good["scaled_jacobian"].min() >= bound
+    assert bad["scaled_jacobian"].argmin() == found["cell"]
+    assert bad["scaled_jacobian"].min() == found["scaled_jacobian"] < max(bound, 1e-12)
+    assert found["outer"] == knead.widest_outer(points, cells, strong) == pytest.approx(0.5, abs=2e-3)
+    wide = strong.replace(outer=found["outer"])
+    rests = (knead.deform(points, wide) == points).all(1)
+    assert rests[(np.abs(points) == 0.5).any(1)].all()
+    assert knead.safe_until(points, cells, wide, least_scaled_jacobian=bound)["until"] > found["until"]
+
+    slight = strong.replace(angle_deg=3)
+    safe = knead.safe_until(points, cells, slight, least_scaled_jacobian=bound)
+    assert safe == {"until": 1, "beyond": 1, "cell": None, "scaled_jacobian": None, "outer": None}
+    assert knead.safe_until(points, cells, [slight, strong], until=1)["until"] == 1
+    assert knead.safe_until(points, cells, strong, inverse=True)["until"] < 1
+
+
+def test_what_safe_until_refuses():
+    points, cells = grid(4)
+    for least in (-1, 1, float("nan")):
+        with pytest.raises(knead.InvalidInput, match="least scaled Jacobian"):
+            knead.safe_until(points, cells, STRONG, least_scaled_jacobian=least)
+    with pytest.raises(knead.InvalidInput, match="until"):
+        knead.safe_until(points, cells, STRONG, until=2)
+    with pytest.raises(knead.InvalidInput, match="one stroke"):
+        knead.widest_outer(points, cells, [STRONG, STRONG])
+    assert knead.safe_until(points, cells, STRONG, progress=lambda _: False) is None
+    assert knead.widest_outer(points, cells, knead.Bend(center=[0, 0, 0], axis=[1, 0, 0], normal=[0, 0, 1], width=0.2, angle_deg=5)) is None

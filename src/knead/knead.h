@@ -70,5 +70,6 @@
 #include "knead/session/journal.h"
 #include "knead/session/replay.h"
 #include "knead/session/report.h"
+#include "knead/session/safe_until.h"
 #include "knead/session/session.h"
 #include "knead/session/workbench.h"

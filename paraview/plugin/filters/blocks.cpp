@@ -222,9 +222,10 @@ void carry_normals(Block& block, std::span<const Mat3d> jacobians) {
       return length > 0 ? turned * (1 / length) : n;
     }));
   }
-  if (vtkDataArray* const normals = block.set->GetCellData()->GetNormals()) {
-    const std::string name = normals->GetName() == nullptr ? "" : normals->GetName();
-    block.set->GetCellData()->RemoveArray(name.c_str());
+  vtkCellData* const cells = block.set->GetCellData();
+  const vtkDataArray* const normals = cells->GetNormals();
+  for (int i = cells->GetNumberOfArrays() - 1; i >= 0 && normals != nullptr; --i) {
+    if (cells->GetAbstractArray(i) == normals) cells->RemoveArray(i);  // by its number: it may have no name
   }
 }
 

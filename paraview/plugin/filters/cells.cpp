@@ -118,8 +118,10 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
     const auto faces = std::span(cells.faces).subspan(cells.first[i], cells.first[i + 1] - cells.first[i]);
     const double was = polyhedron_volume(faces, before);
     const double ratio = polyhedron_volume(faces, after) / was;
+    const int side = polyhedron_orientation(faces, before);
     if (has_values) damage.volume_ratio[static_cast<std::size_t>(cells.polyhedron_numbers[i])] = ratio;
-    if (was != 0 && !(ratio > 0)) invert(cells.polyhedron_numbers[i]);
+    const bool is_tangled = side != 0 && polyhedron_orientation(faces, after) != side;
+    if (is_tangled || (was != 0 && !(ratio > 0))) invert(cells.polyhedron_numbers[i]);
   }
   return damage;
 }

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
+#include <optional>
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
+#include "knead/session/safe_until.h"
 #include "knead/tool/strain.h"
 
 namespace knead::paraview {
@@ -124,11 +125,32 @@ class Job {
       findings_.notes.push_back(what);
       return;
     }
-    const double safe = greatest_until(until_, [&](double until) { return inverts_nothing(until); });
+    const SafeUntil safe = safe_until(until_, [&](double until) { return inverts_nothing(until); });
     throw Failure(
         fmt::format("{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
-                    "transition; or switch FailOnInversion off",
-                    settings_.session_file, what, safe));
+                    "transition{}; or switch FailOnInversion off",
+                    settings_.session_file, what, safe.until, wider_transition(safe)));
+  }
+
+  // Collective. A rank of several does not know which faces lie between ranks, so then there is no advice.
+  std::string wider_transition(const SafeUntil& safe) const {
+    std::optional<double> outer;
+    const std::size_t number = strokes_before(safe);
+    ranks_.together([&] {
+      if (ranks_.count() > 1) return;
+      const Flow flow = flow_until(settings_.inverse ? 0 : static_cast<double>(number));
+      std::vector<Vec3d> boundary;
+      Progress progress;
+      watch_(progress, [&] {
+        for (std::size_t i = 0; i < blocks_.size(); ++i) {
+          const std::vector<Vec3d> points = moved(blocks_[i], flow, progress);
+          for (const auto v : boundary_points(cells_[i].linear, points.size())) boundary.push_back(points[v]);
+        }
+        outer = widest_outer(session_.strokes[number].stroke, boundary);
+      });
+    });
+    if (!outer) return {};
+    return fmt::format(" (line {}: an \"outer\" of {} fits into this mesh)", session_.strokes[number].line, *outer);
   }
 
   std::string first_inverted() const {

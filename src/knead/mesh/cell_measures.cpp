@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "knead/math/error.h"
@@ -61,6 +62,29 @@ int sign_of(const Corner& corner, const CellCorner& c, std::span<const Vec3d> co
                   without_dust(corners[c[3]]));
 }
 
+// All corners of a tetrahedron have the same determinant; so one decides for all.
+struct Tetrahedron {
+  Corner first;
+  double least_jacobian;
+
+  explicit Tetrahedron(std::span<const Vec3d> p) {
+    const Vec3d a = p[1] - p[0];
+    const Vec3d b = p[2] - p[0];
+    const Vec3d c = p[3] - p[0];
+    const double la = norm(a);
+    const double lb = norm(b);
+    const double lc = norm(c);
+    const double lab = norm(p[2] - p[1]);
+    const double lac = norm(p[3] - p[1]);
+    const double lbc = norm(p[3] - p[2]);
+    first = {determinant_of(a, b, c), la * lb * lc};
+    const auto [least, most] = std::minmax({first.lengths, la * lab * lac, lb * lab * lbc, lc * lac * lbc});
+    least_jacobian = Corner{first.determinant, first.determinant > 0 ? most : least}.jacobian();
+  }
+
+  int sign(std::span<const Vec3d> corners) const { return sign_of(first, kTetrahedronCorners.front(), corners); }
+};
+
 int common_sign(std::span<const int> signs) {
   const bool is_common = std::all_of(signs.begin(), signs.end(), [&](int sign) { return sign == signs.front(); });
   return is_common ? signs.front() : 0;
@@ -78,6 +102,7 @@ void require_usable(CellKind kind, std::span<const Vec3d> corners) {
 // The field `orientation` of cell_quality().
 int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
   require_usable(kind, corners);
+  if (kind == CellKind::tetrahedron) return Tetrahedron(corners).sign(corners);
   const CellShape& shape = shape_of(kind);
   const auto sign = [&](const CellCorner& c) { return sign_of(measured(c, corners), c, corners); };
   const int first = sign(shape.corners.front());
@@ -86,16 +111,18 @@ int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
   return is_common ? first : 0;
 }
 
-// A bilinear face encloses the mean of what its two ways to be cut enclose.
+// A bilinear face encloses the mean of what its two ways to be cut enclose. With corners a, b, c and d the sum of the
+// four determinants is half of (a + b + c + d) . ((c - a) x (d - b)).
 double volume_of(const CellShape& shape, std::span<const Vec3d> corners) {
-  double twelfths = 0;
+  double sum = 0;
   for (const CellFace& f : shape.faces) {
-    const std::array<Vec3d, 4> p{corners[f[0]] - corners[0], corners[f[1]] - corners[0], corners[f[2]] - corners[0],
-                                 corners[f[3]] - corners[0]};
-    twelfths += determinant_of(p[0], p[1], p[2]) + determinant_of(p[0], p[2], p[3]);
-    twelfths += determinant_of(p[1], p[2], p[3]) + determinant_of(p[1], p[3], p[0]);
+    const Vec3d a = corners[f[0]] - corners[0];
+    const Vec3d b = corners[f[1]] - corners[0];
+    const Vec3d c = corners[f[2]] - corners[0];
+    const Vec3d d = corners[f[3]] - corners[0];
+    sum += dot(a + b + (c + d), cross(c - a, d - b));
   }
-  return twelfths / 12;
+  return sum / 24;
 }
 
 // One cell at both times. Throws InvalidInput for a corner that is no point.
@@ -130,6 +157,7 @@ const CellShape& shape_of(CellKind kind) {
 }
 
 double scaled_jacobian(const CellShape& shape, std::span<const Vec3d> corners) {
+  if (corners.size() == kTetrahedronCorners.size()) return shape.regular * Tetrahedron(corners).least_jacobian;
   double least = std::numeric_limits<double>::infinity();
   for (const CellCorner& c : shape.corners) least = std::min(least, shape.regular * measured(c, corners).jacobian());
   return least;
@@ -144,6 +172,13 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
   require_usable(kind, corners);
   const CellShape& shape = shape_of(kind);
   CellQuality quality;
+  if (kind == CellKind::tetrahedron) {
+    const Tetrahedron tetrahedron(corners);
+    quality.scaled_jacobian = shape.regular * tetrahedron.least_jacobian;
+    quality.orientation = tetrahedron.sign(corners);
+    quality.volume = tetrahedron.first.determinant / 6;
+    return quality;
+  }
   std::array<int, 8> signs{};
   quality.scaled_jacobian = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < shape.corners.size(); ++k) {
@@ -200,26 +235,66 @@ CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std
   return changes;
 }
 
-double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points) {
-  if (faces.size() < 2) return 0;
-  // Seen from a corner, because large coordinates would cancel.
-  const auto point = [&](std::size_t at) {
-    if (std::max(faces[at], faces[1]) < points.size()) return points[faces[at]] - points[faces[1]];
-    throw InvalidInput(
-        fmt::format("a polyhedron has the corner {}, but there are {} points", faces[at], points.size()));
-  };
-  double sixths = 0;
+namespace {
+
+// Calls use(points of the face, from `apex`) for each face of a polyhedron.
+void for_each_face(std::span<const std::uint32_t> faces, std::span<const Vec3d> points, const Vec3d& apex,
+                   const std::function<void(std::span<const Vec3d>)>& use) {
+  std::vector<Vec3d> corners;
   for (std::size_t at = 0; at < faces.size();) {
     const std::size_t count = faces[at++];
     if (count == 0 || count > faces.size() - at) throw InvalidInput("the list of a polyhedron's faces is cut off");
-    Vec3d middle{0, 0, 0};
-    for (std::size_t k = 0; k < count; ++k) middle += point(at + k) * (1.0 / static_cast<double>(count));
-    for (std::size_t k = 0; k < count; ++k) {
-      sixths += determinant_of(middle, point(at + k), point(at + (k + 1) % count));
+    corners.clear();
+    for (const std::uint32_t v : faces.subspan(at, count)) {
+      if (v < points.size()) {
+        corners.push_back(points[v] - apex);
+        continue;
+      }
+      throw InvalidInput(fmt::format("a polyhedron has the corner {}, but there are {} points", v, points.size()));
     }
+    use(corners);
     at += count;
   }
+}
+
+// Six times the volume of the pyramid over a face with its apex in the origin.
+double sixfold_pyramid(std::span<const Vec3d> face) {
+  Vec3d middle{0, 0, 0};
+  for (const Vec3d& p : face) middle += p * (1.0 / static_cast<double>(face.size()));
+  double result = 0;
+  for (std::size_t k = 0; k < face.size(); ++k) result += determinant_of(middle, face[k], face[(k + 1) % face.size()]);
+  return result;
+}
+
+}  // namespace
+
+double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points) {
+  if (faces.size() < 2) return 0;
+  // Seen from a corner, because large coordinates would cancel.
+  const Vec3d apex = faces[1] < points.size() ? points[faces[1]] : Vec3d{0, 0, 0};
+  double sixths = 0;
+  for_each_face(faces, points, apex, [&](std::span<const Vec3d> face) { sixths += sixfold_pyramid(face); });
   return sixths / 6;
+}
+
+int polyhedron_orientation(std::span<const std::uint32_t> faces, std::span<const Vec3d> points) {
+  Vec3d sum{0, 0, 0};
+  double count = 0;
+  const Vec3d first = faces.size() > 1 && faces[1] < points.size() ? points[faces[1]] : Vec3d{0, 0, 0};
+  for_each_face(faces, points, first, [&](std::span<const Vec3d> face) {
+    for (const Vec3d& p : face) sum += p;
+    count += static_cast<double>(face.size());
+  });
+  if (count == 0) return 0;
+  bool has_outward = false;
+  bool has_inward = false;
+  for_each_face(faces, points, first + sum / count, [&](std::span<const Vec3d> face) {
+    const double volume = sixfold_pyramid(face);
+    has_outward = has_outward || volume > 0;
+    has_inward = has_inward || !(volume > 0);
+  });
+  if (has_outward == has_inward) return 0;
+  return has_outward ? 1 : -1;
 }
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // Volume, scaled Jacobian and orientation of cells.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -10,6 +11,7 @@
 #include "knead/math/error.h"
 #include "knead/math/mat3.h"
 #include "knead/mesh/measures.h"
+#include "support/volume_mesh.h"
 
 namespace knead {
 namespace {
@@ -234,8 +236,50 @@ TEST(Cells, OfAnyFacesHaveAVolume) {
   for (Vec3d& p : points) p = {p.x + 1e6, -2 * p.y, p.z - 1e6};
   EXPECT_NEAR(polyhedron_volume(faces, points), -2, 1e-9);
   EXPECT_EQ(polyhedron_volume({}, points), 0);
+  EXPECT_EQ(polyhedron_orientation({}, points), 0);
   EXPECT_THROW(polyhedron_volume(std::span(faces).first(8), points), InvalidInput);
   EXPECT_THROW(polyhedron_volume(faces, std::span(points).first(7)), InvalidInput);
+}
+
+// One corner pushed through the opposite faces: the volume stays above 0, but two or more faces look the wrong way.
+TEST(Polyhedra, AreTangledInAPart) {
+  const std::vector<std::uint32_t> faces{4, 0, 3, 2, 1, 4, 4, 5, 6, 7, 4, 0, 1, 5, 4,
+                                         4, 1, 2, 6, 5, 4, 2, 3, 7, 6, 4, 3, 0, 4, 7};
+  std::vector<Vec3d> points = regular(CellKind::hexahedron);
+  EXPECT_EQ(polyhedron_orientation(faces, points), 1);
+  points[6] = {-0.2, -0.2, -0.2};
+  EXPECT_GT(polyhedron_volume(faces, points), 0);
+  EXPECT_EQ(polyhedron_orientation(faces, points), 0);
+  points = regular(CellKind::hexahedron);
+  for (Vec3d& p : points) p = Vec3d{1e6, 0, 0} + Vec3d{-p.x, p.y, 0.01 * p.z};
+  EXPECT_EQ(polyhedron_orientation(faces, points), -1);
+  EXPECT_THROW(polyhedron_orientation(std::span(faces).first(8), points), InvalidInput);
+}
+
+TEST(BoundaryPoints, AreThoseOnTheFacesOfOneCell) {
+  for (const CellKind kind : {CellKind::tetrahedron, CellKind::hexahedron}) {
+    const test::VolumeMesh box = test::box_of_cells(5, kind);
+    std::vector<std::uint32_t> expected;
+    for (std::uint32_t v = 0; v < box.points.size(); ++v) {
+      const Vec3d& p = box.points[v];
+      if (std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) == 1) expected.push_back(v);
+    }
+    EXPECT_EQ(boundary_points(box.cells, box.points.size(), 1), expected);
+    EXPECT_EQ(boundary_points(box.cells, box.points.size(), 3), expected);
+    // Without one inner cell, its corners are on the boundary, too.
+    Cells open;
+    const std::size_t middle = box.cells.size() / 2;
+    for (std::size_t i = 0; i < box.cells.size(); ++i) {
+      if (i != middle) open.add(kind, box.cells.corners_of(i));
+    }
+    const std::span<const std::uint32_t> corners = box.cells.corners_of(middle);
+    expected.insert(expected.end(), corners.begin(), corners.end());
+    std::sort(expected.begin(), expected.end());
+    expected.erase(std::unique(expected.begin(), expected.end()), expected.end());
+    EXPECT_EQ(boundary_points(open, box.points.size()), expected);
+    EXPECT_THROW(boundary_points(box.cells, box.points.size() - 1), InvalidInput);
+  }
+  EXPECT_TRUE(boundary_points({}, 3).empty());
 }
 
 }  // namespace

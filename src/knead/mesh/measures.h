@@ -132,9 +132,18 @@ struct CellChanges {
 CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
                           int threads = 0, CellValues values = CellValues::all);
 
+// Returns the points on the boundary of a volume mesh, ascending: corners of a face that belongs to one cell only, or
+// to more than two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
+std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads = 0);
+
 // Returns the volume between the faces of a polyhedron: [n, v1 ... vn, n, ...], which look outward. A face is cut into
 // triangles around the mean of its corners. Throws InvalidInput for a list that is cut off, and a corner that is no
 // point.
 double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
+
+// Returns 1 if the mean of a polyhedron's corners sees each of its faces from inside: the pyramids from there over all
+// faces have a volume above 0. -1: none has. 0: some have, so the cell is tangled in a part, or far from convex.
+// `faces` and errors as above. Not exact: by the signs of sums of doubles.
+int polyhedron_orientation(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
 
 }  // namespace knead

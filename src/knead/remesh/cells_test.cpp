@@ -7,37 +7,13 @@
 
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"
+#include "support/volume_mesh.h"
 
 namespace knead {
 namespace {
 
-struct Volume {
-  std::vector<Vec3d> points;
-  Cells cells;
-};
-
-// A box from -1 to 1 of n^3 hexahedra, or six tetrahedra for each.
-Volume box(std::uint32_t n, CellKind kind) {
-  Volume volume;
-  const std::uint32_t side = n + 1;
-  const auto place = [n](std::uint32_t i) { return 2.0 * i / n - 1; };
-  for (std::uint32_t i = 0; i < side * side * side; ++i) {
-    volume.points.push_back({place(i % side), place(i / side % side), place(i / side / side)});
-  }
-  constexpr std::array<std::array<std::uint32_t, 4>, 6> kParts{
-      {{0, 1, 2, 6}, {0, 2, 3, 6}, {0, 3, 7, 6}, {0, 7, 4, 6}, {0, 4, 5, 6}, {0, 5, 1, 6}}};
-  for (std::uint32_t i = 0; i < n * n * n; ++i) {
-    const std::uint32_t at = i % n + side * (i / n % n + side * (i / n / n));
-    const std::uint32_t up = at + side * side;
-    const std::array<std::uint32_t, 8> c{at, at + 1, at + 1 + side, at + side, up, up + 1, up + 1 + side, up + side};
-    if (kind == CellKind::hexahedron) {
-      volume.cells.add(kind, c);
-    } else {
-      for (const auto& p : kParts) volume.cells.add(kind, std::array{c[p[0]], c[p[1]], c[p[2]], c[p[3]]});
-    }
-  }
-  return volume;
-}
+using test::box_of_cells;
+using Volume = test::VolumeMesh;
 
 // Turns all within a ball of radius 0.35 about z, and less and less up to 0.85.
 CarryPoints turn(double radians) {
@@ -62,7 +38,7 @@ bool is_on_box(const Vec3d& p) { return std::max({std::abs(p.x), std::abs(p.y), 
 class FreePoints : public testing::TestWithParam<CellKind> {};
 
 TEST_P(FreePoints, SaveTheCellsThatTheMotionInverts) {
-  const Volume volume = box(12, GetParam());
+  const Volume volume = box_of_cells(12, GetParam());
   const CarryPoints carry = turn(1.9);
   const DeformedCells deformed = deform_cells(volume.cells, volume.points, carry);
   EXPECT_GT(deformed.flow.inverted, 0U);
@@ -87,7 +63,7 @@ TEST_P(FreePoints, SaveTheCellsThatTheMotionInverts) {
 }
 
 TEST_P(FreePoints, HaveTheSameBitsForEveryNumberOfThreads) {
-  const Volume volume = box(12, GetParam());
+  const Volume volume = box_of_cells(12, GetParam());
   CellOptions options;
   options.threads = 1;
   const DeformedCells one = deform_cells(volume.cells, volume.points, turn(2.2), options);
@@ -99,7 +75,7 @@ TEST_P(FreePoints, HaveTheSameBitsForEveryNumberOfThreads) {
 }
 
 TEST_P(FreePoints, AreNotTheFixedOnes) {
-  const Volume volume = box(12, GetParam());
+  const Volume volume = box_of_cells(12, GetParam());
   const CarryPoints carry = turn(1.9);
   const std::vector<Vec3d> whole = carried(volume, carry);
   std::vector<std::uint8_t> fixed(volume.points.size());
@@ -122,7 +98,7 @@ TEST_P(FreePoints, AreNotTheFixedOnes) {
 }
 
 TEST_P(FreePoints, StayWhereNoCellIsBad) {
-  const Volume volume = box(8, GetParam());
+  const Volume volume = box_of_cells(8, GetParam());
   const DeformedCells deformed = deform_cells(volume.cells, volume.points, turn(0.1));
   EXPECT_EQ(deformed.freed, 0U);
   EXPECT_EQ(deformed.points, carried(volume, turn(0.1)));
@@ -134,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, FreePoints, testing::Values(CellKind::tetrahedro
                          });
 
 TEST(DeformCells, RefuseWhatIsOutOfRange) {
-  const Volume volume = box(2, CellKind::tetrahedron);
+  const Volume volume = box_of_cells(2, CellKind::tetrahedron);
   CellOptions options;
   for (const double bad : {0.0, -1.0, 0.6, std::nan("")}) {
     options.least_scaled_jacobian = bad;
@@ -148,7 +124,7 @@ TEST(DeformCells, RefuseWhatIsOutOfRange) {
 }
 
 TEST(DeformCells, CanBeCancelled) {
-  const Volume volume = box(12, CellKind::tetrahedron);
+  const Volume volume = box_of_cells(12, CellKind::tetrahedron);
   Progress progress;
   progress.cancel = true;
   CellOptions options;

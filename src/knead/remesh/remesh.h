@@ -176,6 +176,7 @@ Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions 
 // What a deformation did to the cells of a volume mesh.
 struct CellSummary {
   std::size_t inverted = 0;
+  std::size_t below = 0;  // the bound, though they were not before; with the inverted ones
   double least_scaled_jacobian = 1;
   double mean_volume_change = 0;  // the mean of |volume ratio - 1|, of the cells that had a volume
 };
@@ -185,7 +186,7 @@ using CarryPoints = std::function<void(double from, double to, std::span<Vec3d> 
 
 // How deform_cells() works.
 struct CellOptions {
-  double least_scaled_jacobian = 0.05;    // which every cell shall reach; above 0, at most 0.5
+  double least_scaled_jacobian = 0.05;    // which cells shall keep that have it before; above 0, at most 0.5
   std::span<const std::uint8_t> fixed{};  // empty, or 1 for each point that must go exactly where the deformation goes
   int rounds = 30;                        // over the bad cells, after each part of the motion
   int threads = 0;                        // 0: as many as the machine has

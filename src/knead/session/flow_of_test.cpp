@@ -140,19 +140,5 @@ TEST(CertifyPositions, AreJudgedAsTheyAre) {
   EXPECT_THROW(certify(sphere(), wrong, session), InvalidInput);
 }
 
-TEST(GreatestUntil, IsBelowTheBoundByTheLastHalf) {
-  for (const double bound : {0.0, 0.3, 1.7, 2.999}) {
-    int calls = 0;
-    const auto holds = [&](double until) {
-      ++calls;
-      return until <= bound;
-    };
-    const double found = greatest_until(3, holds);
-    EXPECT_LE(found, bound);
-    EXPECT_GT(found, bound - 3.0 / 1024 - 1e-12);
-    EXPECT_EQ(calls, 10);
-  }
-}
-
 }  // namespace
 }  // namespace knead

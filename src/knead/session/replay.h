@@ -129,11 +129,6 @@ Flow flow_of(const Session& session, const SessionPart& part = {}, int threads =
 // not, advect() by flow_of(session) gives the same positions, to the bit.
 bool needs_faces(const Session& session);
 
-// Returns the greatest number of strokes, from 0 to `most`, for which holds(until) is true: by bisection in `calls`
-// calls, so at most most / 2^calls below it. holds(most) is taken to be false, and true below any number for which it
-// is true. 0 has not been tried, any other result has.
-double greatest_until(double most, const std::function<bool(double until)>& holds, int calls = 10);
-
 // Returns what is to be said of the strokes before they are applied, each with the session's file and line. It is in
 // ReplayResult::warnings, too. Of a stroke of many pins this takes about 0.15 s.
 std::vector<std::string> stroke_warnings(const Session& session, const SessionPart& part = {});

@@ -184,16 +184,6 @@ bool needs_faces(const Session& session) {
   });
 }
 
-double greatest_until(double most, const std::function<bool(double until)>& holds, int calls) {
-  double good = 0;
-  double bad = most;
-  for (int i = 0; i < calls; ++i) {
-    const double middle = good + (bad - good) / 2;
-    (holds(middle) ? good : bad) = middle;
-  }
-  return good;
-}
-
 Flow flow_of(const Session& session, const SessionPart& part, int threads) {
   using namespace session_detail;
   for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });

@@ -12,4 +12,5 @@ knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/stamp_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stamp_tool_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/strain_test.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/stroke_test.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/stroke_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/widest_outer_test.cpp)
