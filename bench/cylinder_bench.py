@@ -31,7 +31,7 @@ LATTICE = 9
 def mesh(cells):
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", (8 / (0.12 * cells)) ** (1 / 3) * 0.94)
+    gmsh.option.setNumber("Mesh.MeshSizeMax", (8 / (0.12 * cells)) ** (1 / 3) * 0.82)
     box = gmsh.model.occ.addBox(-1, -1, -1, 2, 2, 2)
     cylinder = gmsh.model.occ.addCylinder(0, 0, -LENGTH / 2, 0, 0, LENGTH, RADIUS)
     gmsh.model.occ.cut([(3, box)], [(3, cylinder)])

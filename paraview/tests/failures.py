@@ -50,8 +50,8 @@ def test_inversion():
     require(RANKS > 1 or 0.499 <= float(advice[1]) < 0.5, f"another distance from the centre to the faces: {said}")
 
     said = refusal(source, "back", Until=1.9)
-    found = re.search(r"up to Until = ([0-9.e-]*[0-9])", said)
-    require(found and float(found[1]) < until + 1 / 1024, f"does not see that it inverts at once: {said}")
+    at_once = re.search(r"up to Until = ([0-9.e-]*[0-9])", said)
+    require(at_once and float(at_once[1]) < until + 1 / 1024, f"does not see that it inverts at once: {said}")
 
     messages()
     all_of_it = leaves(deformed(source, "invert", FailOnInversion=0))[0]
