@@ -19,6 +19,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
+from vtkmodules.vtkFiltersCore import vtkExtractCells
 from vtkmodules.vtkIOParallelXML import vtkXMLPartitionedDataSetCollectionWriter
 from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkIOXML import (
@@ -185,9 +186,32 @@ def write_in_pieces(source, name):
         )
 
 
+def write_volume(grid, name):
+    """A volume mesh as one file, and as two pieces that share the points between them, for two ranks."""
+    write(vtkXMLUnstructuredGridWriter(), grid, name + ".vtu")
+    for i, part in enumerate(np.array_split(np.arange(grid.GetNumberOfCells()), 2)):
+        cells = vtkIdList()
+        for number in part:
+            cells.InsertNextId(int(number))
+        piece = vtkExtractCells()
+        piece.SetInputData(grid)
+        piece.SetCellList(cells)
+        piece.Update()
+        piece.GetOutput().GetPointData().RemoveArray("vtkOriginalPointIds")
+        piece.GetOutput().GetCellData().RemoveArray("vtkOriginalCellIds")
+        write(vtkXMLUnstructuredGridWriter(), piece.GetOutput(), f"{name}_{i}.vtu")
+    array = '<PDataArray type="Float64" NumberOfComponents="3"'
+    with open(os.path.join(scratch, name + ".pvtu"), "w") as file:
+        file.write(
+            '<VTKFile type="PUnstructuredGrid" version="1.0"><PUnstructuredGrid GhostLevel="0"><PPointData>'
+            f'{array} Name="KneadTestStart"/>{array} Name="velocity"/></PPointData><PPoints>{array}/></PPoints>'
+            f'<Piece Source="{name}_0.vtu"/><Piece Source="{name}_1.vtu"/></PUnstructuredGrid></VTKFile>'
+        )
+
+
 def main():
-    write(vtkXMLUnstructuredGridWriter(), zoo(7), "zoo.vtu")
-    write(vtkXMLUnstructuredGridWriter(), box_of_tetrahedra(12, 0.2), "box.vtu")
+    write_volume(zoo(7), "zoo")
+    write_volume(box_of_tetrahedra(12, 0.2), "box")
     write(vtkXMLImageDataWriter(), image(9), "image.vti")
     write(vtkXMLRectilinearGridWriter(), rectilinear(9), "rectilinear.vtr")
     write(vtkXMLStructuredGridWriter(), curvilinear(9), "curvilinear.vts")

@@ -27,7 +27,7 @@ for ranks in 1 2; do
     launcher=(mpirun -np "$ranks" --allow-run-as-root --oversubscribe)
   fi
   for script in values failures; do
-    timeout 120 "${launcher[@]}" pvbatch "$here/$script.py" >"$log" 2>&1 || {
+    timeout 300 "${launcher[@]}" pvbatch "$here/$script.py" >"$log" 2>&1 || {
       cat "$log"
       echo "failed: $script.py on $ranks ranks"
       exit 1
