@@ -19,7 +19,7 @@
 #include "benchmark/machine.h"
 #include "benchmark/reference.h"
 #include "command.h"
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"

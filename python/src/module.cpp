@@ -2,7 +2,7 @@
 
 #include <cstring>
 
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/math/error.h"
 #include "knead/remesh/remesh.h"
 #include "work.h"

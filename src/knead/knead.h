@@ -38,7 +38,6 @@
 #include "knead/flow/point_blocks.h"
 #include "knead/flow/reach.h"
 #include "knead/flow/segment.h"
-#include "knead/flow/simd.h"
 
 // Meshes, and what you can ask of them.
 #include "knead/mesh/measures.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/io/shape_file.h"
 #include "knead/session/replay.h"
 #include "process.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "knead/flow/advect.h"
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/math/error.h"
 
 namespace knead::test {

@@ -1,4 +1,4 @@
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 
 #include <cstdlib>
 #include <string>

@@ -1,5 +1,5 @@
 // What advect gives is the same, to the bit, whatever it is computed with and however the points lie.
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/math/error.h"
 #include "knead/session/carried_normals.h"
 #include "knead/session/replay_plan.h"

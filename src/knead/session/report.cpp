@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <functional>
 
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/io/json.h"
 #include "knead/math/parallel.h"
 #include "knead/math/scalar.h"

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "knead/flow/simd.h"
+#include "knead/flow/backend.h"
 #include "knead/mesh/shapes.h"
 
 namespace knead {

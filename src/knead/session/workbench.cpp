@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "knead/math/error.h"
+#include "knead/session/counted.h"
 #include "knead/session/kept_states.h"
 #include "knead/session/surface_stroke.h"
 
@@ -12,6 +13,7 @@ namespace knead {
 
 namespace {
 
+using session_detail::Counted;
 using session_detail::KeptState;
 using session_detail::StateLedger;
 
@@ -38,30 +40,6 @@ std::uint64_t work_of(const std::vector<SessionStroke>& strokes, const ShapeStat
   for (const SessionStroke& stroke : strokes) segments += session_detail::segments_about(stroke.stroke);
   return segments * shape.positions.size();
 }
-
-// Counts pieces of work, whatever the work itself adds to Progress::done meanwhile.
-class Counted {
- public:
-  Counted(Progress* progress, std::uint64_t total) : progress_(progress) {
-    if (progress_ == nullptr) return;
-    progress_->done = 0;
-    progress_->total = total;
-  }
-  ~Counted() {
-    if (progress_ != nullptr) progress_->total = 0;
-  }
-  Counted(const Counted&) = delete;
-  Counted& operator=(const Counted&) = delete;
-
-  void add(std::uint64_t work) {
-    done_ += work;
-    if (progress_ != nullptr) progress_->done = done_;
-  }
-
- private:
-  Progress* progress_;
-  std::uint64_t done_ = 0;
-};
 
 std::shared_ptr<const Mesh> checked(Mesh mesh) {
   if (mesh.vertex_count() == 0) throw InvalidInput("the shape has no vertices; open another one");
@@ -156,8 +134,7 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
   const auto began = std::chrono::steady_clock::now();
   const std::uint64_t steps = steps_;
   part_.reset();
-  std::vector<std::string> warnings_before;
-  if (change.from_start) warnings_before = std::exchange(warnings_, {});
+  std::vector<std::string> warnings_before = change.from_start ? std::exchange(warnings_, {}) : warnings_;
   result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
     const AdvectStatus status =
         change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
@@ -168,7 +145,7 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
     return apply(added, progress);
   });
   if (!result.is_done()) {
-    if (change.from_start) warnings_ = std::move(warnings_before);
+    warnings_ = std::move(warnings_before);
     return result;
   }
   if (live_.empty() || change.from_start) live_seconds_ = 0;
