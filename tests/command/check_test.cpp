@@ -72,7 +72,10 @@ TEST_F(CheckTest, InfoWithoutTopologySaysTheSameOfWhatItSays) {
   for (const std::string name : {"t.ply", "apart.obj"}) {
     const json whole = json::parse(knead_ok({"info", name, "--json"}));
     const json summary = json::parse(knead_ok({"info", name, "--no-topology", "--json"}));
-    for (const auto& [key, value] : summary.items()) EXPECT_EQ(whole[key], value) << key;
+    for (const auto& [key, value] : summary.items()) {
+      if (key == "notes") continue;  // those of edges are left out
+      EXPECT_EQ(whole[key], value) << key;
+    }
     for (const char* left_out : {"closed", "components", "euler", "volume", "area"}) {
       EXPECT_FALSE(summary.contains(left_out)) << left_out;
     }
