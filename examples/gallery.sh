@@ -364,6 +364,7 @@ pins_figures() {
 
 fit_figures() {
   title "Fits: a hand in another pose"
+  # shellcheck disable=SC2016  # backquotes of Markdown
   printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds a session of pins that takes one surface to the other. Where limbs move by about their own width, their tips need landmarks: with evenly spread ones alone, the tip of the index finger of the scan folds.\n\n' >>"$page"
   fit fig_fit --size 1200x480 --view 25,12
   fit mesh_fit --size 1200x400 --view 20,35
