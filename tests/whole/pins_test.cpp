@@ -25,6 +25,8 @@ namespace {
 constexpr int kPinsAtAnEnd = 16;
 constexpr double kEnd = 0.1;  // of the longest side: what moves at one end, and what rests at the other
 constexpr int kTurns = 4;     // strokes that turn by 15 degrees each
+// With the default tolerance the error of path lines lets 3 or 4 pairs of the camel's thinnest triangles cross.
+constexpr double kRelativeTolerance = 1e-6;
 constexpr double kFifteenDegrees = 0.26179938779914943654;
 
 // Farthest points of those whose coordinate on the axis is within the range.
@@ -131,7 +133,7 @@ std::size_t crossings_after(const Scan& scan, const std::string& title, const st
                             double volume_bar) {
   const Flow flow = whole_flow(strokes);
   AdvectOptions options;
-  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, scan.diagonal);
+  options.tolerance = absolute_tolerance(kRelativeTolerance, scan.diagonal);
   std::vector<Vec3d> after = scan.mesh.positions;
   EXPECT_EQ(advect(flow, after, options).status, AdvectStatus::done);
   const double error = measure_volume_and_area(scan.mesh, after).volume / measure(scan.mesh).volume - 1;
@@ -149,11 +151,10 @@ std::size_t crossings_after(const Scan& scan, const std::string& title, const st
 
 class PinsOnScans : public testing::TestWithParam<std::string> {};
 
-// No bar for the crossings of other radii: docs/mathematics.md says why the automatic one folds a scan that is bent.
+// No bar for the crossings with the automatic radius: docs/mathematics.md says why the automatic one folds a scan that is bent.
 TEST_P(PinsOnScans, AreMetAndKeepVolumeAndWithALargeRadiusCrossNothing) {
   KNEAD_NEEDS_TEST_MESH(GetParam());
-  constexpr double kLarge = 0.7;
-  for (const double radius : {0.0, kLarge, 1.0}) {
+  for (const double radius : {0.0, 0.7, 1.0}) {
     const Scan scan(GetParam(), radius);
     const std::size_t before = self_intersections(triangulate(scan.mesh), scan.mesh.positions).count;
     const double volume_bar = radius > 0 ? 5e-4 : 1e-2;
@@ -163,7 +164,7 @@ TEST_P(PinsOnScans, AreMetAndKeepVolumeAndWithALargeRadiusCrossNothing) {
       const std::string title = fmt::format("{:<22} radius {:<4} {:<6} before {}", GetParam(),
                                             radius > 0 ? fmt::format("{}", radius) : "auto", name, before);
       const std::size_t crossings = crossings_after(scan, title, strokes, volume_bar);
-      if (radius == kLarge) {
+      if (radius > 0) {
         EXPECT_LE(crossings, before) << title;
       }
     }
