@@ -151,7 +151,7 @@ std::size_t crossings_after(const Scan& scan, const std::string& title, const st
 
 class PinsOnScans : public testing::TestWithParam<std::string> {};
 
-// No bar for the crossings with the automatic radius: docs/mathematics.md says why the automatic one folds a scan that is bent.
+// No bar for the crossings with the automatic radius: docs/mathematics.md says why it folds a scan that is bent.
 TEST_P(PinsOnScans, AreMetAndKeepVolumeAndWithALargeRadiusCrossNothing) {
   KNEAD_NEEDS_TEST_MESH(GetParam());
   for (const double radius : {0.0, 0.7, 1.0}) {
