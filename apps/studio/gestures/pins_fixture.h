@@ -31,7 +31,7 @@ class PinsTest : public GesturesTest {
   // The pin is on a vertex of the shape as it is.
   static bool is_on_vertex(const Studio& studio, const Pin& pin) {
     const std::vector<Vec3d> now = positions(studio);
-    return std::ranges::find(now, pin.place) != now.end();
+    return std::find(now.begin(), now.end(), pin.place) != now.end();
   }
 };
 
