@@ -4,30 +4,13 @@
 
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
-#include <fstream>
+#include "support/memory_limit.h"
 
 namespace knead::gpu {
 
-// The process may have no more memory than it has, but for so many bytes. Until lift_memory_limit().
-inline void limit_memory(rlim_t more) {
-  std::ifstream file("/proc/self/statm");
-  rlim_t pages = 0;
-  file >> pages;
-  rlimit limit{};
-  ::getrlimit(RLIMIT_AS, &limit);
-  limit.rlim_cur = pages * static_cast<rlim_t>(::sysconf(_SC_PAGESIZE)) + more;
-  ::setrlimit(RLIMIT_AS, &limit);
-}
-
-inline void lift_memory_limit() {
-  rlimit limit{};
-  ::getrlimit(RLIMIT_AS, &limit);
-  limit.rlim_cur = limit.rlim_max;
-  ::setrlimit(RLIMIT_AS, &limit);
-}
+using test::lift_memory_limit;
+using test::limit_memory;
 
 // Ends the display, truly, before the n-th call from now on that makes a context of it current. What was in it is lost.
 inline void lose_display_at_call(int n) {

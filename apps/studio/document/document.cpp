@@ -69,56 +69,6 @@ void Document::show_state() {
   show();
 }
 
-void Document::open(ShapeFile source, const std::string& title, const std::filesystem::path& path) {
-  auto next = std::make_shared<const ShapeFile>(std::move(source));
-  const double diagonal = bounding_box(next->mesh.positions).diagonal();
-  std::optional<Journal> journal;
-  Workbench history = [&] {
-    std::filesystem::path folder = std::filesystem::temp_directory_path();
-    try {
-      journal.emplace(Journal::create(options_.journals, *next, title));
-      folder = journal->folder();
-    } catch (const IoError& error) {
-      options_.tell(
-          {true, fmt::format("The crash journal cannot be written, so a crash would lose work: {}", error.what())});
-    }
-    try {
-      return Workbench(next->mesh, folder, face_labels(*next), options_.threads);
-    } catch (...) {
-      if (journal) journal->discard();
-      throw;
-    }
-  }();
-  close();
-  for (const Subject subject : {Subject::saving, Subject::exporting, Subject::strokes, Subject::gesture}) {
-    options_.tell({false, {}, subject});
-  }
-  source_ = std::move(next);
-  history_.emplace(std::move(history));
-  history_->limit_memory(undo_memory_);
-  journal_ = std::move(journal);
-  is_dragging_layers_ = false;
-  dragged_lines_ = {};
-  const Measures measures = measure(source_->mesh);
-  is_measurable_ = measures.closed() && measures.oriented();
-  const std::uint64_t version = shown_.version;
-  const std::uint64_t opened = shown_.opened;
-  const std::uint64_t ended = shown_.ended;
-  shown_ = {};
-  shown_.version = version;
-  shown_.ended = ended;
-  shown_.opened = opened + 1;
-  shown_.title = title;
-  shown_.shape_path = path;
-  shown_.diagonal = diagonal > 0 ? diagonal : 1;
-  if (is_measurable_) shown_.volume_before = shown_.volume = measures.volume;
-  shown_.picker = pickers_.make(history_->state());
-  history_->prepare();
-  picker_is_stale_ = false;
-  for (const std::string& note : source_->notes) options_.tell({false, fmt::format("{}: {}", title, note)});
-  show_state();
-}
-
 void Document::limit_undo_memory(std::size_t bytes) {
   undo_memory_ = bytes;
   if (history_) history_->limit_memory(bytes);

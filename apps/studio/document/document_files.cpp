@@ -46,11 +46,6 @@ void for_each_stamp(std::vector<SessionStroke>& strokes, const Change& change) {
 
 }  // namespace
 
-ShapeFile made_shape(ShapeKind kind, std::size_t vertices) {
-  const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
-  return parse_shape(serialize_mesh("ply", make_shape(kind, vertices), {true, {}}), "ply", name);
-}
-
 Mesh mirrored_mesh(Mesh mesh, unsigned planes) {
   bool is_turned = false;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -87,21 +82,6 @@ StampShape Document::add_stamp(const std::string& name, const Mesh& mesh) {
     write_mesh(stamp_folder().parent_path() / of_image, image, {true, {}});
   }
   return {name, file, std::make_shared<const Mesh>(std::move(plain))};
-}
-
-void Document::open_shape(const std::filesystem::path& path, Progress& progress) {
-  guarded(Subject::opening, [&] {
-    ShapeFile file = read_shape(path);
-    stop_if_cancelled(&progress);
-    open(std::move(file), path.filename().string(), path);
-  });
-}
-
-void Document::open_made(ShapeKind kind, std::size_t vertices, Progress& /*progress*/) {
-  guarded(Subject::opening, [&] {
-    const std::string name(shape_names()[static_cast<std::size_t>(kind)]);
-    open(made_shape(kind, vertices), "new " + name, {});
-  });
 }
 
 // Strokes that were made elsewhere: their stamps are copied to this document's.
