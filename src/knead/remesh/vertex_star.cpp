@@ -18,8 +18,8 @@ struct TetrahedronThere {
   std::array<Vec3d, 3> to;  // the other corners
   std::array<double, 3> squares;
   double determinant;
-  double product;
-  std::size_t worst;  // the corner; 3: the moving one
+  double product = 0;
+  std::size_t worst = 0;  // the corner; 3: the moving one
 
   TetrahedronThere(std::span<const Vec3d> others, const Vec3d& across, std::span<const double> opposite,
                    const Vec3d& place)
@@ -28,7 +28,6 @@ struct TetrahedronThere {
         determinant(dot(to[0], across)) {
     const std::array<double, 4> products{squares[0] * opposite[0], squares[1] * opposite[1], squares[2] * opposite[2],
                                          squares[0] * squares[1] * squares[2]};
-    worst = 0;
     for (std::size_t k = 1; k < 4; ++k) {
       if (determinant > 0 ? products[k] > products[worst] : products[k] < products[worst]) worst = k;
     }

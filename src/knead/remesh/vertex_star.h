@@ -36,7 +36,7 @@ class VertexStar {
     // Of a tetrahedron: side times the vector product of two edges of the opposite face, and for each corner of that
     // face the product of the squares of its two edges in it.
     Vec3d across;
-    std::array<double, 3> opposite;
+    std::array<double, 3> opposite{};
 
     bool is_tetrahedron() const { return count == 4; }
   };
