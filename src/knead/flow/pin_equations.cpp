@@ -258,8 +258,8 @@ Nodes PinEquations::by_factor(const Nodes& right) const {
   return result;
 }
 
-// Returns whether `a` has become the solution. e.Me falls in each round by the step times the square of the rest
-// (Hestenes and Stiefel), so what it has fallen by in the last rounds is all but what it was before them.
+// Returns whether `a` has become the solution. In each round e.Me falls by the step times the square of the rest
+// (Hestenes and Stiefel). The sum of the last falls is nearly what e.Me was before them.
 bool PinEquations::improve_without_factor(Nodes& a) const {
   Nodes rest = right_;
   const Nodes there = product(a);
