@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "knead/flow/advect_within.h"
 #include "knead/flow/block_mover.h"
 #include "knead/math/error.h"
 
@@ -58,12 +60,9 @@ void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
   validate(options, points);
 }
 
-}  // namespace
-
-AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options) {
-  check(flow, options, points.size());
+AdvectResult move(const Flow& flow, PointBlocks& points, const AdvectOptions& options, std::uint64_t most) {
   const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : points.steps();
-  const AdvectResult result = detail::BlockMover(points, options).run(flow);
+  const AdvectResult result = detail::BlockMover(points, options, most).run(flow);
   if (!options.steps.empty()) {
     const std::vector<std::uint32_t> after = points.steps();
     for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
@@ -71,11 +70,25 @@ AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& 
   return result;
 }
 
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
+
+}  // namespace
+
+AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  return move(flow, points, options, kAnyNumber);
+}
+
 AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  return detail::advect_within(flow, points, options, kAnyNumber);
+}
+
+AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                                   std::uint64_t most_evaluations) {
   check(flow, options, points.size());
   const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
   PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
-  const AdvectResult result = advect(flow, blocks, options);
+  const AdvectResult result = move(flow, blocks, options, most_evaluations);
   if (result.status == AdvectStatus::done) blocks.update(points);
   return result;
 }

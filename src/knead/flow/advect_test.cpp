@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "knead/flow/advect_within.h"
 #include "knead/math/error.h"
 #include "knead/tool/stroke.h"
 #include "support/random_segments.h"
@@ -318,6 +319,43 @@ TEST(Advect, StopsInTheMiddleOfAPathLine) {
   EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::cancelled);
   EXPECT_LT(calls, 2 * kUntil);
   EXPECT_EQ(bits(points), bits(before));
+}
+
+// Whatever the threads: the exact number suffices, and one less does not. Pins are moved in pieces.
+TEST(Advect, WithinABoundOnEvaluationsIsTheSameOrNothing) {
+  Random random(71);
+  for (const NamedSegment& named : test::random_segments(random)) {
+    SCOPED_TRACE(named.name);
+    const Segment segment = test::without_closed_form(named.segment);
+    const Flow flow{{segment, segment}};
+    const std::vector<Vec3d> points = test::random_points(random, 3000);
+    AdvectOptions options = test::in_float();
+    std::vector<Vec3d> expected = points;
+    const std::uint64_t needed = advect(flow, expected, options).evaluations;
+    ASSERT_GT(needed, 0U);
+    for (const int threads : {1, 3}) {
+      options.threads = threads;
+      std::vector<Vec3d> moved = points;
+      EXPECT_EQ(detail::advect_within(flow, moved, options, needed).status, AdvectStatus::done);
+      EXPECT_EQ(bits(moved), bits(expected));
+      moved = points;
+      EXPECT_EQ(detail::advect_within(flow, moved, options, needed - 1).status, AdvectStatus::step_limit);
+      EXPECT_EQ(bits(moved), bits(points));
+    }
+  }
+}
+
+TEST(Advect, EndsSoonAfterTheBoundOnEvaluations) {
+  constexpr std::uint64_t kMost = 100'000;
+  const Rotation<double> turn{{0, 0, 1}, 10'000};
+  const Flow flow{{test::resting(turn, Ball<double>{}, {0, 0, 0}, {0.1, 0.8})}};
+  std::vector<Vec3d> points(1000, Vec3d{0.5, 0, 0});
+  AdvectOptions options = precisely(1e-6);
+  EXPECT_GT(advect(flow, points, options).evaluations, 100 * kMost);
+  options.threads = 1;
+  const AdvectResult ended = detail::advect_within(flow, points, options, kMost);
+  EXPECT_EQ(ended.status, AdvectStatus::step_limit);
+  EXPECT_LT(ended.evaluations, 2 * kMost);
 }
 
 std::string refusal(const Flow& flow, std::vector<Vec3d> points) {

@@ -53,13 +53,16 @@ AdvectResult BlockMover::run(const Flow& flow) {
     ready.clear();
     if (is_stopped()) break;
   }
-  AdvectStatus status = complete_ ? AdvectStatus::done : AdvectStatus::step_limit;
+  const bool is_done = complete_ && evaluations_ <= most_evaluations_;
+  AdvectStatus status = is_done ? AdvectStatus::done : AdvectStatus::step_limit;
   if (options_.progress != nullptr && options_.progress->cancel) status = AdvectStatus::cancelled;
   return {status, accepted_, rejected_, evaluations_};
 }
 
-bool BlockMover::is_stopped() const {
-  return !complete_ || (options_.progress != nullptr && options_.progress->cancel);
+// `evaluations`: of a group that is being moved.
+bool BlockMover::is_stopped(std::uint64_t evaluations) const {
+  if (!complete_ || evaluations_ + evaluations > most_evaluations_) return true;
+  return options_.progress != nullptr && options_.progress->cancel;
 }
 
 void BlockMover::run(const std::vector<ReadySegment>& segments) {
@@ -98,7 +101,7 @@ void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size
                0,
                blocks_.counts_.data() + first,
                work.moved.data(),
-               {[](const void* mover) { return static_cast<const BlockMover*>(mover)->is_stopped(); }, this}};
+               {&BlockMover::ask, this}};
   for (const ReadySegment& segment : segments) {
     if (is_stopped()) return;
     move_group(segment, work);

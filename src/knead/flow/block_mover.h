@@ -26,7 +26,9 @@ struct ReadySegment {
 
 class BlockMover {
  public:
-  BlockMover(PointBlocks& blocks, const AdvectOptions& options) : blocks_(blocks), options_(options) {}
+  // `most_evaluations` of v may be made for all path lines together.
+  BlockMover(PointBlocks& blocks, const AdvectOptions& options, std::uint64_t most_evaluations)
+      : blocks_(blocks), options_(options), most_evaluations_(most_evaluations) {}
 
   AdvectResult run(const Flow& flow);
 
@@ -38,14 +40,18 @@ class BlockMover {
   std::vector<std::size_t> groups_reached(const std::vector<ReadySegment>& segments) const;
   void move_group(const std::vector<ReadySegment>& segments, std::size_t group);
   void move_group(const ReadySegment& segment, Work& work);
+  static bool ask(const void* mover, std::uint64_t evaluations) {
+    return static_cast<const BlockMover*>(mover)->is_stopped(evaluations);
+  }
   static Surround ball_of(const PointBlocks::Bounds& bounds);
   bool is_missed(const ReadySegment& segment, std::size_t block);
   bool is_between(const ReadySegment& segment, std::size_t block);
   void choose_members(const ReadySegment& segment, Work& work) const;
-  bool is_stopped() const;
+  bool is_stopped(std::uint64_t evaluations = 0) const;
 
   PointBlocks& blocks_;
   const AdvectOptions& options_;
+  std::uint64_t most_evaluations_;
   std::atomic<std::uint64_t> accepted_{0};
   std::atomic<std::uint64_t> rejected_{0};
   std::atomic<std::uint64_t> evaluations_{0};

@@ -258,12 +258,15 @@ struct SegmentTask {
   const void* contact_data = nullptr;
 };
 
-// Asked after every round of steps: whether the result is no longer wanted.
+// Asked after every round of steps: whether the result is no longer wanted after so many evaluations of the group.
 struct StopQuestion {
-  bool (*ask)(const void* asked) = nullptr;  // null: it is wanted
+  bool (*ask)(const void* asked, std::uint64_t evaluations) = nullptr;  // null: it is wanted
   const void* asked = nullptr;
+  std::uint64_t before = 0;  // evaluations of the group for earlier pieces of the segment
 
-  [[gnu::always_inline]] inline bool is_stopped() const { return ask != nullptr && ask(asked); }
+  [[gnu::always_inline]] inline bool is_stopped(std::uint64_t evaluations) const {
+    return ask != nullptr && ask(asked, before + evaluations);
+  }
 };
 
 template <class S>

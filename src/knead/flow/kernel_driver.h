@@ -109,7 +109,7 @@ class GroupMover {
     for (int round = 0;; ++round) {
       settle();
       if (bundle_.asked.count() == 0) return;
-      if (round == kStepLimit || !counts_.complete || group_.stop.is_stopped()) {
+      if (round == kStepLimit || !counts_.complete || group_.stop.is_stopped(field_.evaluations())) {
         counts_.complete = false;
         return;
       }

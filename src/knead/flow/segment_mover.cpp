@@ -315,6 +315,7 @@ class PinMover {
       sum.complete = sum.complete && counts.complete;
       for (std::size_t block = 0; block < kBlocksPerGroup; ++block) moved[block] += of_piece[block];
       if (!sum.complete) break;
+      group.stop.before = sum.evaluations;
       group.between = 0;  // that was known of the first piece's beginning
     }
     return sum;

@@ -1,10 +1,13 @@
 // The mesh of a deformed shape follows its strokes.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <limits>
 #include <numeric>
 #include <utility>
 
+#include "knead/flow/advect_within.h"
 #include "knead/flow/reach.h"
 #include "knead/remesh/patch.h"
 #include "knead/session/deformed_shape.h"
@@ -26,6 +29,7 @@ constexpr const char* kBefore = "knead place before the stroke";
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
+constexpr double kLeastEach = 1;          // evaluations: to find that a point rests is work, too
 constexpr double kFewPoints = 100;        // say little about the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
 
@@ -58,8 +62,8 @@ struct CarryBudget {
 
   // Returns about how many more points may be carried when so much has been spent for the stroke.
   double points_left(double spent_for_the_stroke) const {
-    const double each = points < kFewPoints ? of_the_stroke : spent / points;
-    return each > 0 ? std::max(0.0, most - spent_for_the_stroke) / each : std::numeric_limits<double>::infinity();
+    const double each = std::max(kLeastEach, points < kFewPoints ? of_the_stroke : spent / points);
+    return std::max(0.0, most - spent_for_the_stroke) / each;
   }
 };
 
@@ -103,6 +107,17 @@ std::pair<Flow, Flow> halves_of(const Flow& flow) {
 struct Stopped {
   AdvectStatus status;
 };
+struct TooMuchWork {};
+
+// What is left of the budget is an estimate, because path lines differ: so many times the budget is the end.
+constexpr double kMoreThanBudget = 2;
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
+
+// Returns a number of evaluations; 0 if it is below that.
+std::uint64_t whole_number(double evaluations) {
+  constexpr double kMost = 1e18;
+  return static_cast<std::uint64_t>(std::clamp(evaluations, 0.0, kMost));
+}
 
 // Puts the count of the work around it back when a remesh, which counts its own steps, ends.
 class KeptCount {
@@ -249,19 +264,24 @@ const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) c
   return targets_->second;
 }
 
-// As the vertices were moved, but for progress->done: how many points a remesh carries is not known beforehand.
-void DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points) {
+// As the vertices were moved, but for progress->done: how many points a remesh carries is not known beforehand. Returns
+// the number of evaluations; more than `most` end it.
+std::uint64_t DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points, std::uint64_t most) {
   AdvectOptions options = advect_options(motion_, reference_length_);
   options.progress = progress;
   const std::uint64_t total = progress != nullptr ? progress->total.exchange(0) : 0;
   const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
-  const AdvectResult result = motion_.backend ? motion_.backend(flow, points, options) : advect(flow, points, options);
+  const AdvectResult result =
+      motion_.backend ? motion_.backend(flow, points, options) : detail::advect_within(flow, points, options, most);
   if (progress != nullptr) {
     progress->done = done;
     progress->total = total;
   }
   work_ += result;
-  if (result.status != AdvectStatus::done) throw Stopped{std::exchange(work_.status, AdvectStatus::done)};
+  if (result.status == AdvectStatus::done) return result.evaluations;
+  work_.status = AdvectStatus::done;
+  if (result.status == AdvectStatus::step_limit && result.evaluations > most) throw TooMuchWork();
+  throw Stopped{result.status};
 }
 
 // Of the part's flow for a vertex, on average.
@@ -270,9 +290,7 @@ double DeformedShape::evaluations_each(const Part& part, Progress* progress) {
   std::vector<Vec3d> sample;
   for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
   if (sample.empty()) return 0;
-  const std::uint64_t was = work_.evaluations;
-  carry(part.flow, progress, sample);
-  return static_cast<double>(work_.evaluations - was) / static_cast<double>(sample.size());
+  return static_cast<double>(carry(part.flow, progress, sample, kAnyNumber)) / static_cast<double>(sample.size());
 }
 
 RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
@@ -328,9 +346,8 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
   Deformation deformation;
   deformation.points_left = [&] { return budget.points_left(halving.spent); };
   deformation.carry = [&](std::span<Vec3d> points) {
-    const std::uint64_t was = work_.evaluations;
-    carry(part.flow, progress, points);
-    const double spent = cost * static_cast<double>(work_.evaluations - was);
+    const double left = (kMoreThanBudget * budget.most - halving.spent) / cost;
+    const double spent = cost * static_cast<double>(carry(part.flow, progress, points, whole_number(left)));
     budget.spent += spent;
     halving.spent += spent;
     budget.points += static_cast<double>(points.size());
@@ -366,6 +383,11 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     return outcome;
   } catch (const Stopped& stopped) {
     return {stopped.status, std::nullopt};
+  } catch (const TooMuchWork&) {
+    throw RemeshLimit(
+        fmt::format("some path lines of this stroke are so long that to follow it is more work than "
+                    "\"max_vertices\" ({}) allows; deform less, or use a larger \"max_vertices\"",
+                    options.targets.max_vertices));
   } catch (const Cancelled&) {
     return {AdvectStatus::cancelled, std::nullopt};
   }

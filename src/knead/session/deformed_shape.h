@@ -268,7 +268,7 @@ class DeformedShape {
   void start_normals(std::vector<Vec3d> normals);
   void lay_out(bool sorted);
   AdvectResult move_vertices(const Flow& flow, const AdvectOptions& options);
-  void carry(const Flow& flow, Progress* progress, std::span<Vec3d> points);
+  std::uint64_t carry(const Flow& flow, Progress* progress, std::span<Vec3d> points, std::uint64_t most);
   RemeshOptions remesh_options(const RemeshSettings& settings, const std::vector<std::uint32_t>& labels) const;
   // A part of a stroke that the mesh follows.
   struct Part {

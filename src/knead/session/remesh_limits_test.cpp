@@ -116,15 +116,27 @@ TEST(RemeshLimits, ABallStampedIntoABallEndsOrIsRefusedSoon) {
   std::filesystem::remove_all(folder);
 }
 
+Mesh coarse_box() { return make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum); }
+
+constexpr const char* kThinShell =
+    R"({"tool": "implicit", "inner": 0.39, "outer": 0.4, "path": [[0, 0, 0.5], [0.3, 0, 0.6]]})";
+
 // The search for what a stroke does inside large faces counts as work. A fuzzer found a mesh of 42 vertices of which it
 // took 40 s.
 TEST(RemeshLimits, LookingIntoLargeFacesIsWork) {
-  const Mesh coarse = make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum);
-  const std::string thin = R"({"tool": "implicit", "inner": 0.39, "outer": 0.4, "path": [[0, 0, 0.5], [0.3, 0, 0.6]]})";
+  RemeshSettings settings;
+  settings.max_vertices = 1000;
+  const std::string refusal = refusal_of(coarse_box(), kThinShell, settings);
+  EXPECT_NE(refusal.find("the faces are large beside the smallest detail"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("\"max_vertices\" (1000)"), std::string::npos) << refusal;
+}
+
+// The vertices rest, and so tell nothing of what a point inside takes: less than the first samples do is allowed.
+TEST(RemeshLimits, PathLinesThatAreLongerThanAnyVertexToldAreWork) {
   RemeshSettings settings;
   settings.max_vertices = 100;
-  const std::string refusal = refusal_of(coarse, thin, settings);
-  EXPECT_NE(refusal.find("the faces are large beside the smallest detail"), std::string::npos) << refusal;
+  const std::string refusal = refusal_of(coarse_box(), kThinShell, settings);
+  EXPECT_NE(refusal.find("path lines of this stroke are so long"), std::string::npos) << refusal;
   EXPECT_NE(refusal.find("\"max_vertices\" (100)"), std::string::npos) << refusal;
 }
 
