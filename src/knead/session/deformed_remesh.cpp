@@ -29,7 +29,7 @@ constexpr const char* kBefore = "knead place before the stroke";
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
-constexpr double kLeastEach = 1;          // evaluations: to find that a point rests is work, too
+constexpr double kLeastEach = 0.1;        // evaluations for each segment: to find that a point rests is work, too
 constexpr double kFewPoints = 100;        // say little about the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
 
@@ -59,10 +59,11 @@ struct CarryBudget {
   double points = 0;         // carried
   double spent = 0;          // evaluations on them
   double of_the_stroke = 0;  // for each vertex
+  double least = 0;          // for each point
 
   // Returns about how many more points may be carried when so much has been spent for the stroke.
   double points_left(double spent_for_the_stroke) const {
-    const double each = std::max(kLeastEach, points < kFewPoints ? of_the_stroke : spent / points);
+    const double each = std::max(least, points < kFewPoints ? of_the_stroke : spent / points);
     return std::max(0.0, most - spent_for_the_stroke) / each;
   }
 };
@@ -359,6 +360,7 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
     options.progress = progress;
     options.stop_where_crossed = true;
     options.seconds = seconds_until(halving.end);
+    budget.least = std::max(1.0, kLeastEach * static_cast<double>(part.flow.segments.size()));
     budget.of_the_stroke = cost * evaluations_each(part, progress);
     budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
                            kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
