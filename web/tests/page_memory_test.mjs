@@ -52,7 +52,7 @@ describe('too large files', { skip }, () => {
     const used = await free.evaluate(() => window.kneadStudio.HEAPU8.length);
     await free.context().close();
     const outcomes = [];
-    for (const more of [0, 4, 8, 16, 32, 48, 64, 96, 128, 192, 256]) {
+    for (const more of [0, 16, 48, 256]) {
       const tab = await openLimited(test, Math.ceil(used / megabyte + more) * megabyte);
       const title = await tab.title();
       await tab.setInputFiles('#files', large);
