@@ -38,6 +38,7 @@ export class Input {
     this.module = module;
     this.canvas = canvas;
     this.fingers = new Map();
+    this.first = null; // the finger that holds the left button: where it pressed, how far it has moved
     this.scale = 1;
     this.listen();
   }
@@ -66,7 +67,7 @@ export class Input {
 
   key(event, down) {
     const name = keyName(event);
-    if (name !== '') this.module.ccall('studio_key', null, ['string', 'number', 'number'], [name, down, modifiersOf(event)]);
+    if (name !== '') this.sendKey(name, down, modifiersOf(event));
     const isText = event.key.length === 1 && !event.ctrlKey && !event.metaKey;
     if (down && isText) this.module._studio_text(event.key.codePointAt(0));
     // Reloading, closing and the browser's own tools stay with the browser.
@@ -122,7 +123,8 @@ export class Input {
   }
 
   // One finger is the left button. Two orbit and pinch, three pan. The press of a first finger waits a moment: if a
-  // second one comes, Studio never gets it.
+  // second one comes, Studio never gets it. If the second one comes later, Studio gives up what the first has begun,
+  // unless it has moved.
   fingerDown(event) {
     const [x, y] = this.place(event);
     this.fingers.set(event.pointerId, { x, y });
@@ -130,7 +132,7 @@ export class Input {
       this.move(x, y, 1, modifiersOf(event));
       const first = { x, y, isDouble: this.isSecondPress(event, x, y), modifiers: modifiersOf(event) };
       this.waiting = { ...first, timer: setTimeout(() => this.sendFirst(), touchWait) };
-    } else if (!this.first) {
+    } else if (!this.first || this.giveUpFirst()) {
       this.dropWaiting();
       this.endView();
       this.beginView();
@@ -146,8 +148,21 @@ export class Input {
     if (!this.waiting) return;
     const { x, y, modifiers, isDouble } = this.waiting;
     this.dropWaiting();
-    this.first = true;
+    this.first = { x, y, moved: 0 };
     this.press(left, 1, x, y, modifiers, isDouble);
+  }
+
+  giveUpFirst() {
+    const { x, y, moved } = this.first;
+    if (moved > touchSlop * this.scale) return false;
+    for (const down of [1, 0]) this.sendKey('Escape', down, 0);
+    this.press(left, 0, x, y, 0);
+    this.first = null;
+    return true;
+  }
+
+  sendKey(name, down, modifiers) {
+    this.module.ccall('studio_key', null, ['string', 'number', 'number'], [name, down, modifiers]);
   }
 
   middleOfFingers() {
@@ -177,7 +192,9 @@ export class Input {
     if (this.view) return this.moveView();
     const waiting = this.waiting;
     if (waiting && Math.hypot(finger.x - waiting.x, finger.y - waiting.y) > touchSlop * this.scale) this.sendFirst();
-    if (this.first) this.move(finger.x, finger.y, 1, modifiersOf(event));
+    if (!this.first) return;
+    this.first.moved = Math.max(this.first.moved, Math.hypot(finger.x - this.first.x, finger.y - this.first.y));
+    this.move(finger.x, finger.y, 1, modifiersOf(event));
   }
 
   moveView() {
@@ -197,7 +214,7 @@ export class Input {
     this.fingers.delete(event.pointerId);
     if (this.first && this.fingers.size === 0) {
       this.press(left, 0, finger.x, finger.y, modifiersOf(event));
-      this.first = false;
+      this.first = null;
     }
     if (this.fingers.size < 2) this.endView();
   }

@@ -1,11 +1,13 @@
 // Starts Studio on the page: its stored files, its canvas, and what it asks of the browser.
 import { withFused } from './fused.js';
+import { rememberState } from './gl_state.js';
 import { Input } from './input.js';
 
 const home = '/home/web_user';
 const folder = `${home}/files`;
 const storeEvery = 500; // ms
 const mostFailures = 10; // one after the other
+const mostBytes = 2 ** 31; // of a file: the program has 4 GB for it and all that it makes of it
 const single = ['knead_studio.mjs', 'knead_studio.wasm'];
 const threaded = ['knead_studio_threads.mjs', 'knead_studio_threads.wasm', 'knead_studio_threads.worker.js'];
 
@@ -87,6 +89,19 @@ class Store {
   }
 }
 
+// What Studio writes lies in the page's memory too: where that is full, Studio sees a full disk.
+function guardWrites({ FS }) {
+  const noSpace = 51; // ENOSPC
+  const write = FS.write;
+  FS.write = (...args) => {
+    try {
+      return write(...args);
+    } catch (error) {
+      throw error instanceof RangeError ? new FS.ErrnoError(noSpace) : error;
+    }
+  };
+}
+
 function download(name, bytes) {
   const link = document.createElement('a');
   link.href = URL.createObjectURL(new Blob([bytes]));
@@ -100,7 +115,8 @@ async function bring(studio, store, files) {
   for (const file of files) {
     const path = `${folder}/${file.name.replaceAll('/', '_')}`;
     try {
-      studio.FS.writeFile(path, new Uint8Array(await file.arrayBuffer()));
+      if (file.size > mostBytes) throw new Error('larger than 2 GB');
+      studio.FS.writeFile(path, new Uint8Array(await file.arrayBuffer()), { canOwn: true });
       paths.push(path);
     } catch (error) {
       show(`${file.name}: cannot be read (${error.message}); use a smaller file`, 8000);
@@ -215,6 +231,10 @@ async function start() {
   const state = { hasEnded: false };
   const [studio, files] = await loadBest({ canvas, page: pageOf(state) });
   const { FS, IDBFS } = studio;
+  guardWrites(studio);
+  window.addEventListener('error', ({ message }) => {
+    if (!state.hasEnded) show(`Knead Studio may have stopped (${message}). Your strokes are stored: reload the page to recover them.`);
+  });
   const store = new Store(studio);
   store.isKept = await isFirstTab();
   if (store.isKept) {
@@ -229,6 +249,7 @@ async function start() {
   if (store.isKept) show('');
   if (files === single) show('This browser gives the page one thread only: large shapes are slower.', 8000);
   studio.callMain([]);
+  rememberState(canvas.getContext('webgl2')); // that Studio has made
   canvas.focus();
   keep(files);
   window.kneadStudio = studio;

@@ -1,20 +1,22 @@
-// Studio's page in Chromium, as tests drive it.
+// Studio's page in a browser, as tests drive it.
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync } from 'node:fs';
 import path from 'node:path';
 import { serve } from '../serve.mjs';
-import { skip as noBrowser, startBrowser } from './browser.mjs';
+import { skip as noChromium, skipFirefox as noFirefox, startBrowser } from './browser.mjs';
 import { built } from './support.mjs';
 
 export const site = path.join(built, 'site');
-export const skip = noBrowser || (existsSync(path.join(site, 'index.html')) ? false : 'the page was not built');
+const noPage = existsSync(path.join(site, 'index.html')) ? false : 'the page was not built';
+export const skip = noChromium || noPage;
+export const skipFirefox = noFirefox || noPage;
 export const size = { width: 1200, height: 800 };
 export const middle = { x: size.width / 2 - 60, y: size.height / 2 };
 
 // A browser and a server for the tests of a file; `close` ends both.
-export async function startPage() {
+export async function startPage(start = startBrowser) {
   const server = await serve(site);
-  const browser = await startBrowser();
+  const browser = await start();
   const address = `http://127.0.0.1:${server.address().port}/`;
 
   async function open(test, context, url = address) {
@@ -49,7 +51,9 @@ export async function picture(tab, name) {
   if (!process.env.KNEAD_WEB_PICTURES) return;
   mkdirSync(process.env.KNEAD_WEB_PICTURES, { recursive: true });
   await settle(tab, 30);
+  const known = tab.problems.length;
   await tab.screenshot({ path: path.join(process.env.KNEAD_WEB_PICTURES, `${name}.png`) });
+  tab.problems.length = known; // Firefox complains of a style that the driver adds
 }
 
 export async function drag(tab, from, to, button = 'left') {
@@ -81,17 +85,47 @@ export const drop = (tab, name, bytes) =>
     [name, Array.from(bytes)],
   );
 
-// Presses keys, types a name into the dialog, and returns the file of that ending that the browser downloads.
+// Before the page's own scripts, where the browser does not tell its driver of downloads: keeps what is downloaded.
+export function keepDownloads() {
+  const blobs = new Map();
+  window.downloads = [];
+  const { createObjectURL } = URL;
+  URL.createObjectURL = (blob) => {
+    const url = createObjectURL(blob);
+    blobs.set(url, blob);
+    return url;
+  };
+  const { click } = HTMLAnchorElement.prototype;
+  HTMLAnchorElement.prototype.click = function () {
+    if (blobs.has(this.href)) window.downloads.push([this.download, blobs.get(this.href)]);
+    click.call(this);
+  };
+}
+
+async function keptDownload(tab, ending) {
+  const found = await tab.waitForFunction((end) => window.downloads.find(([name]) => name.endsWith(end)), ending);
+  const bytes = await found.evaluate(async ([, blob]) => Array.from(new Uint8Array(await blob.arrayBuffer())));
+  await tab.evaluate(() => window.downloads.splice(0));
+  return Buffer.from(bytes);
+}
+
+async function browserDownload(tab, ending) {
+  const predicate = (download) => download.suggestedFilename().endsWith(ending);
+  const download = await tab.waitForEvent('download', { predicate, timeout: 20_000 });
+  return readFileSync(await download.path());
+}
+
+// Presses keys, types a name into the dialog, and returns the file of that ending that is downloaded.
 export async function write(tab, keys, name, ending) {
-  const isWanted = (download) => download.suggestedFilename().endsWith(ending);
-  const download = tab.waitForEvent('download', { predicate: isWanted, timeout: 20_000 });
+  const isKept = await tab.evaluate(() => window.downloads !== undefined);
+  const download = isKept ? null : browserDownload(tab, ending);
   await tab.keyboard.press(keys);
   await settle(tab);
   await tab.keyboard.press('Control+a');
   await tab.keyboard.type(name);
   await settle(tab);
   await tab.keyboard.press('Enter');
-  return readFileSync(await (await download).path());
+  return download ?? keptDownload(tab, ending);
 }
 export const save = async (tab, name) => (await write(tab, 'Control+Shift+S', name, '.knead')).toString();
 

@@ -111,6 +111,18 @@ describe("the page's tools", { skip }, () => {
     assert.equal(made.at(-1).tool, 'implicit');
   });
 
+  // As of a program with instructions that the browser does not know.
+  it('browsers without fused multiply-adds: the same bytes', async (test) => {
+    const context = await browser.newContext({ viewport: size, acceptDownloads: true });
+    await context.addInitScript(() => {
+      WebAssembly.validate = () => false;
+    });
+    const page = await openSphere(test, context);
+    assert.equal(await page.tab.evaluate(() => import('./fused.js').then((fused) => fused.hasFused())), false);
+    await drag(page.tab, middle, beside);
+    await strokesAsCommand(page, 'composed');
+  });
+
   // The length of a dab's path says how deep it goes.
   it('pen: paint goes deeper where it presses harder', async (test) => {
     const depths = {};
