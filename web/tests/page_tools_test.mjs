@@ -17,17 +17,19 @@ describe("the page's tools", { skip }, () => {
   });
   after(() => close?.());
 
-  // A tab with a sphere, which a folder of the machine has too.
-  async function openSphere(test, context) {
+  // A tab with a shape, which a folder of the machine has too.
+  async function openShape(test, context, kind, ...options) {
     const home = scratch(test);
-    const sphere = path.join(home, 'sphere.ply');
-    knead('make', 'sphere', '-n', '3000', '-o', sphere);
+    const shape = path.join(home, `${kind}.ply`);
+    knead('make', kind, ...options, '-o', shape);
     const tab = await open(test, context);
-    await drop(tab, 'sphere.ply', readFileSync(sphere));
-    await tab.waitForFunction(() => document.title.includes('sphere'));
+    await drop(tab, `${kind}.ply`, readFileSync(shape));
+    await tab.waitForFunction((title) => document.title.includes(title), kind);
     await settle(tab);
-    return { tab, home, sphere };
+    return { tab, home, shape };
   }
+
+  const openSphere = (test, context) => openShape(test, context, 'sphere', '-n', '3000');
 
   async function choose(tab, key) {
     await tab.keyboard.press(key);
@@ -35,19 +37,33 @@ describe("the page's tools", { skip }, () => {
   }
 
   // The strokes that were saved; the exported shape has the bytes that the command makes of them.
-  async function strokesAsCommand({ tab, home, sphere }, name) {
+  async function strokesAsCommand({ tab, home, shape }, name) {
     await picture(tab, `tool_${name}`);
     const text = await save(tab, name);
     const exported = await write(tab, 'Control+e', 'exported.ply', 'exported.ply');
     writeFileSync(path.join(home, 'one.knead'), text);
-    knead('deform', sphere, path.join(home, 'one.knead'), '-o', path.join(home, 'out.ply'));
+    knead('deform', shape, path.join(home, 'one.knead'), '-o', path.join(home, 'out.ply'));
     assert.ok(exported.equals(readFileSync(path.join(home, 'out.ply'))), 'other bytes than the command writes');
-    assert.ok(!exported.equals(readFileSync(sphere)), 'nothing moved');
+    assert.ok(!exported.equals(readFileSync(shape)), 'nothing moved');
     assert.deepEqual(tab.problems, []);
     return strokes(text).map((line) => JSON.parse(line));
   }
 
   const beside = { x: middle.x + 110, y: middle.y };
+
+  it('a first model: a hand beckons', async (test) => {
+    const page = await openShape(test, undefined, 'hand');
+    await page.tab.waitForTimeout(1000); // until the view has come to rest
+    await drag(page.tab, { x: 543, y: 165 }, { x: 600, y: 225 });
+    await drag(page.tab, { x: 330, y: 225 }, { x: 275, y: 265 });
+    await drag(page.tab, { x: 600, y: 355 }, { x: 655, y: 300 });
+    await choose(page.tab, '9'); // twist
+    await page.tab.mouse.click(460, 600);
+    await settle(page.tab);
+    await drag(page.tab, { x: 550, y: 670 }, { x: 500, y: 710 });
+    const made = await strokesAsCommand(page, 'first_model');
+    assert.deepEqual(made.map(({ tool }) => tool), ['implicit', 'implicit', 'implicit', 'twist']);
+  });
 
   it('curve: a line is drawn and dragged', async (test) => {
     const page = await openSphere(test);
