@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <vtkPointSet.h>
+#include <vtkTimerLog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -31,7 +32,7 @@ class Job {
     judge_cells();
     ranks_.together([&] { derive_arrays(); });
     require_vectors();
-    for (Block& block : blocks_) store_points(block);
+    store_all_points();
     return std::move(findings_);
   }
 
@@ -56,6 +57,7 @@ class Job {
 
   // Collective: the box is that of all ranks.
   void find_length() {
+    const vtkTimerLogScope timed("Knead: box");
     Box box;
     for (const Block& block : blocks_) {
       for (const Vec3d& p : block.before) box.extend(p);
@@ -75,6 +77,7 @@ class Job {
   }
 
   void move_points() {
+    const vtkTimerLogScope timed("Knead: kernel");
     Progress progress;
     std::uint64_t points = 0;
     for (const Block& block : blocks_) points += block.before.size() * (needs_jacobians(block) ? 2 : 1);
@@ -109,6 +112,7 @@ class Job {
   // Collective.
   void judge_cells() {
     ranks_.together([&] {
+      const vtkTimerLogScope timed("Knead: cells");
       for (const Block& block : blocks_) {
         cells_.push_back(volume_cells(*block.set));
         damages_.push_back(damage_of(cells_.back(), block.before, block.after,
@@ -180,6 +184,7 @@ class Job {
   }
 
   void derive_arrays() {
+    const vtkTimerLogScope timed("Knead: arrays");
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       Block& block = blocks_[i];
       found_vectors_ += carry_vectors(block, settings_.vectors, jacobians_[i]);
@@ -201,6 +206,11 @@ class Job {
     if (ranks_.sum(points) == 0 || !is_missing) return;
     throw Failure(fmt::format("VectorsToTransform: there is no array \"{}\" with three components at the points",
                               settings_.vectors.front()));
+  }
+
+  void store_all_points() {
+    const vtkTimerLogScope timed("Knead: copy");
+    for (Block& block : blocks_) store_points(block);
   }
 
   std::vector<Block>& blocks_;

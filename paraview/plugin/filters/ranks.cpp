@@ -2,6 +2,7 @@
 
 #include <vtkCommunicator.h>
 #include <vtkMultiProcessController.h>
+#include <vtkTimerLog.h>
 
 #include <array>
 #include <exception>
@@ -10,18 +11,25 @@
 
 namespace knead::paraview {
 
+namespace {
+constexpr const char* kExchange = "Knead: exchange";
+}  // namespace
+
 int Ranks::rank() const { return controller_ == nullptr ? 0 : controller_->GetLocalProcessId(); }
 
 int Ranks::count() const { return controller_ == nullptr ? 1 : controller_->GetNumberOfProcesses(); }
 
 int Ranks::least(int number) const {
   int result = number;
-  if (count() > 1) controller_->AllReduce(&number, &result, 1, vtkCommunicator::MIN_OP);
+  if (count() == 1) return result;
+  const vtkTimerLogScope timed(kExchange);
+  controller_->AllReduce(&number, &result, 1, vtkCommunicator::MIN_OP);
   return result;
 }
 
 std::string Ranks::sent_from(int rank, std::string text) const {
   if (count() == 1) return text;
+  const vtkTimerLogScope timed(kExchange);
   auto size = static_cast<int>(text.size());
   controller_->Broadcast(&size, 1, rank);
   text.resize(static_cast<std::size_t>(size));
@@ -54,12 +62,15 @@ void Ranks::together(const std::function<void()>& work) const {
 std::int64_t Ranks::sum(std::int64_t number) const {
   long long own = number;
   long long result = own;
-  if (count() > 1) controller_->AllReduce(&own, &result, 1, vtkCommunicator::SUM_OP);
+  if (count() == 1) return result;
+  const vtkTimerLogScope timed(kExchange);
+  controller_->AllReduce(&own, &result, 1, vtkCommunicator::SUM_OP);
   return result;
 }
 
 Box Ranks::united(const Box& box) const {
   if (count() == 1) return box;
+  const vtkTimerLogScope timed(kExchange);
   const std::array<double, 6> own{box.min.x, box.min.y, box.min.z, -box.max.x, -box.max.y, -box.max.z};
   std::array<double, 6> all{};
   controller_->AllReduce(own.data(), all.data(), own.size(), vtkCommunicator::MIN_OP);

@@ -17,7 +17,8 @@ class Failure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The ranks of a controller. All ranks must call the same functions in the same order.
+// The ranks of a controller. All ranks must call the same functions in the same order. ParaView's timer log has the
+// time in the controller as "Knead: exchange", with the wait for the slowest rank.
 class Ranks {
  public:
   // Null: there is one rank.
