@@ -1,5 +1,6 @@
 #include "cells.h"
 
+#include <vtkCellArray.h>
 #include <vtkCellType.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>
@@ -63,6 +64,52 @@ void add_polyhedron(vtkUnstructuredGrid& grid, vtkIdType cell, VolumeCells& cell
   cells.polyhedron_numbers.push_back(cell);
 }
 
+// The cells of a data set; those of an unstructured grid without a call for each.
+class CellReader {
+ public:
+  explicit CellReader(vtkPointSet& set) : set_(set) {
+    auto* const grid = vtkUnstructuredGrid::SafeDownCast(&set);
+    if (grid == nullptr || grid->GetCellTypesArray() == nullptr) return;
+    types_ = grid->GetCellTypesArray()->GetPointer(0);
+    array_ = grid->GetCells();
+  }
+
+  int type_of(vtkIdType cell) const { return types_ != nullptr ? types_[cell] : set_.GetCellType(cell); }
+
+  // Valid until the next call.
+  std::span<const vtkIdType> points_of(vtkIdType cell) {
+    vtkIdType size = 0;
+    const vtkIdType* numbers = nullptr;
+    if (array_ != nullptr) {
+      array_->GetCellAtId(cell, size, numbers, list_);
+    } else {
+      set_.GetCellPoints(cell, size, numbers, list_);
+    }
+    return {numbers, static_cast<std::size_t>(size)};
+  }
+
+ private:
+  vtkPointSet& set_;
+  const unsigned char* types_ = nullptr;
+  vtkCellArray* array_ = nullptr;
+  vtkNew<vtkIdList> list_;
+};
+
+// Makes room for cells of the given kinds, so that large vectors need not grow.
+void reserve(Cells& cells, const CellReader& reader, vtkIdType count) {
+  std::size_t linear = 0;
+  std::size_t corners = 0;
+  for (vtkIdType i = 0; i < count; ++i) {
+    const std::optional<CellKind> kind = kind_of(reader.type_of(i));
+    if (!kind) continue;
+    ++linear;
+    corners += corner_count(*kind);
+  }
+  cells.kinds.reserve(linear);
+  cells.first.reserve(linear + 1);
+  cells.corners.reserve(corners);
+}
+
 }  // namespace
 
 VolumeCells volume_cells(vtkPointSet& set) {
@@ -75,20 +122,21 @@ VolumeCells volume_cells(vtkPointSet& set) {
   vtkUnsignedCharArray* const ghosts = set.GetCellGhostArray();
   auto* const grid = vtkUnstructuredGrid::SafeDownCast(&set);
   constexpr int hidden = vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::HIDDENCELL;
-  vtkNew<vtkIdList> list;
+  CellReader reader(set);
+  reserve(cells.linear, reader, count);
+  cells.linear_numbers.reserve(cells.linear.kinds.capacity());
   std::array<std::uint32_t, 8> corners{};
   for (vtkIdType i = 0; i < count; ++i) {
     if (ghosts != nullptr && (ghosts->GetValue(i) & hidden) != 0) cells.is_counted[static_cast<std::size_t>(i)] = 0;
-    const int type = set.GetCellType(i);
+    const int type = reader.type_of(i);
     if (type == VTK_POLYHEDRON && grid != nullptr) add_polyhedron(*grid, i, cells);
     const std::optional<CellKind> kind = kind_of(type);
     if (!kind) continue;
-    vtkIdType size = 0;
-    const vtkIdType* numbers = nullptr;
-    set.GetCellPoints(i, size, numbers, list);
+    const std::span<const vtkIdType> numbers = reader.points_of(i);
     const std::size_t used = corner_count(*kind);
-    if (static_cast<std::size_t>(size) < used) continue;
-    std::transform(numbers, numbers + used, corners.begin(), [](vtkIdType n) { return static_cast<std::uint32_t>(n); });
+    if (numbers.size() < used) continue;
+    std::transform(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(used), corners.begin(),
+                   [](vtkIdType n) { return static_cast<std::uint32_t>(n); });
     cells.linear.add(*kind, std::span(corners).first(used));
     cells.linear_numbers.push_back(i);
   }

@@ -10,6 +10,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
+#include "knead/math/parallel.h"
 #include "knead/session/safe_until.h"
 #include "knead/tool/strain.h"
 
@@ -19,6 +20,15 @@ namespace {
 constexpr const char* kVolumeRatio = "KneadVolumeRatio";
 constexpr const char* kScaledJacobian = "KneadScaledJacobian";
 constexpr const char* kStretch = "KneadStretch";
+
+std::vector<double> greatest_stretches(std::span<const Mat3d> jacobians) {
+  constexpr std::size_t points_at_a_time = 1024;
+  std::vector<double> stretches(jacobians.size());
+  parallel_for(stretches.size(), points_at_a_time, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) stretches[i] = stretches_of(jacobians[i]).greatest;
+  });
+  return stretches;
+}
 
 class Job {
  public:
@@ -190,9 +200,7 @@ class Job {
       found_vectors_ += carry_vectors(block, settings_.vectors, jacobians_[i]);
       carry_normals(block, jacobians_[i]);
       if (!settings_.quality) continue;
-      std::vector<double> stretch;
-      for (const Mat3d& jacobian : jacobians_[i]) stretch.push_back(stretches_of(jacobian).greatest);
-      add_point_array(block, kStretch, stretch);
+      add_point_array(block, kStretch, greatest_stretches(jacobians_[i]));
       add_cell_array(block, kVolumeRatio, damages_[i].volume_ratio);
       add_cell_array(block, kScaledJacobian, damages_[i].scaled_jacobian);
     }
