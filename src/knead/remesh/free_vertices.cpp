@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "knead/math/parallel.h"
 #include "knead/mesh/cell_shape.h"
@@ -34,9 +35,11 @@ CellStars stars_of(const Cells& cells, const std::vector<std::uint32_t>& numbers
   return stars;
 }
 
-void make_unique(std::vector<std::uint32_t>& numbers) {
+// Sorts numbers and keeps one of each. `marks` has a 0 for each number that may occur, before and after.
+void make_unique(std::vector<std::uint32_t>& numbers, std::vector<std::uint8_t>& marks) {
+  std::erase_if(numbers, [&](std::uint32_t n) { return std::exchange(marks[n], std::uint8_t{1}) != 0; });
+  for (const std::uint32_t n : numbers) marks[n] = 0;
   std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace
@@ -46,7 +49,9 @@ FreeVertices::FreeVertices(const JudgedCells& judged, std::span<const Vec3d> who
       options_(options),
       qualities_(judged.cells().size(), 1),
       freedom_(whole.size(), kUnknown),
-      colors_(whole.size(), kNoColor) {
+      colors_(whole.size(), kNoColor),
+      vertex_marks_(whole.size()),
+      cell_marks_(judged.cells().size()) {
   for (std::uint32_t i = 0; i < judged.cells().size(); ++i) {
     if (judged.is_moved(i, whole)) active_.push_back(i);
   }
@@ -110,14 +115,14 @@ std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uin
       const std::span<const std::uint32_t> corners = judged_.cells().corners_of(cell);
       vertices.insert(vertices.end(), corners.begin(), corners.end());
     }
-    make_unique(vertices);
+    make_unique(vertices, vertex_marks_);
     if (ring == rings) break;
     around.clear();
     for (const std::uint32_t v : vertices) {
       const std::span<const std::uint32_t> star = stars_.of(v);
       around.insert(around.end(), star.begin(), star.end());
     }
-    make_unique(around);
+    make_unique(around, cell_marks_);
   }
   std::erase_if(vertices, [&](std::uint32_t v) { return !is_free(v); });
   return vertices;

@@ -38,6 +38,8 @@ class FreeVertices {
   std::vector<double> qualities_;      // of all cells; kept up only for active ones
   std::vector<std::uint8_t> freedom_;
   std::vector<std::uint8_t> colors_;
+  std::vector<std::uint8_t> vertex_marks_;  // 0, but for a moment
+  std::vector<std::uint8_t> cell_marks_;
 };
 
 }  // namespace knead::remesh_detail

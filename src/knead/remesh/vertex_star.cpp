@@ -3,14 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "knead/remesh/best_step.h"
+
 namespace knead::remesh_detail {
 
 namespace {
 
 // Other vertices move later, too, and then this one again: so none is brought to its best place.
-constexpr int kHalvings = 8;
+constexpr int kSteps = 2;
+constexpr int kHalvings = 4;
+constexpr double kLongestStep = 0.5;
 constexpr double kLeastGain = 1e-3;
-constexpr double kWideMargin = 0.1;  // cells whose quality is so much above the least count as worst, too
 
 // A tetrahedron at one place of a corner: its determinant, and the squared product of the edges at the corner where the
 // determinant over that product is least.
@@ -124,65 +127,40 @@ double VertexStar::least_at(const Vec3d& place) {
   return least;
 }
 
-// Measures each cell, and of the worst ones how their quality grows with the vertex's place.
+// Measures each cell, and how its quality grows with the vertex's place.
 void VertexStar::look_around() {
   qualities_.resize(cells_.size());
   gradients_.resize(cells_.size());
   for (std::size_t i = 0; i < cells_.size(); ++i) {
     qualities_[i] = quality(cells_[i], place_);
-    if (qualities_[i] <= least_ + kWideMargin) gradients_[i] = gradient(cells_[i], place_);
+    gradients_[i] = gradient(cells_[i], place_);
   }
 }
 
-// Returns the direction in which the worst cells, those within `margin` of the least, all grow: the shortest vector in
-// the hull of their gradients (Gilbert's method).
-Vec3d VertexStar::uphill(double margin) {
-  active_.clear();
-  for (std::size_t i = 0; i < qualities_.size(); ++i) {
-    if (qualities_[i] <= least_ + margin) active_.push_back(gradients_[i]);
-  }
-  Vec3d shortest = active_.front();
-  for (int round = 0; round < 30; ++round) {
-    Vec3d next = active_.front();
-    for (const Vec3d& g : active_) {
-      if (dot(g, shortest) < dot(next, shortest)) next = g;
-    }
-    const Vec3d across = next - shortest;
-    const double along = -dot(shortest, across);
-    if (!(along > 1e-4 * norm2(shortest))) break;
-    shortest += across * std::min(1.0, along / norm2(across));
-  }
-  return shortest;
-}
-
-bool VertexStar::climb(double margin, double goal) {
-  const Vec3d direction = uphill(margin);
-  const double length = norm(direction);
-  if (!(length > 1e-9)) return false;
+bool VertexStar::climb(double reach, double goal) {
+  look_around();
+  Vec3d step = best_step(qualities_, gradients_, reach);
+  const double length = norm(step);
+  if (length > kLongestStep) step *= kLongestStep / length;
   const double before = least_;
-  Vec3d best = place_;
-  // Along the direction the worst cell grows by the length at least. So that is about the longest step that helps.
-  double step = std::min(0.5 / length, 2 * (goal - least_) / (length * length));
-  for (int halving = 0; halving < kHalvings; ++halving, step *= 0.5) {
-    const Vec3d there = place_ + direction * step;
-    const double least = least_at(there);
+  const Vec3d start = place_;
+  for (int halving = 0; halving < kHalvings && least_ < goal; ++halving, step *= 0.5) {
+    const double least = least_at(start + step);
     if (least > least_) {
-      best = there;
+      place_ = start + step;
       least_ = least;
     } else if (least_ > before) {
       break;
     }
   }
-  place_ = best;
   return least_ > before + kLeastGain;
 }
 
 void VertexStar::raise(double goal) {
-  constexpr int most_steps = 8;
   if (cells_.empty() || !(size_ > 0)) return;
-  for (int step = 0; step < most_steps && least_ < goal; ++step) {
-    look_around();
-    if (!climb(kWideMargin, goal) && !climb(0.1 * kWideMargin, goal)) return;
+  double reach = 1;
+  for (int step = 0; step < kSteps && least_ < goal; ++step) {
+    if (!climb(reach, goal)) reach *= 0.25;
   }
 }
 

@@ -46,13 +46,11 @@ class VertexStar {
   static void look_from_vertex(Around& cell);
   double least_at(const Vec3d& place);
   void look_around();
-  Vec3d uphill(double margin);
-  bool climb(double margin, double goal);
+  bool climb(double reach, double goal);  // returns whether that gained something
 
   std::vector<Around> cells_;  // seen from `start_`, in units of `size_`
   std::vector<double> qualities_;
   std::vector<Vec3d> gradients_;
-  std::vector<Vec3d> active_;
   Vec3d start_;
   Vec3d place_;      // likewise
   double size_ = 0;  // the longest edge
