@@ -52,16 +52,20 @@ class Search {
   Vec3d run() {
     constexpr int most_rounds = 30;
     constexpr double negligible = 1e-4;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < most_rounds && count_ < kMost; ++round) {
       const Vec3d d = step();
       const auto there = [&](std::size_t i) { return values_[i] + dot(gradients_[i], d); };
       std::size_t low = 0;
+      double lowest = there(0);
       for (std::size_t i = 1; i < values_.size(); ++i) {
-        if (there(i) < there(low)) low = i;
+        const double value = there(i);
+        if (!(value < lowest)) continue;
+        low = i;
+        lowest = value;
       }
       double held = 0;
       for (std::size_t k = 0; k < count_; ++k) held += weights_[k] * there(members_[k]);
-      if (!(held - there(low) > negligible) || count_ == kMost) break;
+      if (!(held - lowest > negligible)) break;
       add(low, 0);
       settle();
     }

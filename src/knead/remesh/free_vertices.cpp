@@ -161,13 +161,14 @@ void FreeVertices::sweep(const std::vector<std::uint32_t>& bad, int rings, std::
       VertexStar star;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t v = set[i];
+        const std::span<const std::uint32_t> cells = stars_.of(v);
+        if (std::none_of(cells.begin(), cells.end(), [&](std::uint32_t c) { return qualities_[c] < goal; })) continue;
         star.read(judged_, stars_, points, v);
-        if (!(star.least() < goal)) continue;
         star.raise(goal);
         if (star.place() == points[v]) continue;
         points[v] = star.place();
         moved[v] = 1;
-        for (const std::uint32_t cell : stars_.of(v)) qualities_[cell] = quality_of(cell, points);
+        for (const std::uint32_t cell : cells) qualities_[cell] = quality_of(cell, points);
       }
     });
   }

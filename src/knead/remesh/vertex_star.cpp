@@ -68,9 +68,10 @@ void VertexStar::read(const JudgedCells& judged, const CellStars& stars, std::sp
     cell.at = static_cast<std::size_t>(std::find(corners.begin(), corners.end(), vertex) - corners.begin());
     for (std::size_t k = 0; k < cell.count; ++k) {
       cell.corners[k] = points[corners[k]] - start_;
-      size_ = std::max(size_, norm(cell.corners[k]));
+      size_ = std::max(size_, norm2(cell.corners[k]));
     }
   }
+  size_ = std::sqrt(size_);
   if (!(size_ > 0)) return;
   for (Around& cell : cells_) {
     for (std::size_t k = 0; k < cell.count; ++k) cell.corners[k] *= 1 / size_;

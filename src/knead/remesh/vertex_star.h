@@ -19,7 +19,6 @@ class VertexStar {
   // Cells that were flat or mixed before do not count.
   void read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
 
-  double least() const { return least_; }  // of the cells' qualities; infinity without cells
   Vec3d place() const { return start_ + place_ * size_; }
 
   // Moves the vertex until the least quality is `goal`, or grows no more. It never falls.
