@@ -15,7 +15,7 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr std::size_t kCellsAtATime = 4096;
-constexpr std::size_t kVerticesAtATime = 8;
+constexpr std::size_t kVerticesAtATime = 16;
 constexpr std::uint8_t kUnknown = 2;
 constexpr std::uint8_t kNoColor = 255;
 constexpr std::uint8_t kMostColors = 64;
@@ -99,10 +99,9 @@ void FreeVertices::improve(std::span<Vec3d> points, std::vector<std::uint8_t>& m
   }
 }
 
-bool FreeVertices::is_free(std::uint32_t vertex) {
+void FreeVertices::find_freedom(std::uint32_t vertex) {
   std::uint8_t& freedom = freedom_[vertex];
   if (freedom == kUnknown) freedom = is_on_boundary(judged_.cells(), stars_, vertex) ? 0 : 1;
-  return freedom == 1;
 }
 
 // Returns the free vertices of the cells and of so many rings of cells around them.
@@ -124,7 +123,10 @@ std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uin
     }
     make_unique(around, cell_marks_);
   }
-  std::erase_if(vertices, [&](std::uint32_t v) { return !is_free(v); });
+  parallel_for(vertices.size(), kVerticesAtATime, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) find_freedom(vertices[i]);
+  });
+  std::erase_if(vertices, [&](std::uint32_t v) { return freedom_[v] == 0; });
   return vertices;
 }
 
