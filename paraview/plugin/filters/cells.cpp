@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "knead/math/error.h"
+#include "knead/mesh/cell_stars.h"
 
 namespace knead::paraview {
 namespace {
@@ -172,6 +173,40 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
     if (is_tangled || (was != 0 && !(ratio > 0))) invert(cells.polyhedron_numbers[i]);
   }
   return damage;
+}
+
+void add_boundary_faces(const VolumeCells& cells, std::span<const Vec3d> points, std::vector<double>& faces) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  Cells counted;
+  for (std::size_t i = 0; i < cells.linear.size(); ++i) {
+    if (cells.is_counted[static_cast<std::size_t>(cells.linear_numbers[i])] == 0) continue;
+    counted.add(cells.linear.kinds[i], cells.linear.corners_of(i));
+  }
+  for (const CellBoundaryFace& face : boundary_faces(counted, points.size())) {
+    std::array<std::array<double, 3>, 4> corners{};
+    std::transform(face.begin(), face.end(), corners.begin(), [&](std::uint32_t v) {
+      return v == kNoCorner ? std::array{none, none, none} : std::array{points[v].x, points[v].y, points[v].z};
+    });
+    std::sort(corners.begin(), corners.end());
+    for (const std::array<double, 3>& corner : corners) faces.insert(faces.end(), corner.begin(), corner.end());
+  }
+}
+
+std::vector<Vec3d> corners_of_single_faces(std::span<const double> faces) {
+  using Face = std::array<double, 12>;
+  std::vector<Face> sorted(faces.size() / 12);
+  for (std::size_t i = 0; i < sorted.size(); ++i) std::copy_n(faces.begin() + 12 * i, 12, sorted[i].begin());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Vec3d> corners;
+  for (std::size_t i = 0; i < sorted.size();) {
+    std::size_t end = i;
+    while (end < sorted.size() && sorted[end] == sorted[i]) ++end;
+    for (std::size_t k = 0; k < 12 && end - i == 1 && sorted[i][k] < std::numeric_limits<double>::infinity(); k += 3) {
+      corners.push_back({sorted[i][k], sorted[i][k + 1], sorted[i][k + 2]});
+    }
+    i = end;
+  }
+  return corners;
 }
 
 }  // namespace knead::paraview

@@ -103,14 +103,18 @@ class Job {
 
   std::vector<Vec3d> moved(const Block& block, const Flow& flow, Progress& progress) const {
     std::vector<Vec3d> points = block.before;
+    move(points, flow, progress);
+    round_points(block, points);
+    return points;
+  }
+
+  void move(std::vector<Vec3d>& points, const Flow& flow, Progress& progress) const {
     AdvectOptions options = options_;
     options.progress = &progress;
     if (!points.empty() && advect(flow, points, options).status == AdvectStatus::step_limit) {
       throw InvalidInput(settings_.session_file + ": " + kStepLimitAdvice);
     }
     stop_if_cancelled(&progress);
-    round_points(block, points);
-    return points;
   }
 
   std::vector<Mat3d> jacobians_of(const Block& block, Progress& progress) const {
@@ -146,20 +150,21 @@ class Job {
                     settings_.session_file, what, safe.until, wider_transition(safe)));
   }
 
-  // Collective. A rank of several does not know which faces lie between ranks, so then there is no advice.
+  // Collective.
   std::string wider_transition(const SafeUntil& safe) const {
+    std::vector<double> faces;
+    ranks_.together([&] {
+      for (std::size_t i = 0; i < blocks_.size(); ++i) add_boundary_faces(cells_[i], blocks_[i].before, faces);
+    });
+    faces = ranks_.gathered(std::move(faces));
     std::optional<double> outer;
     const std::size_t number = strokes_before(safe);
     ranks_.together([&] {
-      if (ranks_.count() > 1) return;
       const Flow flow = flow_until(settings_.inverse ? 0 : static_cast<double>(number));
-      std::vector<Vec3d> boundary;
+      std::vector<Vec3d> boundary = corners_of_single_faces(faces);
       Progress progress;
       watch_(progress, [&] {
-        for (std::size_t i = 0; i < blocks_.size(); ++i) {
-          const std::vector<Vec3d> points = moved(blocks_[i], flow, progress);
-          for (const auto v : boundary_points(cells_[i].linear, points.size())) boundary.push_back(points[v]);
-        }
+        move(boundary, flow, progress);
         outer = widest_outer(session_.strokes[number].stroke, boundary);
       });
     });

@@ -1,7 +1,9 @@
 #include "ranks.h"
 
 #include <vtkCommunicator.h>
+#include <vtkDoubleArray.h>
 #include <vtkMultiProcessController.h>
+#include <vtkNew.h>
 #include <vtkTimerLog.h>
 
 #include <array>
@@ -75,6 +77,16 @@ Box Ranks::united(const Box& box) const {
   std::array<double, 6> all{};
   controller_->AllReduce(own.data(), all.data(), own.size(), vtkCommunicator::MIN_OP);
   return {{all[0], all[1], all[2]}, {-all[3], -all[4], -all[5]}};
+}
+
+std::vector<double> Ranks::gathered(std::vector<double> own) const {
+  if (count() == 1) return own;
+  const vtkTimerLogScope timed(kExchange);
+  vtkNew<vtkDoubleArray> sent;
+  vtkNew<vtkDoubleArray> received;
+  sent->SetArray(own.data(), static_cast<vtkIdType>(own.size()), 1);
+  controller_->AllGatherV(sent, received);
+  return {received->GetPointer(0), received->GetPointer(0) + received->GetNumberOfValues()};
 }
 
 }  // namespace knead::paraview

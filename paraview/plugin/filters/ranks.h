@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "knead/math/box.h"
 
@@ -32,6 +33,8 @@ class Ranks {
 
   std::int64_t sum(std::int64_t number) const;
   Box united(const Box& box) const;
+  // Returns the numbers of all ranks, one rank after the other.
+  std::vector<double> gathered(std::vector<double> own) const;
 
   // Returns the text of the lowest rank that gives one that is not empty; else an empty one.
   std::string first(const std::string& text) const;
