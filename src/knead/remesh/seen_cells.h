@@ -26,7 +26,7 @@ class SeenTetrahedron {
   struct There;
 
   std::array<Vec3d, 3> others_;
-  Vec3d across_;                    // vector product of two edges of the opposite face
+  Vec3d across_;                      // vector product of two edges of the opposite face
   std::array<double, 3> opposite_{};  // for each corner of that face the product of the squares of its two edges in it
   double factor_;
 };
