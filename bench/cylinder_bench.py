@@ -1,7 +1,8 @@
 """A cylinder is turned and moved inside a box of a million tetrahedra: Knead beside four other ways to morph the mesh.
 
-Run: PYTHONPATH=build/release/python /usr/bin/python3 bench/cylinder_bench.py [CELLS]. Needs numpy, scipy and gmsh (Debian:
-python3-scipy python3-gmsh), which makes the mesh. CELLS: about so many, by default a million.
+Run: PYTHONPATH=build/release/python /usr/bin/python3 bench/cylinder_bench.py [CELLS [MESH.npz]]. Needs numpy, scipy and
+gmsh (Debian: python3-scipy python3-gmsh), which makes the mesh in minutes. CELLS: about so many, by default a million.
+MESH.npz: keeps the mesh for the next run.
 
 The cylinder, whose surface is a boundary of the mesh, turns about its middle and then moves; the faces of the box rest.
 Each method works in a process of its own. The table has the inverted cells (exact), the least scaled Jacobian, the mean of
@@ -12,10 +13,10 @@ linear elements by conjugate gradients.
 """
 
 import multiprocessing
+import os
 import sys
 import time
 
-import gmsh
 import knead
 import numpy as np
 from scipy import sparse
@@ -29,6 +30,8 @@ LATTICE = 9
 
 
 def mesh(cells):
+    import gmsh
+
     gmsh.initialize()
     gmsh.option.setNumber("General.Terminal", 0)
     gmsh.option.setNumber("Mesh.MeshSizeMax", (8 / (0.12 * cells)) ** (1 / 3) * 0.82)
@@ -44,6 +47,16 @@ def mesh(cells):
     place = np.empty(int(numbers.max()) + 1, int)
     place[numbers.astype(int)] = np.arange(len(numbers))
     return places.reshape(-1, 3)[place[used.astype(int)]], corners.reshape(-1, 4)
+
+
+def kept_mesh(cells, path):
+    if path and os.path.exists(path):
+        with np.load(path) as arrays:
+            return arrays["points"], arrays["cells"]
+    points, corners = mesh(cells)
+    if path:
+        np.savez(path, points=points, cells=corners)
+    return points, corners
 
 
 def rigid(points):
@@ -130,7 +143,7 @@ def work(method, given, results):
 
 def main():
     began = time.perf_counter()
-    points, cells = mesh(float(sys.argv[1]) if len(sys.argv) > 1 else 1e6)
+    points, cells = kept_mesh(float(sys.argv[1]) if len(sys.argv) > 1 else 1e6, sys.argv[2] if len(sys.argv) > 2 else None)
     on_box = (np.abs(np.abs(points) - 1) < 1e-9).any(1)
     radius = np.hypot(points[:, 0], points[:, 1])
     on_cylinder = (np.abs(radius - RADIUS) < 1e-6) & (np.abs(points[:, 2]) < LENGTH / 2 + 1e-6)
@@ -139,7 +152,7 @@ def main():
     place = np.where(on_cylinder[:, None], rigid(points), points)
     quality = knead.check_cells(points, cells)
     print(f"{len(cells):,} tetrahedra, {len(points):,} points, {on_cylinder.sum():,} of them on the cylinder and "
-          f"{on_box.sum():,} on the box; least scaled Jacobian {quality['scaled_jacobian'].min():.3f}; made in "
+          f"{on_box.sum():,} on the box; least scaled Jacobian {quality['scaled_jacobian'].min():.3f}; made or read in "
           f"{time.perf_counter() - began:.0f} s", flush=True)
     strokes = session(points, cells)
     print("Knead's session:", *strokes)

@@ -1,6 +1,6 @@
 """Makes the pictures of docs/paraview.md; needs a display, such as xvfb-run gives.
 
-    pvbatch paraview/pictures.py Knead.so FOLDER OUT
+    xvfb-run -a -s "-screen 0 1280x1024x24" pvbatch paraview/pictures.py Knead.so FOLDER OUT
 
 FOLDER holds what vessel.py makes; OUT gets vessel.jpg, stretch.jpg, quality.jpg and streamlines.jpg.
 """
@@ -28,8 +28,12 @@ def look():
     view.CameraViewAngle = 30
 
 
-def picture(name, source, association=None, array=None, title="", **look_of):
+def picture(name, source, association=None, array=None, title="", red_is_low=False, around=None, **look_of):
     simple.HideAll(view)
+    if around is not None:
+        hull = simple.Show(around, view)
+        simple.ColorBy(hull, None)
+        hull.Opacity = 0.15
     shown = simple.Show(source, view)
     for key, value in look_of.items():
         setattr(shown, key, value)
@@ -40,9 +44,12 @@ def picture(name, source, association=None, array=None, title="", **look_of):
         simple.ColorBy(shown, (association, array))
         shown.RescaleTransferFunctionToDataRange(False, True)
         table = simple.GetColorTransferFunction(array)
+        if red_is_low:
+            table.InvertTransferFunction()
         bar = simple.GetScalarBar(table, view)
         bar.Title, bar.ComponentTitle = title, ""
         bar.RangeLabelFormat, bar.LabelFormat, bar.AutomaticLabelFormat = "%.2g", "%.2g", 0
+        bar.AddRangeLabels = 0  # they cover the others
         bar.TitleColor = bar.LabelColor = [0, 0, 0]
         shown.SetScalarBarVisibility(view, True)
     simple.Render(view)  # the first picture places the camera
@@ -53,16 +60,16 @@ def picture(name, source, association=None, array=None, title="", **look_of):
 
 picture("vessel.jpg", grid, Representation="Surface With Edges", EdgeColor=[0.45, 0.25, 0.2])
 picture("stretch.jpg", bulge, "POINTS", "KneadStretch", "greatest stretch")
-cut = simple.Clip(Input=bulge, ClipType="Plane", Crinkleclip=1)
+cut = simple.Clip(Input=bulge, ClipType="Plane")
 cut.ClipType.Normal = [0, 0, 1]
 cut.ClipType.Origin = [0, 0, 0]
-picture("quality.jpg", cut, "CELLS", "KneadScaledJacobian", "scaled Jacobian")
+picture("quality.jpg", cut, "CELLS", "KneadScaledJacobian", "scaled Jacobian", red_is_low=True)
 lines = simple.StreamTracer(Input=bulge, Vectors=["POINTS", "velocity"], SeedType="Point Cloud", MaximumStreamlineLength=12)
 lines.SeedType.Center = [0.78, -0.49, -0.24]
 lines.SeedType.Radius = 0.3
 lines.SeedType.NumberOfPoints = 60
 tubes = simple.Tube(Input=lines, Radius=0.008)
-picture("streamlines.jpg", tubes, "POINTS", "velocity", "velocity")
+picture("streamlines.jpg", tubes, "POINTS", "velocity", "speed", around=bulge)
 ratio = bulge.CellData["KneadVolumeRatio"].GetRange()
 jacobian = bulge.CellData["KneadScaledJacobian"].GetRange()
 stretch = bulge.PointData["KneadStretch"].GetRange()

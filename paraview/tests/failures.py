@@ -47,8 +47,7 @@ def test_inversion():
     require(array_of(safe.GetCellData(), "KneadScaledJacobian").min() > 0, "what it proposes inverts a cell")
     require("inverted" in refusal(source, "invert", Until=until + 2 / 1024), "it could have gone farther")
     advice = re.search(r'line 2: an "outer" of ([0-9.]+) fits', said)
-    require((advice is None) == (RANKS > 1), f"advice: {said}")
-    require(RANKS > 1 or 0.499 <= float(advice[1]) < 0.5, f"another distance from the centre to the faces: {said}")
+    require(advice and 0.499 <= float(advice[1]) < 0.5, f"no distance from the centre to the faces: {said}")
 
     said = refusal(source, "back", Until=1.9)
     at_once = re.search(r"up to Until = ([0-9.e-]*[0-9])", said)

@@ -39,7 +39,7 @@ def deformed(source, session, **properties):
 
 
 def leaves(source):
-    """The data sets of a source, of all ranks, here."""
+    """The data sets of a source here: of all ranks, but for an unstructured grid of the first."""
     information = source.GetDataInformation().DataInformation
     if (information.GetCompositeDataClassName() or "").startswith("vtkPartitioned"):
         source = simple.MergeBlocks(Input=source, MergePoints=0)  # Fetch takes no such collection
@@ -52,6 +52,14 @@ def leaves(source):
         found.append(iterator.GetCurrentDataObject())
         iterator.GoToNextItem()
     return found
+
+
+def cloud_of(source):
+    """The points of a source, of all ranks; of an unstructured grid leaves() has those of the first rank only."""
+    cloud = leaves(simple.ConvertToPointCloud(Input=source))[0]
+    expected = source.GetDataInformation().GetNumberOfPoints()
+    require(cloud.GetNumberOfPoints() == expected, f"{cloud.GetNumberOfPoints()} points of {expected}")
+    return cloud
 
 
 def points_of(data):

@@ -8,11 +8,12 @@ from vtkmodules.vtkCommonCore import vtkDoubleArray
 def check_points(name, **properties):
     """Every point of the result is where the library takes it; returns the data sets."""
     source = opened(name)
-    sets = [data for data in leaves(deformed(source, "move", **properties)) if data.GetNumberOfPoints()]
+    result = deformed(source, "move", **properties)
+    sets = [data for data in leaves(result) if data.GetNumberOfPoints()]
     require(sets, f"{name}: nothing came out")
     session = knead.Session.read(session_file("move"))
     diagonal = diagonal_of(source)
-    for data in sets:
+    for data in sets + ([cloud_of(result)] if name.endswith(".vtu") else []):
         expected = knead.deform(start_of(data), session, diagonal=diagonal, inverse=bool(properties.get("Inverse", 0)),
                                 until=properties.get("Until"))
         require(np.array_equal(points_of(data), expected), f"{name} {properties}: other points than the library's")
@@ -61,6 +62,11 @@ def test_quality():
     expected = knead.check_cells(points_of(box), corners, before=start_of(box))
     for name, key in [("KneadVolumeRatio", "volume_ratio"), ("KneadScaledJacobian", "scaled_jacobian")]:
         require(np.array_equal(array_of(box.GetCellData(), name), expected[key]), f"{name} is not check_cells'")
+    centers = leaves(simple.CellCenters(Input=deformed(opened("box.vtu"), "move")))[0].GetPointData()
+    whole = leaves(deformed(simple.OpenDataFile(path_of("box.vtu")), "move"))[0].GetCellData()
+    for name in ["KneadVolumeRatio", "KneadScaledJacobian"]:
+        same = np.array_equal(np.sort(array_of(centers, name)), np.sort(array_of(whole, name)))
+        require(same, f"{name} of all ranks is not that of one")
     gradient = knead.Flow(knead.Session.read(session_file("move"))).jacobian(start_of(box), diagonal=diagonal_of(opened("box.vtu")))
     stretch = array_of(box.GetPointData(), "KneadStretch")
     require(np.allclose(stretch, np.linalg.norm(gradient, 2, axis=(1, 2)), rtol=1e-12), "KneadStretch")

@@ -78,15 +78,19 @@ py::tuple cell_qualities(const py::object& vertices, const CellArray& cells) {
 
 Cells cells_from(const std::vector<CellArray>& blocks, std::size_t points) {
   Cells cells;
-  std::array<std::uint32_t, 8> corners{};
   for (const CellArray& block : blocks) {
     const CellKind kind = kind_of(block);
     const std::size_t columns = corner_count(kind);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(block.shape(0)); ++i) {
-      for (std::size_t k = 0; k < columns; ++k) {
-        corners[k] = point_of(block.data()[i * columns + k], cells.size(), points);
-      }
-      cells.add(kind, std::span(corners).first(columns));
+    const std::size_t begin = cells.size();
+    const std::size_t end = begin + static_cast<std::size_t>(block.shape(0));
+    cells.kinds.resize(end, kind);
+    cells.first.resize(end + 1);
+    cells.corners.resize(cells.first[begin] + (end - begin) * columns);
+    const std::int64_t* corner = block.data();
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::size_t at = cells.first[i];
+      for (std::size_t k = 0; k < columns; ++k) cells.corners[at + k] = point_of(*corner++, i, points);
+      cells.first[i + 1] = at + columns;
     }
   }
   return cells;

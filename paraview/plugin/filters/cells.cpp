@@ -1,5 +1,6 @@
 #include "cells.h"
 
+#include <vtkCellArray.h>
 #include <vtkCellType.h>
 #include <vtkDataSetAttributes.h>
 #include <vtkIdList.h>
@@ -14,6 +15,7 @@
 #include <optional>
 
 #include "knead/math/error.h"
+#include "knead/mesh/cell_stars.h"
 
 namespace knead::paraview {
 namespace {
@@ -63,6 +65,52 @@ void add_polyhedron(vtkUnstructuredGrid& grid, vtkIdType cell, VolumeCells& cell
   cells.polyhedron_numbers.push_back(cell);
 }
 
+// The cells of a data set; those of an unstructured grid without a call for each.
+class CellReader {
+ public:
+  explicit CellReader(vtkPointSet& set) : set_(set) {
+    auto* const grid = vtkUnstructuredGrid::SafeDownCast(&set);
+    if (grid == nullptr || grid->GetCellTypesArray() == nullptr) return;
+    types_ = grid->GetCellTypesArray()->GetPointer(0);
+    array_ = grid->GetCells();
+  }
+
+  int type_of(vtkIdType cell) const { return types_ != nullptr ? types_[cell] : set_.GetCellType(cell); }
+
+  // Valid until the next call.
+  std::span<const vtkIdType> points_of(vtkIdType cell) {
+    vtkIdType size = 0;
+    const vtkIdType* numbers = nullptr;
+    if (array_ != nullptr) {
+      array_->GetCellAtId(cell, size, numbers, list_);
+    } else {
+      set_.GetCellPoints(cell, size, numbers, list_);
+    }
+    return {numbers, static_cast<std::size_t>(size)};
+  }
+
+ private:
+  vtkPointSet& set_;
+  const unsigned char* types_ = nullptr;
+  vtkCellArray* array_ = nullptr;
+  vtkNew<vtkIdList> list_;
+};
+
+// Makes room for cells of the given kinds, so that large vectors need not grow.
+void reserve(Cells& cells, const CellReader& reader, vtkIdType count) {
+  std::size_t linear = 0;
+  std::size_t corners = 0;
+  for (vtkIdType i = 0; i < count; ++i) {
+    const std::optional<CellKind> kind = kind_of(reader.type_of(i));
+    if (!kind) continue;
+    ++linear;
+    corners += corner_count(*kind);
+  }
+  cells.kinds.reserve(linear);
+  cells.first.reserve(linear + 1);
+  cells.corners.reserve(corners);
+}
+
 }  // namespace
 
 VolumeCells volume_cells(vtkPointSet& set) {
@@ -75,20 +123,21 @@ VolumeCells volume_cells(vtkPointSet& set) {
   vtkUnsignedCharArray* const ghosts = set.GetCellGhostArray();
   auto* const grid = vtkUnstructuredGrid::SafeDownCast(&set);
   constexpr int hidden = vtkDataSetAttributes::DUPLICATECELL | vtkDataSetAttributes::HIDDENCELL;
-  vtkNew<vtkIdList> list;
+  CellReader reader(set);
+  reserve(cells.linear, reader, count);
+  cells.linear_numbers.reserve(cells.linear.kinds.capacity());
   std::array<std::uint32_t, 8> corners{};
   for (vtkIdType i = 0; i < count; ++i) {
     if (ghosts != nullptr && (ghosts->GetValue(i) & hidden) != 0) cells.is_counted[static_cast<std::size_t>(i)] = 0;
-    const int type = set.GetCellType(i);
+    const int type = reader.type_of(i);
     if (type == VTK_POLYHEDRON && grid != nullptr) add_polyhedron(*grid, i, cells);
     const std::optional<CellKind> kind = kind_of(type);
     if (!kind) continue;
-    vtkIdType size = 0;
-    const vtkIdType* numbers = nullptr;
-    set.GetCellPoints(i, size, numbers, list);
+    const std::span<const vtkIdType> numbers = reader.points_of(i);
     const std::size_t used = corner_count(*kind);
-    if (static_cast<std::size_t>(size) < used) continue;
-    std::transform(numbers, numbers + used, corners.begin(), [](vtkIdType n) { return static_cast<std::uint32_t>(n); });
+    if (numbers.size() < used) continue;
+    std::transform(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(used), corners.begin(),
+                   [](vtkIdType n) { return static_cast<std::uint32_t>(n); });
     cells.linear.add(*kind, std::span(corners).first(used));
     cells.linear_numbers.push_back(i);
   }
@@ -124,6 +173,40 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
     if (is_tangled || (was != 0 && !(ratio > 0))) invert(cells.polyhedron_numbers[i]);
   }
   return damage;
+}
+
+void add_boundary_faces(const VolumeCells& cells, std::span<const Vec3d> points, std::vector<double>& faces) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  Cells counted;
+  for (std::size_t i = 0; i < cells.linear.size(); ++i) {
+    if (cells.is_counted[static_cast<std::size_t>(cells.linear_numbers[i])] == 0) continue;
+    counted.add(cells.linear.kinds[i], cells.linear.corners_of(i));
+  }
+  for (const CellBoundaryFace& face : boundary_faces(counted, points.size())) {
+    std::array<std::array<double, 3>, 4> corners{};
+    std::transform(face.begin(), face.end(), corners.begin(), [&](std::uint32_t v) {
+      return v == kNoCorner ? std::array{none, none, none} : std::array{points[v].x, points[v].y, points[v].z};
+    });
+    std::sort(corners.begin(), corners.end());
+    for (const std::array<double, 3>& corner : corners) faces.insert(faces.end(), corner.begin(), corner.end());
+  }
+}
+
+std::vector<Vec3d> corners_of_single_faces(std::span<const double> faces) {
+  using Face = std::array<double, 12>;
+  std::vector<Face> sorted(faces.size() / 12);
+  for (std::size_t i = 0; i < sorted.size(); ++i) std::copy_n(faces.begin() + 12 * i, 12, sorted[i].begin());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<Vec3d> corners;
+  for (std::size_t i = 0; i < sorted.size();) {
+    std::size_t end = i;
+    while (end < sorted.size() && sorted[end] == sorted[i]) ++end;
+    for (std::size_t k = 0; k < 12 && end - i == 1 && sorted[i][k] < std::numeric_limits<double>::infinity(); k += 3) {
+      corners.push_back({sorted[i][k], sorted[i][k + 1], sorted[i][k + 2]});
+    }
+    i = end;
+  }
+  return corners;
 }
 
 }  // namespace knead::paraview

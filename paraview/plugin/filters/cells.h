@@ -37,4 +37,11 @@ struct Damage {
 Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
                  CellValues values);
 
+// Appends the corners of the faces that only one of the cells has: 12 coordinates for each, in ascending order, those
+// of a missing fourth corner infinite. Ghosts and polyhedra do not count.
+void add_boundary_faces(const VolumeCells& cells, std::span<const Vec3d> points, std::vector<double>& faces);
+
+// Returns the corners of those faces that are there once. A face between two ranks or blocks is there twice.
+std::vector<Vec3d> corners_of_single_faces(std::span<const double> faces);
+
 }  // namespace knead::paraview

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <vtkPointSet.h>
+#include <vtkTimerLog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -9,6 +10,7 @@
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
+#include "knead/math/parallel.h"
 #include "knead/session/safe_until.h"
 #include "knead/tool/strain.h"
 
@@ -18,6 +20,15 @@ namespace {
 constexpr const char* kVolumeRatio = "KneadVolumeRatio";
 constexpr const char* kScaledJacobian = "KneadScaledJacobian";
 constexpr const char* kStretch = "KneadStretch";
+
+std::vector<double> greatest_stretches(std::span<const Mat3d> jacobians) {
+  constexpr std::size_t points_at_a_time = 1024;
+  std::vector<double> stretches(jacobians.size());
+  parallel_for(stretches.size(), points_at_a_time, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) stretches[i] = stretches_of(jacobians[i]).greatest;
+  });
+  return stretches;
+}
 
 class Job {
  public:
@@ -31,7 +42,7 @@ class Job {
     judge_cells();
     ranks_.together([&] { derive_arrays(); });
     require_vectors();
-    for (Block& block : blocks_) store_points(block);
+    store_all_points();
     return std::move(findings_);
   }
 
@@ -56,6 +67,7 @@ class Job {
 
   // Collective: the box is that of all ranks.
   void find_length() {
+    const vtkTimerLogScope timed("Knead: box");
     Box box;
     for (const Block& block : blocks_) {
       for (const Vec3d& p : block.before) box.extend(p);
@@ -75,6 +87,7 @@ class Job {
   }
 
   void move_points() {
+    const vtkTimerLogScope timed("Knead: kernel");
     Progress progress;
     std::uint64_t points = 0;
     for (const Block& block : blocks_) points += block.before.size() * (needs_jacobians(block) ? 2 : 1);
@@ -90,14 +103,18 @@ class Job {
 
   std::vector<Vec3d> moved(const Block& block, const Flow& flow, Progress& progress) const {
     std::vector<Vec3d> points = block.before;
+    move(points, flow, progress);
+    round_points(block, points);
+    return points;
+  }
+
+  void move(std::vector<Vec3d>& points, const Flow& flow, Progress& progress) const {
     AdvectOptions options = options_;
     options.progress = &progress;
     if (!points.empty() && advect(flow, points, options).status == AdvectStatus::step_limit) {
       throw InvalidInput(settings_.session_file + ": " + kStepLimitAdvice);
     }
     stop_if_cancelled(&progress);
-    round_points(block, points);
-    return points;
   }
 
   std::vector<Mat3d> jacobians_of(const Block& block, Progress& progress) const {
@@ -109,6 +126,7 @@ class Job {
   // Collective.
   void judge_cells() {
     ranks_.together([&] {
+      const vtkTimerLogScope timed("Knead: cells");
       for (const Block& block : blocks_) {
         cells_.push_back(volume_cells(*block.set));
         damages_.push_back(damage_of(cells_.back(), block.before, block.after,
@@ -132,20 +150,21 @@ class Job {
                     settings_.session_file, what, safe.until, wider_transition(safe)));
   }
 
-  // Collective. A rank of several does not know which faces lie between ranks, so then there is no advice.
+  // Collective.
   std::string wider_transition(const SafeUntil& safe) const {
+    std::vector<double> faces;
+    ranks_.together([&] {
+      for (std::size_t i = 0; i < blocks_.size(); ++i) add_boundary_faces(cells_[i], blocks_[i].before, faces);
+    });
+    faces = ranks_.gathered(std::move(faces));
     std::optional<double> outer;
     const std::size_t number = strokes_before(safe);
     ranks_.together([&] {
-      if (ranks_.count() > 1) return;
       const Flow flow = flow_until(settings_.inverse ? 0 : static_cast<double>(number));
-      std::vector<Vec3d> boundary;
+      std::vector<Vec3d> boundary = corners_of_single_faces(faces);
       Progress progress;
       watch_(progress, [&] {
-        for (std::size_t i = 0; i < blocks_.size(); ++i) {
-          const std::vector<Vec3d> points = moved(blocks_[i], flow, progress);
-          for (const auto v : boundary_points(cells_[i].linear, points.size())) boundary.push_back(points[v]);
-        }
+        move(boundary, flow, progress);
         outer = widest_outer(session_.strokes[number].stroke, boundary);
       });
     });
@@ -180,14 +199,13 @@ class Job {
   }
 
   void derive_arrays() {
+    const vtkTimerLogScope timed("Knead: arrays");
     for (std::size_t i = 0; i < blocks_.size(); ++i) {
       Block& block = blocks_[i];
       found_vectors_ += carry_vectors(block, settings_.vectors, jacobians_[i]);
       carry_normals(block, jacobians_[i]);
       if (!settings_.quality) continue;
-      std::vector<double> stretch;
-      for (const Mat3d& jacobian : jacobians_[i]) stretch.push_back(stretches_of(jacobian).greatest);
-      add_point_array(block, kStretch, stretch);
+      add_point_array(block, kStretch, greatest_stretches(jacobians_[i]));
       add_cell_array(block, kVolumeRatio, damages_[i].volume_ratio);
       add_cell_array(block, kScaledJacobian, damages_[i].scaled_jacobian);
     }
@@ -201,6 +219,11 @@ class Job {
     if (ranks_.sum(points) == 0 || !is_missing) return;
     throw Failure(fmt::format("VectorsToTransform: there is no array \"{}\" with three components at the points",
                               settings_.vectors.front()));
+  }
+
+  void store_all_points() {
+    const vtkTimerLogScope timed("Knead: copy");
+    for (Block& block : blocks_) store_points(block);
   }
 
   std::vector<Block>& blocks_;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "knead/math/box.h"
 
@@ -17,7 +18,8 @@ class Failure : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The ranks of a controller. All ranks must call the same functions in the same order.
+// The ranks of a controller. All ranks must call the same functions in the same order. ParaView's timer log has the
+// time in the controller as "Knead: exchange", with the wait for the slowest rank.
 class Ranks {
  public:
   // Null: there is one rank.
@@ -31,6 +33,8 @@ class Ranks {
 
   std::int64_t sum(std::int64_t number) const;
   Box united(const Box& box) const;
+  // Returns the numbers of all ranks, one rank after the other.
+  std::vector<double> gathered(std::vector<double> own) const;
 
   // Returns the text of the lowest rank that gives one that is not empty; else an empty one.
   std::string first(const std::string& text) const;

@@ -9,6 +9,7 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkSmartPointer.h>
+#include <vtkTimerLog.h>
 #include <vtkTypeInt64Array.h>
 
 #include <algorithm>
@@ -106,7 +107,10 @@ int vtkKnead::RequestData(vtkInformation*, vtkInformationVector** inputs, vtkInf
   };
   try {
     std::vector<Block> blocks;
-    ranks.together([&] { blocks = copy_blocks(*input, *output); });
+    ranks.together([&] {
+      const vtkTimerLogScope timed("Knead: copy");
+      blocks = copy_blocks(*input, *output);
+    });
     const Findings findings = knead_blocks(blocks, settings, ranks, watch);
     for (const std::string& note : findings.notes) {
       if (ranks.rank() == 0) vtkWarningMacro(<< note);

@@ -10,6 +10,7 @@
 
 #include "knead/math/error.h"
 #include "knead/math/mat3.h"
+#include "knead/mesh/cell_stars.h"
 #include "knead/mesh/measures.h"
 #include "support/volume_mesh.h"
 
@@ -266,6 +267,11 @@ TEST(BoundaryPoints, AreThoseOnTheFacesOfOneCell) {
     }
     EXPECT_EQ(boundary_points(box.cells, box.points.size(), 1), expected);
     EXPECT_EQ(boundary_points(box.cells, box.points.size(), 3), expected);
+    const std::vector<CellBoundaryFace> faces = boundary_faces(box.cells, box.points.size(), 3);
+    EXPECT_EQ(faces, boundary_faces(box.cells, box.points.size(), 1));
+    EXPECT_TRUE(std::is_sorted(faces.begin(), faces.end()));
+    EXPECT_EQ(faces.size(), (kind == CellKind::tetrahedron ? 2U : 1U) * 6 * 5 * 5);
+    for (const CellBoundaryFace& face : faces) EXPECT_EQ(face.back() == kNoCorner, kind == CellKind::tetrahedron);
     // Without one inner cell, its corners are on the boundary, too.
     Cells open;
     const std::size_t middle = box.cells.size() / 2;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -23,29 +22,39 @@ CellStars stars_of(const Cells& cells, std::size_t points) {
   return stars;
 }
 
-bool is_on_boundary(const Cells& cells, const CellStars& stars, std::uint32_t point) {
-  std::vector<std::array<std::uint32_t, 4>> faces;
+namespace {
+
+// Returns the faces at the point that belong to one cell only, or to more than two.
+std::vector<CellBoundaryFace> unpaired_faces(const Cells& cells, const CellStars& stars, std::uint32_t point) {
+  std::vector<CellBoundaryFace> faces;
   for (const std::uint32_t cell : stars.of(point)) {
     const std::span<const std::uint32_t> corners = cells.corners_of(cell);
     for (const CellFace& face : shape_of(cells.kinds[cell]).faces) {
-      std::array<std::uint32_t, 4> key{corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]};
+      CellBoundaryFace key{corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]};
       if (std::find(key.begin(), key.end(), point) == key.end()) continue;
-      if (face[3] == face[0]) key[3] = std::numeric_limits<std::uint32_t>::max();
+      if (face[3] == face[0]) key[3] = kNoCorner;
       std::sort(key.begin(), key.end());
       faces.push_back(key);
     }
   }
   std::sort(faces.begin(), faces.end());
+  std::vector<CellBoundaryFace> unpaired;
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t end = i;
     while (end < faces.size() && faces[end] == faces[i]) ++end;
-    if (end - i != 2) return true;
+    if (end - i != 2) unpaired.push_back(faces[i]);
     i = end;
   }
-  return false;
+  return unpaired;
 }
 
-std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads) {
+}  // namespace
+
+bool is_on_boundary(const Cells& cells, const CellStars& stars, std::uint32_t point) {
+  return !unpaired_faces(cells, stars, point).empty();
+}
+
+std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads) {
   constexpr std::size_t points_at_a_time = 1024;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (const std::uint32_t corner : cells.corners_of(i)) {
@@ -54,16 +63,26 @@ std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t point
     }
   }
   const CellStars stars = stars_of(cells, points);
-  std::vector<std::uint8_t> is_there(points);
+  std::vector<std::vector<CellBoundaryFace>> parts((points + points_at_a_time - 1) / points_at_a_time);
   parallel_for(points, points_at_a_time, threads, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      is_there[v] = is_on_boundary(cells, stars, static_cast<std::uint32_t>(v)) ? 1 : 0;
+      for (const CellBoundaryFace& face : unpaired_faces(cells, stars, static_cast<std::uint32_t>(v))) {
+        if (face.front() == v) parts[begin / points_at_a_time].push_back(face);
+      }
     }
   });
+  std::vector<CellBoundaryFace> all;
+  for (const std::vector<CellBoundaryFace>& part : parts) all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads) {
   std::vector<std::uint32_t> found;
-  for (std::size_t v = 0; v < points; ++v) {
-    if (is_there[v] != 0) found.push_back(static_cast<std::uint32_t>(v));
+  for (const CellBoundaryFace& face : boundary_faces(cells, points, threads)) {
+    found.insert(found.end(), face.begin(), face.begin() + (face.back() == kNoCorner ? 3 : 4));
   }
+  std::sort(found.begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());
   return found;
 }
 

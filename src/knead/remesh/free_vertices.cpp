@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <utility>
 
 #include "knead/math/parallel.h"
 #include "knead/mesh/cell_shape.h"
@@ -14,7 +15,7 @@ namespace knead::remesh_detail {
 namespace {
 
 constexpr std::size_t kCellsAtATime = 4096;
-constexpr std::size_t kVerticesAtATime = 8;
+constexpr std::size_t kVerticesAtATime = 16;
 constexpr std::uint8_t kUnknown = 2;
 constexpr std::uint8_t kNoColor = 255;
 constexpr std::uint8_t kMostColors = 64;
@@ -34,9 +35,11 @@ CellStars stars_of(const Cells& cells, const std::vector<std::uint32_t>& numbers
   return stars;
 }
 
-void make_unique(std::vector<std::uint32_t>& numbers) {
+// Sorts numbers and keeps one of each. `marks` has a 0 for each number that may occur, before and after.
+void make_unique(std::vector<std::uint32_t>& numbers, std::vector<std::uint8_t>& marks) {
+  std::erase_if(numbers, [&](std::uint32_t n) { return std::exchange(marks[n], std::uint8_t{1}) != 0; });
+  for (const std::uint32_t n : numbers) marks[n] = 0;
   std::sort(numbers.begin(), numbers.end());
-  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
 }
 
 }  // namespace
@@ -46,7 +49,9 @@ FreeVertices::FreeVertices(const JudgedCells& judged, std::span<const Vec3d> who
       options_(options),
       qualities_(judged.cells().size(), 1),
       freedom_(whole.size(), kUnknown),
-      colors_(whole.size(), kNoColor) {
+      colors_(whole.size(), kNoColor),
+      vertex_marks_(whole.size()),
+      cell_marks_(judged.cells().size()) {
   for (std::uint32_t i = 0; i < judged.cells().size(); ++i) {
     if (judged.is_moved(i, whole)) active_.push_back(i);
   }
@@ -94,10 +99,9 @@ void FreeVertices::improve(std::span<Vec3d> points, std::vector<std::uint8_t>& m
   }
 }
 
-bool FreeVertices::is_free(std::uint32_t vertex) {
+void FreeVertices::find_freedom(std::uint32_t vertex) {
   std::uint8_t& freedom = freedom_[vertex];
   if (freedom == kUnknown) freedom = is_on_boundary(judged_.cells(), stars_, vertex) ? 0 : 1;
-  return freedom == 1;
 }
 
 // Returns the free vertices of the cells and of so many rings of cells around them.
@@ -110,16 +114,19 @@ std::vector<std::uint32_t> FreeVertices::free_corners(const std::vector<std::uin
       const std::span<const std::uint32_t> corners = judged_.cells().corners_of(cell);
       vertices.insert(vertices.end(), corners.begin(), corners.end());
     }
-    make_unique(vertices);
+    make_unique(vertices, vertex_marks_);
     if (ring == rings) break;
     around.clear();
     for (const std::uint32_t v : vertices) {
       const std::span<const std::uint32_t> star = stars_.of(v);
       around.insert(around.end(), star.begin(), star.end());
     }
-    make_unique(around);
+    make_unique(around, cell_marks_);
   }
-  std::erase_if(vertices, [&](std::uint32_t v) { return !is_free(v); });
+  parallel_for(vertices.size(), kVerticesAtATime, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) find_freedom(vertices[i]);
+  });
+  std::erase_if(vertices, [&](std::uint32_t v) { return freedom_[v] == 0; });
   return vertices;
 }
 
@@ -156,13 +163,14 @@ void FreeVertices::sweep(const std::vector<std::uint32_t>& bad, int rings, std::
       VertexStar star;
       for (std::size_t i = begin; i < end; ++i) {
         const std::uint32_t v = set[i];
+        const std::span<const std::uint32_t> cells = stars_.of(v);
+        if (std::none_of(cells.begin(), cells.end(), [&](std::uint32_t c) { return qualities_[c] < goal; })) continue;
         star.read(judged_, stars_, points, v);
-        if (!(star.least() < goal)) continue;
         star.raise(goal);
         if (star.place() == points[v]) continue;
         points[v] = star.place();
         moved[v] = 1;
-        for (const std::uint32_t cell : stars_.of(v)) qualities_[cell] = quality_of(cell, points);
+        for (const std::uint32_t cell : cells) qualities_[cell] = quality_of(cell, points);
       }
     });
   }

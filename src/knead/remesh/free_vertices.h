@@ -25,7 +25,7 @@ class FreeVertices {
  private:
   double quality_of(std::size_t cell, std::span<const Vec3d> points) const;
   void measure(std::span<const Vec3d> points);
-  bool is_free(std::uint32_t vertex);
+  void find_freedom(std::uint32_t vertex);
   std::vector<std::uint32_t> free_corners(const std::vector<std::uint32_t>& cells, int rings);
   std::vector<std::vector<std::uint32_t>> apart(const std::vector<std::uint32_t>& vertices);
   void sweep(const std::vector<std::uint32_t>& bad, int rings, std::span<Vec3d> points,
@@ -36,8 +36,10 @@ class FreeVertices {
   std::vector<std::uint32_t> active_;  // the cells that the whole motion moves
   CellStars stars_;                    // of these cells
   std::vector<double> qualities_;      // of all cells; kept up only for active ones
-  std::vector<std::uint8_t> freedom_;
+  std::vector<std::uint8_t> freedom_;  // of each vertex: 0, 1 or not known yet
   std::vector<std::uint8_t> colors_;
+  std::vector<std::uint8_t> vertex_marks_;  // 0, but for a moment
+  std::vector<std::uint8_t> cell_marks_;
 };
 
 }  // namespace knead::remesh_detail

@@ -211,8 +211,9 @@ struct DeformedCells {
 // The result has the same bits for every number of threads if those of `carry` have. Throws InvalidInput for options
 // out of range and where compare_cells() does; Cancelled.
 //
-// Method: ascent along the shortest vector in the hull of the worst cells' gradients. L. Freitag, M. Jones, P.
-// Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing Roundtable, 1995.
+// Method: ascent by the step that is best for the qualities around a vertex where these are linear in its place. After
+// L. Freitag, M. Jones, P. Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing
+// Roundtable, 1995, who follow the worst cells' gradients.
 DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, const CarryPoints& carry,
                            const CellOptions& options = {});
 

@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
-#include "knead/mesh/cell_shape.h"
 #include "knead/mesh/cell_stars.h"
 #include "knead/mesh/judged_cells.h"
+#include "knead/remesh/seen_cells.h"
 
 namespace knead::remesh_detail {
 
@@ -19,40 +19,22 @@ class VertexStar {
   // Cells that were flat or mixed before do not count.
   void read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
 
-  double least() const { return least_; }  // of the cells' qualities; infinity without cells
   Vec3d place() const { return start_ + place_ * size_; }
 
   // Moves the vertex until the least quality is `goal`, or grows no more. It never falls.
   void raise(double goal);
 
  private:
-  // A cell as the vertex sees it.
-  struct Around {
-    const CellShape* shape = nullptr;
-    std::array<Vec3d, 8> corners;  // of a tetrahedron: the other three, so that they are right-handed from the vertex
-    std::size_t count = 0;
-    std::size_t at = 0;  // the vertex among the corners
-    double side = 1;
-    // Of a tetrahedron: side times the vector product of two edges of the opposite face, and for each corner of that
-    // face the product of the squares of its two edges in it.
-    Vec3d across;
-    std::array<double, 3> opposite{};
-
-    bool is_tetrahedron() const { return count == 4; }
-  };
-
-  static double quality(Around& cell, const Vec3d& place);
-  static Vec3d gradient(Around& cell, const Vec3d& place);
-  static void look_from_vertex(Around& cell);
-  double least_at(const Vec3d& place);
+  void add(const JudgedCells& judged, std::uint32_t number, std::span<const Vec3d> points, std::uint32_t vertex);
+  double least_at(const Vec3d& place) const;
   void look_around();
-  Vec3d uphill(double margin);
-  bool climb(double margin, double goal);
+  bool climb(double reach, double goal);  // returns whether that gained something
 
-  std::vector<Around> cells_;  // seen from `start_`, in units of `size_`
-  std::vector<double> qualities_;
+  // Seen from `start_`, in units of `size_`.
+  std::vector<SeenTetrahedron> tetrahedra_;
+  std::vector<SeenCorner> corners_;
+  std::vector<double> values_;
   std::vector<Vec3d> gradients_;
-  std::vector<Vec3d> active_;
   Vec3d start_;
   Vec3d place_;      // likewise
   double size_ = 0;  // the longest edge
