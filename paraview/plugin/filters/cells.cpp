@@ -15,7 +15,6 @@
 #include <optional>
 
 #include "knead/math/error.h"
-#include "knead/mesh/cell_stars.h"
 
 namespace knead::paraview {
 namespace {

@@ -10,7 +10,6 @@
 
 #include "knead/math/error.h"
 #include "knead/math/mat3.h"
-#include "knead/mesh/cell_stars.h"
 #include "knead/mesh/measures.h"
 #include "support/volume_mesh.h"
 

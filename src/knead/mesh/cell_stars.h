@@ -1,7 +1,6 @@
-// Which cells lie around each point of a volume mesh, and its boundary. Internal to the library.
+// Which cells lie around each point of a volume mesh. Internal to the library.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,13 +26,5 @@ CellStars stars_of(const Cells& cells, std::size_t points);
 
 // Returns whether a face at the point belongs to one cell only, or to more than two.
 bool is_on_boundary(const Cells& cells, const CellStars& stars, std::uint32_t point);
-
-// The corners of a face of a volume mesh, ascending. A triangle has no fourth one: kNoCorner.
-using CellBoundaryFace = std::array<std::uint32_t, 4>;
-constexpr std::uint32_t kNoCorner = 0xffffffff;
-
-// Returns the faces on the boundary of a volume mesh, ascending: those that belong to one cell only, or to more than
-// two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
-std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads = 0);
 
 }  // namespace knead

@@ -1,6 +1,7 @@
 // Measures a mesh: counts, topology, volume, area, and what a deformation turned over.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -135,6 +136,14 @@ CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std
 // Returns the points on the boundary of a volume mesh, ascending: corners of a face that belongs to one cell only, or
 // to more than two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
 std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads = 0);
+
+// The corners of a face of a volume mesh, ascending. A triangle has no fourth one: kNoCorner.
+using CellBoundaryFace = std::array<std::uint32_t, 4>;
+constexpr std::uint32_t kNoCorner = 0xffffffff;
+
+// Returns the faces on the boundary of a volume mesh, ascending: those that belong to one cell only, or to more than
+// two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
+std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads = 0);
 
 // Returns the volume between the faces of a polyhedron: [n, v1 ... vn, n, ...], which look outward. A face is cut into
 // triangles around the mean of its corners. Throws InvalidInput for a list that is cut off, and a corner that is no
