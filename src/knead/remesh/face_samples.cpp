@@ -27,8 +27,8 @@ Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corn
 
 }  // namespace
 
-FaceSamples::FaceSamples(const Deformation& deformation)
-    : deformation_(deformation), most_(std::min(kMostSamples, points_left())) {}
+FaceSamples::FaceSamples(const Deformation& deformation, const Progress* progress)
+    : deformation_(deformation), progress_(progress), most_(std::min(kMostSamples, points_left())) {}
 
 double FaceSamples::points_left() const {
   return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();
@@ -51,6 +51,7 @@ void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, co
 
 void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
                          int depth) {
+  stop_if_cancelled(progress_);
   if (static_cast<double>(before_.size()) > most_) return;
   const Vec3d center = center_of(before);
   const double radius =

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "knead/math/progress.h"
 #include "knead/remesh/remesh.h"
 
 namespace knead::remesh_detail {
@@ -14,7 +15,8 @@ namespace knead::remesh_detail {
 // Sample points inside large faces. Edges alone do not show what a small tool does in the middle of a face.
 class FaceSamples {
  public:
-  explicit FaceSamples(const Deformation& deformation);
+  // Adding samples throws Cancelled if `progress` says so; null: never.
+  FaceSamples(const Deformation& deformation, const Progress* progress);
 
   // Adds samples of a face, about a quarter of deformation.feature apart, where the face may be moved. A face smaller
   // than half a feature gets none.
@@ -34,6 +36,7 @@ class FaceSamples {
   double points_left() const;
 
   const Deformation& deformation_;
+  const Progress* progress_;
   double most_;  // samples that are made
   std::vector<std::uint32_t> faces_;
   std::vector<Vec3d> before_;

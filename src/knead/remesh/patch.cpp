@@ -32,7 +32,7 @@ std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved,
   const bool whole = options.whole;
   const std::size_t faces = before.face_count();
   std::vector<bool> touched(faces, whole);
-  FaceSamples large(deformation);
+  FaceSamples large(deformation, options.progress);
   const bool search = std::isfinite(deformation.feature) && !whole;
   std::vector<Triangle> parts;
   for (std::size_t f = 0; f < faces && !whole; ++f) {

@@ -157,7 +157,7 @@ std::vector<std::uint32_t> Refinement::find_marked(const std::vector<bool>& forc
 std::optional<std::vector<std::uint32_t>> Refinement::find_edges_of_large_faces() const {
   std::vector<std::uint32_t> edges;
   if (!std::isfinite(deformation_.feature)) return edges;
-  FaceSamples samples(deformation_);
+  FaceSamples samples(deformation_, progress_);
   for (std::uint32_t f = 0; f < s_.face_count(); ++f) {
     stop_if_cancelled(progress_);
     const auto [a, b, c] = s_.triangle(f);
