@@ -37,15 +37,15 @@ double angle_between(const Vec3d& a, const Vec3d& b) { return std::atan2(norm(cr
 
 }  // namespace
 
-Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-                       std::size_t outside, const Progress* progress, Deadline* deadline)
+Refinement::Refinement(Surface& surface, const Deformation& deformation, const RemeshOptions& options,
+                       std::size_t outside, Deadline& deadline)
     : s_(surface),
       deformation_(deformation),
-      targets_(targets),
-      whole_(whole),
-      progress_(progress),
+      targets_(options.targets),
+      whole_(options.whole),
+      progress_(options.progress),
       deadline_(deadline),
-      shortest_(kShortestShare * targets.max_chord),
+      shortest_(kShortestShare * options.targets.max_chord),
       outside_(static_cast<double>(outside)) {
   deviation_.resize(s_.halfedge.size());
   for (std::uint32_t e = 0; e < s_.halfedge.size(); ++e) {
@@ -55,7 +55,7 @@ Refinement::Refinement(Surface& surface, const Deformation& deformation, const R
 
 bool Refinement::split_rounds() {
   for (int round = 0; round < kMostRounds; ++round) {
-    if (deadline_ != nullptr && deadline_->is_over()) return false;
+    if (deadline_.is_over()) return false;
     const Round done = split_round({});
     if (done != Round::split) return done == Round::met;
   }

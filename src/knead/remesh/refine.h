@@ -17,11 +17,11 @@ namespace knead::remesh_detail {
 // Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
 class Refinement {
  public:
-  // If `whole`, edges that do not move must also be shorter than targets.max_edge. `progress` cancels.
-  // `outside`: vertices of the mesh outside the surface, which count towards targets.max_vertices. `deadline`: no round
-  // begins after it.
-  Refinement(Surface& surface, const Deformation& deformation, const RemeshTargets& targets, bool whole,
-             std::size_t outside = 0, const Progress* progress = nullptr, Deadline* deadline = nullptr);
+  // Of the options: `targets`; `whole`, by which edges that do not move must also be shorter than targets.max_edge; and
+  // `progress`, which cancels. `outside`: vertices of the mesh outside the surface, which count towards
+  // targets.max_vertices. No round begins after the deadline.
+  Refinement(Surface& surface, const Deformation& deformation, const RemeshOptions& options, std::size_t outside,
+             Deadline& deadline);
 
   // Splits edges until all meet the targets, or a limit on rounds or the deadline is reached. Returns true if all do.
   // Throws RemeshLimit before a round if that would exceed the limits on vertices or work, or if all rounds probably
@@ -71,11 +71,11 @@ class Refinement {
   Surface& s_;
   const Deformation& deformation_;
   RemeshTargets targets_;
-  bool whole_ = false;
-  const Progress* progress_ = nullptr;
-  Deadline* deadline_ = nullptr;
-  double shortest_ = 0;     // edges shorter than twice this length are not split
-  double outside_ = 0;      // vertices of the mesh outside the surface
+  bool whole_;
+  const Progress* progress_;
+  Deadline& deadline_;
+  double shortest_;         // edges shorter than twice this length are not split
+  double outside_;          // vertices of the mesh outside the surface
   bool may_refuse_ = true;  // else stops at the limits
   double carried_ = 0;      // middles
   std::vector<Vec3d> deviation_;

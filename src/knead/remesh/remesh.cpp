@@ -43,8 +43,8 @@ class Remesher {
         improve_(std::move(improve)),
         patch_(take_patch(before, after, deformation, options)),
         search_(before, patch_, options.single_precision, options.threads, options.progress),
-        refinement_(patch_.surface, deformation, options.targets, options.whole,
-                    before.vertex_count() - patch_.vertex_source.size(), options.progress, &deadline_) {}
+        refinement_(patch_.surface, deformation, options, before.vertex_count() - patch_.vertex_source.size(),
+                    deadline_) {}
 
   Remeshed run() {
     counts_steps_ = options_.progress != nullptr && options_.progress->total == 0;
