@@ -74,21 +74,43 @@ KNEAD_INLINE Vec3<P> each_lane(const S* v) {
   return {P(v[0]), P(v[1]), P(v[2])};
 }
 
+// Where and when points are: x in units of the radius, t, and t within the polynomials' interval, from -1 to 1.
+template <class P>
+struct PinPlace {
+  Vec3<P> x;
+  P t;
+  P s;
+};
+
+// One pin, and the polynomials of its strengths.
+template <class S>
+struct PinStrength {
+  const S* pin;
+  const S* powers;
+  int degree;
+};
+
+// What pins add up to; the potential only under a mask.
+template <class P>
+struct PinSum {
+  Vec3<P> velocity;
+  Vec3<P> potential;
+};
+
 // Adds the kernel of one pin to v, and to the vector potential A (in units of the radius) under a mask:
 // v = (1 - r)^4 ((1 + 4 r - 20 r^2) a + 15 (a.y) y), A = (1 + 5 r) (1 - r)^5 a x y / 2, y from the pin, r = |y|.
 template <class P, bool masked, class S>
-KNEAD_INLINE void add_pin(const S* pin, const S* powers, int degree, const Vec3<P>& x, const P& t, const P& s,
-                          Vec3<P>& velocity, Vec3<P>& potential) {
-  const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
-  Vec3<P> a = each_lane<P>(powers + 3 * degree);
-  for (int power = degree - 1; power >= 0; --power) a = mul_add(a, s, each_lane<P>(powers + 3 * power));
+KNEAD_INLINE void add_pin(const PinStrength<S>& of, const PinPlace<P>& place, PinSum<P>& sum) {
+  const Vec3<P> y = neg_mul_add(each_lane<P>(of.pin + 3), place.t, place.x - each_lane<P>(of.pin));
+  Vec3<P> a = each_lane<P>(of.powers + 3 * of.degree);
+  for (int power = of.degree - 1; power >= 0; --power) a = mul_add(a, place.s, each_lane<P>(of.powers + 3 * power));
   const P r = sqrt(norm2(y));
   const P rest = maximum(P(1) - r, P(0));
   const P square = rest * rest;
   const P fourth = square * square;
-  velocity = mul_add(a, fourth * mul_add(r, mul_add(r, P(-20), P(4)), P(1)), velocity);
-  velocity = mul_add(y, fourth * (P(15) * dot(a, y)), velocity);
-  if constexpr (masked) potential = mul_add(cross(a, y), fourth * rest * mul_add(r, P(2.5), P(0.5)), potential);
+  sum.velocity = mul_add(a, fourth * mul_add(r, mul_add(r, P(-20), P(4)), P(1)), sum.velocity);
+  sum.velocity = mul_add(y, fourth * (P(15) * dot(a, y)), sum.velocity);
+  if constexpr (masked) sum.potential = mul_add(cross(a, y), fourth * rest * mul_add(r, P(2.5), P(0.5)), sum.potential);
 }
 
 template <class P, bool masked, class S>
@@ -108,33 +130,32 @@ KNEAD_INLINE void find_places(const PinKernelField<S>& field, const Bundle<S>& b
 // The same of a turn: v = (1 - r)^3 ((1 - 9/5 r) rate x y + (1 - 7/3 r) S y + 4/3 (y.S y) y / r), S the strain;
 // A = (1 - r)^3 ((1 - 9/5 r) (rate.y) y + (1 - r) (S y) x y / 3).
 template <class P, bool masked, class S>
-KNEAD_INLINE void add_turn(const S* pin, const S* powers, int degree, const Vec3<P>& x, const P& t, const P& s,
-                           Vec3<P>& velocity, Vec3<P>& potential) {
-  const Vec3<P> y = neg_mul_add(each_lane<P>(pin + 3), t, x - each_lane<P>(pin));
+KNEAD_INLINE void add_turn(const PinStrength<S>& of, const PinPlace<P>& place, PinSum<P>& sum) {
+  const Vec3<P> y = neg_mul_add(each_lane<P>(of.pin + 3), place.t, place.x - each_lane<P>(of.pin));
   const P r = sqrt(norm2(y));
   const P rest = maximum(P(1) - r, P(0));
   const P cube = rest * (rest * rest);
-  const S* const highest = powers + 9 * degree;
+  const S* const highest = of.powers + 9 * of.degree;
   Vec3<P> rate = each_lane<P>(highest);
   Vec3<P> own = each_lane<P>(highest + 3);
   Vec3<P> across = each_lane<P>(highest + 6);
-  for (int power = degree - 1; power >= 0; --power) {
-    const S* const lower = powers + 9 * power;
-    rate = mul_add(rate, s, each_lane<P>(lower));
-    own = mul_add(own, s, each_lane<P>(lower + 3));
-    across = mul_add(across, s, each_lane<P>(lower + 6));
+  for (int power = of.degree - 1; power >= 0; --power) {
+    const S* const lower = of.powers + 9 * power;
+    rate = mul_add(rate, place.s, each_lane<P>(lower));
+    own = mul_add(own, place.s, each_lane<P>(lower + 3));
+    across = mul_add(across, place.s, each_lane<P>(lower + 6));
   }
   const Vec3<P> strained{mul_add(own.x, y.x, mul_add(across.x, y.y, across.y * y.z)),
                          mul_add(across.x, y.x, mul_add(own.y, y.y, across.z * y.z)),
                          mul_add(across.y, y.x, mul_add(across.z, y.y, own.z * y.z))};
   const P turning = cube * mul_add(r, P(S(-1.8)), P(1));
   const P along = cube * P(S(4) / S(3)) * dot(y, strained) / maximum(r, P(kLeastDistance<S>));
-  velocity = mul_add(cross(rate, y), turning, velocity);
-  velocity = mul_add(strained, cube * mul_add(r, P(S(-7) / S(3)), P(1)), velocity);
-  velocity = mul_add(y, along, velocity);
+  sum.velocity = mul_add(cross(rate, y), turning, sum.velocity);
+  sum.velocity = mul_add(strained, cube * mul_add(r, P(S(-7) / S(3)), P(1)), sum.velocity);
+  sum.velocity = mul_add(y, along, sum.velocity);
   if constexpr (masked) {
-    potential = mul_add(y, turning * dot(rate, y), potential);
-    potential = mul_add(cross(strained, y), cube * rest * P(S(1) / S(3)), potential);
+    sum.potential = mul_add(y, turning * dot(rate, y), sum.potential);
+    sum.potential = mul_add(cross(strained, y), cube * rest * P(S(1) / S(3)), sum.potential);
   }
 }
 
@@ -168,24 +189,23 @@ KNEAD_INLINE void add_near(const PinKernelField<S>& field, const PinNumbers<S>& 
       evaluate_powers<P, kWidth>(pins[numbers[k]] + 6, field.degree, s, values + kWidth * k);
     }
     for (std::size_t i = 0; count > 0 && i < lanes; i += P::kSize) {
-      const Vec3<P> x = load<P>(places.at, i);
       const P t = P::load(places.t + i);
-      const P s = (t - P(field.middle)) * P(field.per_half);
-      Vec3<P> velocity = load<P>(places.velocity, i);
-      Vec3<P> potential;
-      if constexpr (masked) potential = load<P>(places.potential, i);
+      const PinPlace<P> place{load<P>(places.at, i), t, (t - P(field.middle)) * P(field.per_half)};
+      PinSum<P> sum;
+      sum.velocity = load<P>(places.velocity, i);
+      if constexpr (masked) sum.potential = load<P>(places.potential, i);
       for (int k = 0; k < count; ++k) {
         const S* const pin = pins[numbers[k]];
-        const S* const powers = shares ? values + kWidth * k : pin + 6;
-        const int degree = shares ? 0 : field.degree;
+        const PinStrength<S> of =
+            shares ? PinStrength<S>{pin, values + kWidth * k, 0} : PinStrength<S>{pin, pin + 6, field.degree};
         if constexpr (turns) {
-          add_turn<P, masked>(pin, powers, degree, x, t, s, velocity, potential);
+          add_turn<P, masked>(of, place, sum);
         } else {
-          add_pin<P, masked>(pin, powers, degree, x, t, s, velocity, potential);
+          add_pin<P, masked>(of, place, sum);
         }
       }
-      store(velocity, places.velocity, i);
-      if constexpr (masked) store(potential, places.potential, i);
+      store(sum.velocity, places.velocity, i);
+      if constexpr (masked) store(sum.potential, places.potential, i);
     }
   }
 }
@@ -194,7 +214,7 @@ template <class P, bool masked, class S>
 [[gnu::flatten]] void pin_stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
   const PinKernelField<S> field = *static_cast<const PinKernelField<S>*>(data);
   const auto lanes = static_cast<std::size_t>(bundle.count);
-  PinPlaces<S> places;
+  PinPlaces<S> places;  // NOLINT(cppcoreguidelines-pro-type-member-init): find_places writes all that is read
   find_places<P, masked>(field, bundle, stage, places);
   const PinsNear<S> near(places, lanes);
   add_near<P, masked, false>(field, field.pins, near, places, lanes);
