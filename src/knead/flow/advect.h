@@ -75,7 +75,8 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
 
 // Returns the Jacobian at each of the points of the map that advect() applies: row i holds the derivatives of
 // coordinate i. Integrates dJ/dt = grad v J along the path lines in double, in the steps that the tolerance of
-// `options` asks for; about 5 us for each step. Throws as velocities() and advect(), and Cancelled.
+// `options` asks for, several points at a time where advect() does so. The bits of a result depend on its point alone.
+// Throws as velocities() and advect(), and Cancelled.
 std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
 
 }  // namespace knead

@@ -282,6 +282,40 @@ struct GroupTask {
   StopQuestion stop;               // the path lines under way are given up then, and the counts are not complete
 };
 
+// So many path lines are integrated side by side with their Jacobians.
+inline constexpr std::size_t kJacobianLanes = 16;
+
+// A vector and a matrix by rows for each of them: x and J, v and grad v, or their rates.
+inline constexpr std::size_t kJacobianNumbers = 12;
+struct alignas(64) JacobianBundle {
+  double of[kJacobianNumbers][kJacobianLanes]{};
+};
+
+// Evaluates v and its gradient at the vectors of `places` in the lanes that are asked for, at least.
+using FindGradients = void (*)(const void* field, const JacobianBundle& places, const double* times,
+                               std::uint32_t asked, JacobianBundle& slopes);
+
+// A path line that begins at a point, at the time t.
+struct JacobianStart {
+  std::size_t point = 0;
+  double t = 0;
+};
+
+// The path lines of `starts` with their Jacobians, over the rest of the segment.
+struct JacobianTask {
+  const SegmentTask<double>* segment = nullptr;  // without its kernel
+  FindGradients find_gradients = nullptr;
+  const void* field = nullptr;
+  double longest_step = 0;
+  double turning = 0;  // by how many radians the regions turn about turning_center
+  Vec3d turning_center;
+  const JacobianStart* starts = nullptr;
+  std::size_t count = 0;
+  Vec3d* points = nullptr;
+  Mat3d* jacobians = nullptr;
+  StopQuestion stop;
+};
+
 struct GroupCounts {
   std::uint64_t accepted = 0;
   std::uint64_t rejected = 0;
@@ -301,11 +335,17 @@ struct Kernels {
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 
+struct JacobianKernels {
+  FindGradients fields[kMotionKinds][kRegionKinds]{};  // of a KernelField in double
+  void (*move)(const JacobianTask& task) = nullptr;
+};
+
 // Of one instruction set.
 struct KernelTable {
   const char* name = nullptr;
   Kernels<float> in_float;
   Kernels<double> in_double;
+  JacobianKernels jacobians;
 
   template <class S>
   const Kernels<S>& in() const {
@@ -322,5 +362,11 @@ KernelTable avx2_kernels();
 KernelTable avx512_kernels();
 KernelTable neon_kernels();
 KernelTable wasm_kernels();
+
+JacobianKernels scalar_jacobian_kernels();
+JacobianKernels avx2_jacobian_kernels();
+JacobianKernels avx512_jacobian_kernels();
+JacobianKernels neon_jacobian_kernels();
+JacobianKernels wasm_jacobian_kernels();
 
 }  // namespace knead::detail

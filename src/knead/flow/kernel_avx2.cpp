@@ -5,7 +5,7 @@ namespace knead::detail {
 KernelTable avx2_kernels() {
   using Float = Pack<float, xsimd::fma3<xsimd::avx2>>;
   using Double = Pack<double, xsimd::fma3<xsimd::avx2>>;
-  return {"avx2", kernels_of<Float, Double>(), kernels_of<Double, Double>()};
+  return {"avx2", kernels_of<Float, Double>(), kernels_of<Double, Double>(), avx2_jacobian_kernels()};
 }
 
 }  // namespace knead::detail

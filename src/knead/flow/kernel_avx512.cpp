@@ -11,7 +11,7 @@ namespace knead::detail {
 KernelTable avx512_kernels() {
   using Float = Pack<float, xsimd::avx512bw>;
   using Double = Pack<double, xsimd::avx512bw>;
-  return {"avx512", kernels_of<Float, Double>(), kernels_of<Double, Double>()};
+  return {"avx512", kernels_of<Float, Double>(), kernels_of<Double, Double>(), avx512_jacobian_kernels()};
 }
 
 }  // namespace knead::detail

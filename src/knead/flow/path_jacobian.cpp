@@ -23,7 +23,7 @@ namespace knead {
 
 namespace {
 
-constexpr std::size_t kPointsAtATime = 16;
+constexpr std::size_t kPointsAtATime = 256;
 // Of the pins' velocities, as a part of their radius.
 constexpr double kPinTolerance = 1e-9;
 
@@ -78,69 +78,64 @@ Slope slope_of(const std::vector<Field>& fields, const Segment& segment, const d
   return {values(sum), {sum.x.g, sum.y.g, sum.z.g}};
 }
 
-// How fast the regions turn past a point.
-double turning_speed(const Segment& segment, const Vec3d& x) {
-  double angle = 0;
-  Vec3d center{};
-  for (const Field& field : segment.fields) {
-    if (const auto* half_space = std::get_if<HalfSpace<double>>(&field.region)) angle = half_space->turn_angle;
-    if (const auto* handles = std::get_if<Handles<double>>(&field.region)) angle = handles->turn_angle;
-    center = field.center;
-  }
-  return std::abs(angle) * norm(x - center);
-}
-
 // What is asked for: where a motion is known in closed form, its determinant is 1.
 enum class Wanted { determinant, jacobian };
 
-// One point's path line through one segment, and its Jacobian.
-class JacobianLine {
+// Path lines through one segment, and their Jacobians. Never copied, and the segment must outlive it.
+class SegmentJacobians {
  public:
-  JacobianLine(const Segment& segment, const AdvectOptions& options, Wanted wanted)
+  SegmentJacobians(const Segment& segment, const AdvectOptions& options, Wanted wanted)
       : segment_(segment),
+        options_(options),
         wanted_(wanted),
-        tableau_(tableau(options.integrator)),
-        tolerance_(detail::kErrorShare * options.tolerance),
-        direction_(segment.end >= segment.begin ? 1 : -1),
-        reach_(detail::reach_of_step(segment)),
-        mask_(detail::mask_on(segment)) {
-    if (segment.time_law != TimeLaw::pinned) return;
-    pieces_ = detail::solve_pins(segment, options.tolerance);
-    for (const Field& field : segment.fields) pin_speed_ = std::max(pin_speed_, norm(displacement_of(segment, field)));
+        mask_(detail::mask_on(segment)),
+        kernels_(detail::kernels_in_use().jacobians),
+        bound_(detail::gradient_kernel(segment, mask_, kernels_)),
+        method_(detail::method_in_double(options.integrator)),
+        task_(detail::task_in_double(segment, options.tolerance)) {
+    if (segment.time_law == TimeLaw::pinned) pieces_ = detail::solve_pins(segment, options.tolerance);
+    task_.method = &method_;
+    task_.next_contact = [](const void* of, const Vec3d& x, double t, const void*& /*cell*/) {
+      return next_contact(*static_cast<const Segment*>(of), x, t).value_or(2);
+    };
+    task_.contact_data = &segment;
   }
+  SegmentJacobians(const SegmentJacobians&) = delete;
+  SegmentJacobians& operator=(const SegmentJacobians&) = delete;
+  ~SegmentJacobians() = default;
 
   Vec3d velocity_at(const Vec3d& x, double t) const {
     return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_at(x, t).velocity;
   }
 
-  void run(Vec3d& x, Mat3d& jacobian) {
-    if (is_outside_barrel(x)) return;
-    std::optional<double> contact = next_contact(segment_, x, segment_.begin);
-    if (!contact) return;
-    if (mask_.acts && segment_.mask.holds(x)) return;
-    if (const std::optional<Vec3d> known = known_displacement(x)) {
-      jacobian = known_gradient(*known) * jacobian;
-      x += *known;
-      return;
+  // Moves the points from `begin` to `end`, and multiplies their Jacobians.
+  void run(std::size_t begin, std::size_t end, std::span<Vec3d> points, std::span<Mat3d> jacobians) const {
+    std::array<detail::JacobianStart, kPointsAtATime> starts;
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (const std::optional<double> t = meet(points[i], jacobians[i])) starts[count++] = {i, *t};
     }
-    x_ = x;
-    jacobian_ = jacobian;
-    double t = *contact;
-    double trial = std::abs(segment_.end - t);
-    for (int steps = 0; (segment_.end - t) * direction_ > 0 && steps < kMostSteps; ++steps) {
-      if (steps > 0 && slope_at(x_, t).velocity == Vec3d{}) {
-        contact = next_contact(segment_, x_, t);
-        if (!contact) break;
-        t = *contact;
-      }
-      step(t, trial);
-    }
-    x = x_;
-    jacobian = jacobian_;
+    if (count == 0) return;
+    detail::JacobianTask task = task_of_kernel();
+    task.starts = starts.data();
+    task.count = count;
+    task.points = points.data();
+    task.jacobians = jacobians.data();
+    kernels_.move(task);
   }
 
  private:
-  static constexpr int kMostSteps = 10'000;
+  // The time from which on the path line is to be integrated. None: x rests, or what is known has been done.
+  std::optional<double> meet(Vec3d& x, Mat3d& jacobian) const {
+    if (is_outside_barrel(x)) return std::nullopt;
+    const std::optional<double> contact = next_contact(segment_, x, segment_.begin);
+    if (!contact || (mask_.acts && segment_.mask.holds(x))) return std::nullopt;
+    const std::optional<Vec3d> known = known_displacement(x);
+    if (!known) return contact;
+    jacobian = known_gradient(*known) * jacobian;
+    x += *known;
+    return std::nullopt;
+  }
 
   bool is_outside_barrel(const Vec3d& x) const {
     if (!segment_.barrel) return false;
@@ -169,84 +164,49 @@ class JacobianLine {
     return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
   }
 
-  double longest_step(const Vec3d& velocity) const {
-    const Vec3d tool = segment_.time_law == TimeLaw::swept ? segment_.displacement : Vec3d{};
-    const double speed = std::max({norm(velocity - tool), norm(tool), pin_speed_}) + turning_speed(segment_, x_);
-    const double longest = std::isfinite(reach_) ? detail::step_rule::longest_step(speed, reach_) : 1.0 / 16;
-    return segment_.time_law != TimeLaw::blended ? longest : std::min(longest, detail::kLeastBlendedStep);
-  }
-
-  void step(double& t, double& trial) {
-    evaluate(0, t, {}, jacobian_);
-    const double remaining = std::abs(segment_.end - t);
-    const double longest = longest_step(slopes_[0]);
-    const double shortest = detail::step_rule::shortest_step(longest, detail::kShortestPart<double>);
-    for (;;) {
-      const double h = detail::step_rule::chosen_step(trial, shortest, longest, remaining);
-      const double error = try_step(t, h * direction_);
-      const double relative = error / tolerance_;
-      trial = h * detail::step_rule::step_factor(relative * relative, tableau_.error_order);
-      if (error > tolerance_ && h > shortest) continue;
-      const double signed_h = h * direction_;
-      x_ += combine(slopes_, tableau_.b) * signed_h;
-      jacobian_ = jacobian_ + combine(rates_, tableau_.b) * signed_h;
-      t = h >= remaining ? segment_.end : t + signed_h;
-      return;
+  // Of the fields that no kernel evaluates.
+  static void find_gradients(const void* data, const detail::JacobianBundle& places, const double* times,
+                             std::uint32_t asked, detail::JacobianBundle& slopes) {
+    const auto& self = *static_cast<const SegmentJacobians*>(data);
+    for (std::size_t lane = 0; lane < detail::kJacobianLanes; ++lane) {
+      if ((asked >> lane & 1) == 0 || is_cancelled(self.options_)) continue;
+      const Slope slope = self.slope_at({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
+      const Vec3d rows[4] = {slope.velocity, slope.gradient.row0, slope.gradient.row1, slope.gradient.row2};
+      for (std::size_t n = 0; n < detail::kJacobianNumbers; ++n) slopes.of[n][lane] = rows[n / 3][n % 3];
     }
   }
 
-  // The stages of a step; returns the error of x per unit of time.
-  double try_step(double t, double h) {
-    for (int i = 1; i < tableau_.stages; ++i) {
-      evaluate(i, t + h * tableau_.c[i], combine(slopes_, tableau_.a[i], i) * h,
-               jacobian_ + combine(rates_, tableau_.a[i], i) * h);
+  detail::JacobianTask task_of_kernel() const {
+    detail::JacobianTask task;
+    task.segment = &task_;
+    task.find_gradients = bound_.find != nullptr ? bound_.find : &find_gradients;
+    task.field = bound_.find != nullptr ? bound_.field.get() : this;
+    task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
+    if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kLeastBlendedStep;
+    for (const Field& field : segment_.fields) {
+      if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
+      if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+        task.turning = std::abs(handles->turn_angle);
+      }
+      task.turning_center = field.center;
     }
-    return norm(combine(slopes_, tableau_.e));
-  }
-
-  void evaluate(int stage, double t, const Vec3d& offset, const Mat3d& jacobian) {
-    const Slope slope = slope_at(x_ + offset, t);
-    slopes_[stage] = slope.velocity;
-    rates_[stage] = slope.gradient * jacobian;
-  }
-
-  using Weights = std::array<double, Tableau::kMaxStages>;
-
-  Vec3d combine(const std::array<Vec3d, Tableau::kMaxStages>& slopes, const Weights& weights) const {
-    return combine(slopes, weights, tableau_.stages);
-  }
-  static Vec3d combine(const std::array<Vec3d, Tableau::kMaxStages>& slopes, const Weights& weights, int count) {
-    Vec3d sum{};
-    for (int j = 0; j < count; ++j) sum += slopes[j] * weights[j];
-    return sum;
-  }
-  Mat3d combine(const std::array<Mat3d, Tableau::kMaxStages>& rates, const Weights& weights) const {
-    return combine(rates, weights, tableau_.stages);
-  }
-  static Mat3d combine(const std::array<Mat3d, Tableau::kMaxStages>& rates, const Weights& weights, int count) {
-    Mat3d sum{{}, {}, {}};
-    for (int j = 0; j < count; ++j) sum = sum + rates[j] * weights[j];
-    return sum;
+    task.stop.asked = &options_;
+    task.stop.ask = [](const void* asked, std::uint64_t /*evaluations*/) {
+      return is_cancelled(*static_cast<const AdvectOptions*>(asked));
+    };
+    return task;
   }
 
   const Segment& segment_;
+  const AdvectOptions& options_;
   Wanted wanted_;
-  const Tableau& tableau_;
-  double tolerance_ = 0;
-  double direction_ = 1;
-  double reach_ = 0;
   detail::SegmentMask mask_;
+  const detail::JacobianKernels& kernels_;
+  detail::BoundGradients bound_;  // if there is one
+  detail::Method<double> method_;
+  detail::SegmentTask<double> task_;
   std::vector<detail::PinPiece> pieces_;  // of pins
-  double pin_speed_ = 0;                  // the greatest
-  Vec3d x_{};
-  Mat3d jacobian_;
-  std::array<Vec3d, Tableau::kMaxStages> slopes_{};
-  std::array<Mat3d, Tableau::kMaxStages> rates_{};
 };
-
-}  // namespace
-
-namespace {
 
 // Moves the points, and returns the Jacobians. What a segment needs is made ready once.
 std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
@@ -255,12 +215,12 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
   require_finite(points);
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
-    const JacobianLine start(segment, options, wanted);
+    const SegmentJacobians segment_jacobians(segment, options, wanted);
     parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
-      JacobianLine line = start;
-      for (std::size_t i = begin; i < end && !is_cancelled(options); ++i) {
-        line.run(points[i], result[i]);
-        if (options.progress != nullptr) ++options.progress->done;
+      for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
+        const std::size_t count = std::min(kPointsAtATime, end - i);
+        segment_jacobians.run(i, i + count, points, result);
+        if (options.progress != nullptr) options.progress->done += count;
       }
     });
     stop_if_cancelled(options.progress);
@@ -297,7 +257,7 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   const Segment& segment = flow.segments[i];
   AdvectOptions options;
   options.tolerance = kPinTolerance * segment.fields.front().thresholds.outer;
-  const JacobianLine line(segment, options, Wanted::jacobian);
+  const SegmentJacobians line(segment, options, Wanted::jacobian);
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;
   parallel_for(points.size(), kPointsAtATime, 0, [&](std::size_t begin, std::size_t end) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "knead/math/error.h"
 #include "support/random_segments.h"
@@ -102,6 +103,35 @@ TEST(Jacobians, AreTheDerivativesOfTheFlow) {
         const std::vector<Vec3d> ends = moved(flow, {kPoints[i] + e, kPoints[i] - e});
         const Vec3d difference = (ends[0] - ends[1]) / (2 * h);
         EXPECT_LT(norm(difference - found[i] * e / h), 1e-3 * (1 + norm(difference))) << name << " point " << i;
+      }
+    }
+  }
+}
+
+// To the bit: whatever is integrated beside it, in whatever order, and by whatever instruction set.
+TEST(Jacobians, OfAPointDependOnItAlone) {
+  test::Random random(7);
+  std::vector<Vec3d> points = kPoints;
+  for (int i = 0; i < 60; ++i) points.push_back(random.in_box(0.6));
+  const std::vector<Vec3d> reversed(points.rbegin(), points.rend());
+  for (const auto& [name, segment] : test::random_segments(random)) {
+    if (std::ranges::any_of(segment.fields, [](const Field& f) {
+          return std::holds_alternative<CustomMotion>(f.motion) || std::holds_alternative<CustomRegion>(f.region);
+        })) {
+      continue;
+    }
+    for (const Flow& flow : {Flow{{segment, segment}}, inverse(Flow{{segment}})}) {
+      for (const Integrator integrator : {Integrator::tsitouras, Integrator::rk4}) {
+        const std::vector<Mat3d> all = jacobians(flow, points, with(1e-7, integrator));
+        std::vector<Mat3d> backwards = jacobians(flow, reversed, with(1e-7, integrator));
+        std::ranges::reverse(backwards);
+        EXPECT_EQ(all, backwards) << name;
+        for (std::size_t i = 0; i < points.size(); i += 7) {
+          EXPECT_EQ(all[i], jacobians(flow, {&points[i], 1}, with(1e-7, integrator)).front()) << name;
+        }
+        setenv("KNEAD_SIMD", "scalar", 1);
+        EXPECT_EQ(all, jacobians(flow, points, with(1e-7, integrator))) << name;
+        unsetenv("KNEAD_SIMD");
       }
     }
   }

@@ -370,6 +370,22 @@ bool has_pack_kernel(const Segment& segment) {
          !std::holds_alternative<CustomMotion>(first.motion);
 }
 
+BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels) {
+  BoundGradients result;
+  if (mask.acts || !has_pack_kernel(segment)) return result;
+  with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
+                                         auto region_tag, const auto& region) {
+    result = {kernels.fields[motion_kind][region_kind], own_field<double>(segment, mask, motion, region_tag, region)};
+  });
+  return result;
+}
+
+Method<double> method_in_double(Integrator integrator) { return method_of<double>(integrator); }
+
+SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
+  return task_of<double>(segment, tolerance);
+}
+
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);

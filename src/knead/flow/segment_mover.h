@@ -46,6 +46,20 @@ BoundKernel<S> lane_kernel(const Segment& segment, double tolerance, const Segme
 // Whether a kernel evaluates the segment's path lines in packs.
 bool has_pack_kernel(const Segment& segment);
 
+// What evaluates a field with its gradient in packs, and the field that it reads.
+struct BoundGradients {
+  FindGradients find = nullptr;
+  std::shared_ptr<const void> field;
+};
+
+// Null where there is no kernel for it.
+BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels);
+
+Method<double> method_in_double(Integrator integrator);
+
+// What a segment asks of a kernel, which is left out.
+SegmentTask<double> task_in_double(const Segment& segment, double tolerance);
+
 // How far a step may pass, a length; infinity between handles, where that depends on the place.
 double reach_of_step(const Segment& segment);
 

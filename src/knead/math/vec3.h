@@ -68,6 +68,12 @@ constexpr Vec3<T> neg_mul_add(const Vec3<T>& a, const T& s, const Vec3<T>& b) {
   return {neg_mul_add(a.x, s, b.x), neg_mul_add(a.y, s, b.y), neg_mul_add(a.z, s, b.z)};
 }
 
+// Returns a where the mask is true, b elsewhere.
+template <class Mask, class T>
+constexpr Vec3<T> select(const Mask& mask, const Vec3<T>& a, const Vec3<T>& b) {
+  return {select(mask, a.x, b.x), select(mask, a.y, b.y), select(mask, a.z, b.z)};
+}
+
 // Returns the squared length of a.
 template <class T>
 constexpr T norm2(const Vec3<T>& a) {
