@@ -85,6 +85,13 @@ export const drop = (tab, name, bytes) =>
     [name, Array.from(bytes)],
   );
 
+// Drops a file, and waits until it is open: the page begins with a sphere of its own, named "new sphere".
+export async function openFile(tab, name, bytes) {
+  await drop(tab, name, bytes);
+  await tab.waitForFunction((title) => document.title.includes(title), name);
+  await settle(tab);
+}
+
 // Before the page's own scripts, where the browser does not tell its driver of downloads: keeps what is downloaded.
 export function keepDownloads() {
   const blobs = new Map();

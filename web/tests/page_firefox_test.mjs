@@ -4,7 +4,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { describe, it } from 'node:test';
 import { startFirefox } from './browser.mjs';
-import { drag, drop, keepDownloads, middle, picture, save, settle, size, skipFirefox, startPage, strokes, write } from './page.mjs';
+import { drag, keepDownloads, middle, openFile, picture, save, settle, size, skipFirefox, startPage, strokes, write } from './page.mjs';
 import { knead, scratch } from './support.mjs';
 
 // Opens a sphere, pulls it twice, and compares what is exported with what the command makes of the saved session.
@@ -12,9 +12,7 @@ async function pullAndExport(test, tab) {
   const home = scratch(test);
   const sphere = path.join(home, 'sphere.ply');
   knead('make', 'sphere', '-n', '10000', '-o', sphere);
-  await drop(tab, 'sphere.ply', readFileSync(sphere));
-  await tab.waitForFunction(() => document.title.includes('sphere'));
-  await settle(tab);
+  await openFile(tab, 'sphere.ply', readFileSync(sphere));
   await drag(tab, middle, { x: middle.x + 150, y: middle.y - 80 });
   await picture(tab, 'firefox');
   const one = strokes(await save(tab, 'one'));

@@ -4,7 +4,7 @@ import { execFileSync } from 'node:child_process';
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, it } from 'node:test';
-import { drag, drop, middle, settle, size, skip as noPage, startPage } from './page.mjs';
+import { drag, middle, openFile, settle, size, skip as noPage, startPage } from './page.mjs';
 import { command, knead, scratch } from './support.mjs';
 
 const studio = path.join(path.dirname(command ?? ''), 'knead-studio');
@@ -116,9 +116,7 @@ describe("pictures beside the desktop's", { skip }, () => {
       const tab = await open(test);
       for (const pressed of ['Tab', parallel]) await tab.keyboard.press(pressed); // Tab hides the panels
       await settle(tab);
-      await drop(tab, 'sphere.ply', readFileSync(shape));
-      await tab.waitForFunction(() => document.title.includes('sphere'));
-      await settle(tab);
+      await openFile(tab, 'sphere.ply', readFileSync(shape));
       const untouched = await tab.screenshot();
       const page = await drawOnPage(tab, key, steps);
       const desktop = drawOnDesktop(home, name, shape, key, steps);

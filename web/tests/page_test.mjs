@@ -4,7 +4,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, it } from 'node:test';
 import { serve } from '../serve.mjs';
-import { drag, drop, middle, picture, save, settle, site, size, skip, startPage, strokes, turn, write } from './page.mjs';
+import { drag, drop, middle, openFile, picture, save, settle, site, size, skip, startPage, strokes, turn, write } from './page.mjs';
 import { knead, scratch } from './support.mjs';
 
 describe('the page of Studio', { skip }, () => {
@@ -22,9 +22,7 @@ describe('the page of Studio', { skip }, () => {
     knead('make', 'sphere', '-n', '10000', '-o', sphere);
     const tab = await open(test);
     await picture(tab, 'start');
-    await drop(tab, 'sphere.ply', readFileSync(sphere));
-    await tab.waitForFunction(() => document.title.includes('sphere'));
-    await settle(tab);
+    await openFile(tab, 'sphere.ply', readFileSync(sphere));
     await drag(tab, middle, { x: middle.x + 150, y: middle.y - 80 });
     await picture(tab, 'pulled');
     const one = await save(tab, 'one');
@@ -48,9 +46,7 @@ describe('the page of Studio', { skip }, () => {
     const sphere = path.join(home, 'sphere.ply');
     knead('make', 'sphere', '-n', '4000', '-o', sphere);
     const tab = await open(test);
-    await drop(tab, 'sphere.ply', readFileSync(sphere));
-    await tab.waitForFunction(() => document.title.includes('sphere'));
-    await settle(tab);
+    await openFile(tab, 'sphere.ply', readFileSync(sphere));
     const at = { x: middle.x - 80, y: middle.y - 60 };
     const aside = { x: at.x + 60, y: at.y - 40 };
     const steps = {

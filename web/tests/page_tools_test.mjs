@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
 import { after, before, describe, it } from 'node:test';
-import { drag, drop, middle, picture, save, settle, size, skip, startPage, strokes, write } from './page.mjs';
+import { drag, drop, middle, openFile, picture, save, settle, size, skip, startPage, strokes, write } from './page.mjs';
 import { complaint, knead, meshes, read, scratch } from './support.mjs';
 
 const folder = '/home/web_user/files';
@@ -23,9 +23,7 @@ describe("the page's tools", { skip }, () => {
     const shape = path.join(home, `${kind}.ply`);
     knead('make', kind, ...options, '-o', shape);
     const tab = await open(test, context);
-    await drop(tab, `${kind}.ply`, readFileSync(shape));
-    await tab.waitForFunction((title) => document.title.includes(title), kind);
-    await settle(tab);
+    await openFile(tab, `${kind}.ply`, readFileSync(shape));
     return { tab, home, shape };
   }
 
@@ -207,7 +205,7 @@ describe("the page's tools", { skip }, () => {
         assert.fail(`${name} (${isBad ? 'bad' : 'readable'}): "${await message()}", "${await tab.title()}"`));
     }
     await drop(tab, 'good.ply', readFileSync(path.join(meshes, 'sphere_642.ply')));
-    await tab.waitForFunction(() => document.title.includes('good'));
+    await tab.waitForFunction(() => document.title.includes('good.ply'));
     await drag(tab, middle, beside);
     assert.ok(strokes(await save(tab, 'after')).length > 0);
     assert.deepEqual(tab.problems, []);
