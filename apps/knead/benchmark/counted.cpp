@@ -130,7 +130,8 @@ void move(const detail::SegmentMover& mover, Groups& groups, std::size_t first, 
 
 std::uint64_t operations_of(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
   const detail::KernelTable counted{"counted", detail::kernels_of<CountedLane<float>, detail::Lane<double>>(),
-                                    detail::kernels_of<CountedLane<double>, detail::Lane<double>>()};
+                                    detail::kernels_of<CountedLane<double>, detail::Lane<double>>(),
+                                    detail::JacobianKernels{}};
   operations() = 0;
   Groups groups(points);
   for (const Segment& segment : flow.segments) {
