@@ -7,6 +7,7 @@
 
 #include "knead/field/field.h"
 #include "knead/field/mask.h"
+#include "knead/field/potential_grid.h"
 
 namespace knead {
 
@@ -36,8 +37,9 @@ struct PinTurn {
   friend bool operator==(const PinTurn&, const PinTurn&) = default;
 };
 
-// The sum of one or more fields over one unit of time. Path lines run from t = begin to t = end, both in [0, 1]: from 0
-// to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first half.
+// The sum of one or more fields over one unit of time, or v = curl A of a grid in their place. Path lines run from t =
+// begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
+// half.
 struct Segment {
   std::vector<Field> fields;
   Vec3d displacement{0, 0, 0};
@@ -46,6 +48,7 @@ struct Segment {
   Mask mask;  // of all fields
   double begin = 0;
   double end = 1;
+  PotentialGrid grid{};          // not empty: there are no fields, no displacement, no barrel and no turns
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
 
   friend bool operator==(const Segment&, const Segment&) = default;

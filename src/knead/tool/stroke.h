@@ -239,6 +239,14 @@ struct PinsStroke {
   friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
 };
 
+// The flow of a vector potential on a grid over one unit of time: numbers only. A pose becomes such strokes.
+struct GridStroke {
+  PotentialGrid grid;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const GridStroke&, const GridStroke&) = default;
+};
+
 // Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
 // each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
 struct RelaxStroke {
@@ -281,7 +289,7 @@ Mask mask_of(const MaskStroke& stroke, int threads = 0);
 
 // A stroke of any tool.
 using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke, PinsStroke, RelaxStroke, MaskStroke>;
+                            StretchStroke, TwistStroke, BendStroke, PinsStroke, GridStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);
