@@ -17,8 +17,9 @@ flow:    math field
 mesh:    math
 io:      math mesh
 remesh:  math mesh
-tool:    math field flow mesh
-session: math field flow mesh io remesh tool
+pose:    math field flow
+tool:    math field flow mesh pose
+session: math field flow mesh io remesh pose tool
 gl:      math
 gpu:     math field flow gl
 render:  math field flow mesh gl

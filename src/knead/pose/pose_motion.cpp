@@ -1,0 +1,258 @@
+#include "knead/pose/pose_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "knead/flow/advect.h"
+#include "knead/math/mat3.h"
+
+namespace knead::detail {
+
+namespace {
+
+constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
+constexpr double kMaxDistance = 0.5;                 // of the spacing
+// Weights of rows, in units of the mean diagonal of the strain times spacing^2.
+constexpr double kWeightOfPin = 600;  // by the number of its points
+constexpr double kWeightOfHold = 20;
+constexpr double kWeightOfPart = 500;  // by the number of points, and for 150 unknowns
+constexpr double kUnknowns = 150;
+constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
+constexpr double kMaxCorrection = 0.05;  // of the spacing
+constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
+
+// A pin's patch: its point, and the corners of an icosahedron about it.
+std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
+  constexpr double kRadius = 0.7;  // of the size: half of a ball's points are farther out than 0.79
+  const double golden = std::numbers::phi;
+  const double by = kRadius * size / std::sqrt(1 + golden * golden);
+  std::vector<Vec3d> points{p};
+  for (const double a : {-by, by}) {
+    for (const double b : {-by * golden, by * golden}) {
+      points.push_back(p + Vec3d{0, a, b});
+      points.push_back(p + Vec3d{a, b, 0});
+      points.push_back(p + Vec3d{b, 0, a});
+    }
+  }
+  return points;
+}
+
+double length_of(const std::vector<Vec3d>& path) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
+  return length;
+}
+
+// The place on a path after a part of its length, from 0 to 1.
+Vec3d place_by_length(const std::vector<Vec3d>& path, double part) {
+  double rest = part * length_of(path);
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const double piece = norm(path[i + 1] - path[i]);
+    if (rest <= piece && piece > 0) return path[i] + (path[i + 1] - path[i]) * (rest / piece);
+    rest -= piece;
+  }
+  return path.back();
+}
+
+Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) {
+  const double c = std::cos(angle);
+  return v * c + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - c));
+}
+
+Vec3d place_of(const PosedPart& part, const Vec3d& start, double t) {
+  return part.center + turned(start - part.center, part.axis, part.angle * t) + part.translation * t;
+}
+
+// A time of the pose: piece i of the paths lies between i and i + 1, and the last one ends at `pieces`.
+class Schedule {
+ public:
+  explicit Schedule(const PoseProblem& problem) : problem_(problem) {
+    for (const PosedPin& pin : problem.pins) {
+      if (pin.path.size() < 2) continue;
+      const std::size_t own = pin.path.size() - 1;
+      if (pieces_ != 0 && pieces_ != own) together_ = false;
+      pieces_ = std::max(pieces_, own);
+    }
+    if (pieces_ == 0 || !together_) pieces_ = 1;
+    times_.push_back(0);
+    for (std::size_t piece = 0; piece < pieces_; ++piece) {
+      const std::size_t count = segments_in(piece);
+      for (std::size_t k = 1; k <= count; ++k) {
+        times_.push_back(static_cast<double>(piece) + static_cast<double>(k) / static_cast<double>(count));
+      }
+    }
+  }
+
+  const std::vector<double>& times() const { return times_; }
+
+  // From 0 to 1 over the whole pose.
+  double part_at(double time) const { return time / static_cast<double>(pieces_); }
+
+  Vec3d place_of(const PosedPin& pin, double time) const {
+    if (pin.path.size() == 1) return pin.path.front();
+    if (!together_) return place_by_length(pin.path, time);
+    const auto piece = std::min(static_cast<std::size_t>(time), pieces_ - 1);
+    const double rest = time - static_cast<double>(piece);
+    return pin.path[piece] * (1 - rest) + pin.path[piece + 1] * rest;
+  }
+
+ private:
+  // 1 or more, so that a piece is one line of the time.
+  std::size_t segments_in(std::size_t piece) const {
+    const double share = 1 / static_cast<double>(pieces_);
+    double most = 1;
+    for (const PosedPart& part : problem_.parts) {
+      double radius = 0;
+      for (const Vec3d& p : part.points) radius = std::max(radius, norm(cross(part.axis, p - part.center)));
+      const double distance = std::abs(part.angle) * radius + norm(part.translation);
+      most = std::max(
+          {most, share * std::abs(part.angle) / kMaxAngle, share * distance / (kMaxDistance * problem_.spacing * 4)});
+    }
+    for (const PosedPin& pin : problem_.pins) {
+      if (pin.turn) most = std::max(most, share * norm(*pin.turn) / kMaxAngle);
+      if (pin.path.size() < 2) continue;
+      const double distance = together_ ? norm(pin.path[piece + 1] - pin.path[piece]) : length_of(pin.path);
+      most = std::max(most, distance / (kMaxDistance * problem_.spacing));
+    }
+    return static_cast<std::size_t>(std::ceil(most * (1 - 1e-9)));
+  }
+
+  const PoseProblem& problem_;
+  std::size_t pieces_ = 0;
+  bool together_ = true;  // the paths advance piece by piece
+  std::vector<double> times_;
+};
+
+class Motion {
+ public:
+  Motion(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply)
+      : problem_(std::move(problem)), schedule_(problem_), apply_(apply) {
+    lattice_ = {problem_.body.points.front(), problem_.spacing};
+    for (const PosedPart& part : problem_.parts) {
+      starts_.push_back(part.points);
+      rows_.push_back({part.points, part.points, kWeightOfHold});
+    }
+    for (const PosedPin& pin : problem_.pins) {
+      std::vector<Vec3d> patch = patch_about(pin.path.front(), pin.size);
+      const double weight = kWeightOfPin / static_cast<double>(patch.size());
+      rows_.push_back({patch, patch, weight, !pin.turn});
+    }
+  }
+
+  PoseOutcome run() {
+    const std::vector<double>& times = schedule_.times();
+    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1]);
+    outcome_.part_distance = greatest_miss(times.back());
+    return outcome_;
+  }
+
+ private:
+  void step(double from, double to) {
+    stop_if_cancelled(problem_.progress);
+    for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
+    const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
+    outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
+    PotentialGrid grid = system.solve(rows_);
+    for (int round = 0; round < kCorrections; ++round) {
+      correct(grid, to);
+      grid = system.solve(rows_);
+    }
+    ++outcome_.segments;
+    outcome_.stopped = !apply_(grid);
+    move(grid, problem_.body.points);
+    for (VelocityRows& list : rows_) move(grid, list.points);
+  }
+
+  bool is_part(std::size_t list) const { return list < problem_.parts.size(); }
+
+  // The rate at which a list goes from where it is to where it should be.
+  void want(std::size_t i, double from, double to) {
+    VelocityRows& list = rows_[i];
+    if (is_part(i)) {
+      const PosedPart& part = problem_.parts[i];
+      const double begin = schedule_.part_at(from);
+      const double end = schedule_.part_at(to);
+      if (!part.holds()) {
+        list.weight = kWeightOfPart / static_cast<double>(list.points.size()) *
+                      std::max(1.0, static_cast<double>(outcome_.unknowns) / kUnknowns);
+      }
+      const Vec3d middle = part.center + part.translation * (0.5 * (begin + end));
+      for (std::size_t k = 0; k < list.points.size(); ++k) {
+        list.wanted[k] = cross(part.axis, list.points[k] - middle) * (part.angle * (end - begin)) +
+                         part.translation * (end - begin) +
+                         clipped(place_of(part, starts_[i][k], begin) - list.points[k]);
+      }
+      return;
+    }
+    const PosedPin& pin = problem_.pins[i - problem_.parts.size()];
+    const Vec3d by = schedule_.place_of(pin, to) - list.points.front();
+    const double share = schedule_.part_at(to) - schedule_.part_at(from);
+    for (std::size_t k = 0; k < list.points.size(); ++k) {
+      list.wanted[k] = by;
+      if (pin.turn) list.wanted[k] += cross(*pin.turn * share, list.points[k] - list.points.front());
+    }
+  }
+
+  // Adds to the wanted rates of the pins what is missing where they arrive.
+  void correct(const PotentialGrid& grid, double to) {
+    for (std::size_t i = 0; i < problem_.pins.size(); ++i) {
+      VelocityRows& list = rows_[problem_.parts.size() + i];
+      std::vector<Vec3d> arrived{list.points.front()};
+      move(grid, arrived);
+      const Vec3d miss = clipped(schedule_.place_of(problem_.pins[i], to) - arrived.front());
+      for (Vec3d& wanted : list.wanted) wanted += miss;
+    }
+  }
+
+  // Where parts contradict each other, corrections would grow without end.
+  Vec3d clipped(const Vec3d& miss) const {
+    const double most = kMaxCorrection * problem_.spacing;
+    const double length = norm(miss);
+    return length > most ? miss * (most / length) : miss;
+  }
+
+  double greatest_miss(double time) const {
+    double greatest = 0;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (is_part(i)) {
+        for (std::size_t k = 0; k < starts_[i].size(); ++k) {
+          const Vec3d place = place_of(problem_.parts[i], starts_[i][k], schedule_.part_at(time));
+          greatest = std::max(greatest, norm(place - rows_[i].points[k]));
+        }
+      } else {
+        const Vec3d place = schedule_.place_of(problem_.pins[i - problem_.parts.size()], time);
+        greatest = std::max(greatest, norm(place - rows_[i].points.front()));
+      }
+    }
+    return greatest;
+  }
+
+  void move(const PotentialGrid& grid, std::vector<Vec3d>& points) const {
+    Segment segment;
+    segment.grid = grid;
+    AdvectOptions options;
+    options.tolerance = kTolerance * problem_.diagonal;
+    options.precision = Precision::float64;
+    options.threads = problem_.threads;
+    advect({{std::move(segment)}}, points, options);
+  }
+
+  PoseProblem problem_;
+  Schedule schedule_;
+  const std::function<bool(const PotentialGrid&)>& apply_;
+  Lattice lattice_;
+  std::vector<std::vector<Vec3d>> starts_;  // of the parts' points
+  std::vector<VelocityRows> rows_;          // of all parts, then of all pins
+  PoseOutcome outcome_;
+};
+
+}  // namespace
+
+std::size_t pose_segments(const PoseProblem& problem) { return Schedule(problem).times().size() - 1; }
+
+PoseOutcome pose(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply) {
+  return Motion(std::move(problem), apply).run();
+}
+
+}  // namespace knead::detail

@@ -1,0 +1,57 @@
+// Poses: parts and pins that move to their places, and a body that follows as nearly rigidly as it can. Contains no
+// mesh. Internal to the library.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "knead/pose/near_rigid.h"
+
+namespace knead::detail {
+
+// Points that move rigidly: by a screw about an axis, and a translation, at a constant rate. They hold by default.
+struct PosedPart {
+  std::vector<Vec3d> points;
+  Vec3d axis{0, 0, 1};  // a unit vector
+  Vec3d center{0, 0, 0};
+  double angle = 0;  // radians
+  Vec3d translation{0, 0, 0};
+
+  bool holds() const { return angle == 0 && translation == Vec3d{0, 0, 0}; }
+};
+
+// A point that follows a path; what is within `size` of it moves as a rigid patch.
+struct PosedPin {
+  std::vector<Vec3d> path;  // 1 or more places: the first is where the point is; only one: the pin holds
+  double size = 0;
+  std::optional<Vec3d> turn;  // the patch turns by so much, radians about this axis; none: as the body takes it
+};
+
+struct PoseProblem {
+  BodySamples body;
+  std::vector<PosedPart> parts;
+  std::vector<PosedPin> pins;
+  double spacing = 0;   // of the grids
+  double diagonal = 0;  // of the shape: what accuracy is measured by
+  int threads = 0;
+  Progress* progress = nullptr;
+};
+
+struct PoseOutcome {
+  std::size_t segments = 0;
+  std::size_t unknowns = 0;  // the most of a segment
+  double part_distance = 0;  // greatest of a part's points from its rigid place, and of a pin from its place
+  bool stopped = false;      // apply returned false
+};
+
+// Returns how many grids the pose becomes: none turns a part by more than 10 degrees, or moves it by more than half the
+// spacing. A path that goes on only adds grids.
+std::size_t pose_segments(const PoseProblem& problem);
+
+// Calls apply(grid) with each grid of the flow, in order, until it returns false. Throws InvalidInput where the
+// equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
+PoseOutcome pose(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply);
+
+}  // namespace knead::detail
