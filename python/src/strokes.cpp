@@ -3,6 +3,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "knead/io/atomic_file.h"
@@ -34,6 +35,8 @@ struct TypeName {
   std::string operator()(const std::vector<double>*) const { return "Sequence[float]"; }
   std::string operator()(const Mat3d*) const { return "Points3"; }
   std::string operator()(const HandlesMotion*) const { return "Mapping[str, Any]"; }
+  std::string operator()(const std::array<int, 3>*) const { return "Sequence[int]"; }
+  std::string operator()(const SharedVectors*) const { return "str"; }
   std::string operator()(const std::string*) const { return "str"; }
   std::string operator()(const Choice& choice) const {
     std::string words;

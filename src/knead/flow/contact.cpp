@@ -1,5 +1,7 @@
 #include "knead/flow/contact.h"
 
+#include "knead/field/grid_nodes.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -112,6 +114,9 @@ std::optional<double> advance_to(const R& region, const Thresholds<double>& thre
 }  // namespace
 
 std::optional<double> next_contact(const Segment& segment, const Vec3d& x, double t) {
+  if (!segment.grid.is_empty()) {
+    return t != segment.end && detail::is_used(segment.grid, x) ? std::optional(t) : std::nullopt;
+  }
   const double direction = segment.end >= segment.begin ? 1.0 : -1.0;
   const bool blended = segment.time_law == TimeLaw::blended;
   const double advance = std::abs(segment.end - t);

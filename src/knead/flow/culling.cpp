@@ -78,6 +78,7 @@ double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sw
 }
 
 Culling::Culling(const Segment& segment) {
+  if (!segment.grid.is_empty()) grid_ = std::make_shared<const GridSupport>(segment.grid);
   const bool blended = segment.time_law == TimeLaw::blended;  // both of its ends are there all the time
   const double begin = blended ? 0 : segment.begin;
   const double end = blended ? 1 : segment.end;
@@ -124,6 +125,10 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
 }
 
 bool Culling::misses(const Surround& ball) const {
+  if (grid_ != nullptr) {
+    const Vec3d reach = Vec3d{1, 1, 1} * ball.radius;
+    return grid_->misses({ball.center - reach, ball.center + reach});
+  }
   return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return misses(sweep, ball); });
 }
 

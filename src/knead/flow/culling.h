@@ -1,8 +1,10 @@
 // Which points a segment can reach, for whole boxes of them. Internal to the flow room.
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/flow/segment.h"
 
 namespace knead::detail {
@@ -55,6 +57,7 @@ class Culling {
   static double least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball);
 
   std::vector<Sweep> sweeps_;
+  std::shared_ptr<const GridSupport> grid_;  // of a segment with a grid
 };
 
 }  // namespace knead::detail

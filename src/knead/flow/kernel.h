@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "knead/field/blend.h"
+#include "knead/field/grid_view.h"
 #include "knead/field/mask_grid.h"
 #include "knead/flow/tableau.h"
 #include "knead/math/mat3.h"
@@ -47,6 +48,10 @@ class LaneSet {
     words_[1] = count >= 128 ? ~std::uint64_t{0} : count <= 64 ? 0 : (std::uint64_t{1} << (count - 64)) - 1;
   }
   [[gnu::always_inline]] inline bool has(std::size_t lane) const { return (words_[lane / 64] >> lane % 64 & 1) != 0; }
+  // Returns the bits of lanes in one pack, the first lane's lowest.
+  [[gnu::always_inline]] inline std::uint32_t bits(std::size_t first, std::size_t count) const {
+    return static_cast<std::uint32_t>(words_[first / 64] >> first % 64 & ((std::uint64_t{1} << count) - 1));
+  }
   [[gnu::always_inline]] inline int count() const {
     return __builtin_popcountll(words_[0]) + __builtin_popcountll(words_[1]);
   }
@@ -211,6 +216,16 @@ struct PinKernelField {
   double end = 1;
 };
 
+// A potential grid, owned by whoever made the field. Positions are relative to the grid's middle node.
+template <class S>
+struct GridKernelField {
+  GridView<S> grid;
+  GridView<double> exact_grid;  // without its numbers
+  MaskView<S> mask;
+  Vec3d center;
+  S end{1};  // of the segment
+};
+
 // The points of a set, one coordinate after the other, owned by whoever made the field.
 template <class S>
 struct SetPoints {
@@ -332,11 +347,14 @@ struct Kernels {
   FieldKernel<S> masked[kMotionKinds][kRegionKinds];  // of a MaskedKernelField
   FieldKernel<S> pins;                                // of a PinKernelField
   FieldKernel<S> masked_pins;
+  FieldKernel<S> grid;  // of a GridKernelField
+  FieldKernel<S> masked_grid;
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 
 struct JacobianKernels {
   FindGradients fields[kMotionKinds][kRegionKinds]{};  // of a KernelField in double
+  FindGradients grid = nullptr;                        // of a GridKernelField in double
   void (*move)(const JacobianTask& task) = nullptr;
 };
 

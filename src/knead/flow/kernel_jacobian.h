@@ -4,6 +4,7 @@
 
 #include "knead/field/dual.h"
 #include "knead/flow/kernel_bundle.h"
+#include "knead/flow/kernel_grid.h"
 #include "knead/flow/kernel_stage.h"
 
 namespace knead::detail {
@@ -34,6 +35,27 @@ void find_gradients(const void* data, const JacobianBundle& places, const double
     const Vec3<DualOf<P>> v = velocity(field.motion, field.region, field.thresholds, variables(d), DualOf<P>(t));
     store_three(values(v), slopes, 0, i);
     for (std::size_t row = 0; row < 3; ++row) store_three(v[row].g, slopes, 3 + 3 * row, i);
+  }
+}
+
+template <class P>
+void find_grid_gradients(const void* data, const JacobianBundle& places, const double* times, std::uint32_t asked,
+                         JacobianBundle& slopes) {
+  const auto& field = *static_cast<const GridKernelField<double>*>(data);
+  const GridView<double>& grid = field.grid;
+  for (std::size_t i = 0; i < kJacobianLanes; i += P::kSize) {
+    const std::uint32_t lanes = asked >> i & lanes_in_use<P>(i, kJacobianLanes);
+    if (lanes == 0) continue;
+    const P t = P::load(times + i);
+    const GridPlace<P> place = place_in(grid, load_three<P>(places, 0, i) - Vec3<P>(field.center));
+    GridSlope<P> slope;
+    for_each_cell(grid, place.cell, lanes, [&](std::ptrdiff_t node, const auto& here) {
+      const GridSlope<P> sum = slope_in_cell(grid, node, place.within, t);
+      slope.velocity = select_vector(here, sum.velocity, slope.velocity);
+      for (std::size_t row = 0; row < 3; ++row) slope.rows[row] = select_vector(here, sum.rows[row], slope.rows[row]);
+    });
+    store_three(slope.velocity, slopes, 0, i);
+    for (std::size_t row = 0; row < 3; ++row) store_three(slope.rows[row], slopes, 3 + 3 * row, i);
   }
 }
 
@@ -243,6 +265,7 @@ JacobianKernels jacobian_kernels_of() {
   add_gradients<P, Rotation>(kernels, kRotation);
   add_gradients<P, Twist>(kernels, kTwist);
   add_gradients<P, Strain>(kernels, kStrain);
+  kernels.grid = &find_grid_gradients<P>;
   kernels.move = &move_with_jacobians<P>;
   return kernels;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "knead/flow/kernel_driver.h"
+#include "knead/flow/kernel_grid.h"
 #include "knead/flow/kernel_pins.h"
 
 namespace knead::detail {
@@ -70,6 +71,8 @@ Kernels<typename P::Scalar> kernels_of() {
   add_motion<P, PD, Strain>(kernels, kStrain);
   kernels.pins = pin_kernel<P, PD, false>();
   kernels.masked_pins = pin_kernel<P, PD, true>();
+  kernels.grid = grid_kernel<P, PD, false>();
+  kernels.masked_grid = grid_kernel<P, PD, true>();
   kernels.move = &move_group<P>;
   return kernels;
 }

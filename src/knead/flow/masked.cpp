@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/field/mask_grid.h"
 #include "knead/flow/culling.h"
 #include "knead/flow/pins.h"
@@ -33,7 +34,9 @@ bool rests(const Segment& segment) {
 }
 
 bool reaches(const Segment& segment) {
-  Segment whole{segment.fields, segment.displacement, segment.time_law, std::nullopt, {}, 0, 1};
+  Segment whole = segment;
+  whole.begin = 0;
+  whole.end = 1;
   const Culling culling(whole);
   const Box box = segment.mask.box();
   if (culling.misses({box.center(), 0.5 * box.diagonal()})) return false;
@@ -205,10 +208,30 @@ SegmentMask mask_on(const Segment& segment) {
   return result;
 }
 
+namespace {
+
+BorderSpeed border_speed_of_grid(const Segment& segment, std::span<const Vec3d> points) {
+  const GridNodes<double> nodes(segment.grid);
+  BorderSpeed result;
+  for (const double t : {0.0, 0.5, 1.0}) {
+    for (const Vec3d& x : points) {
+      const MaskValue<double> m = segment.mask.at(x);
+      const GridValue<double> value = evaluate_grid(nodes.view, x - nodes.cells.center(), t);
+      const Vec3d with = value.velocity * m.value + cross(m.gradient, value.potential);
+      if (m.value > 0 && m.value < 1) result.at_border = std::max(result.at_border, norm(with));
+      result.of_tool = std::max(result.of_tool, norm(value.velocity));
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
 BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points) {
   const SegmentMask mask = mask_on(segment);
   BorderSpeed result;
   if (!mask.acts) return result;
+  if (!segment.grid.is_empty()) return border_speed_of_grid(segment, points);
   const bool swept = segment.time_law == TimeLaw::swept;
   const bool pinned = segment.time_law == TimeLaw::pinned;
   std::vector<PinPiece> pieces;

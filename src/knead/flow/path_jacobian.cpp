@@ -6,9 +6,11 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "knead/field/dual.h"
+#include "knead/field/grid_nodes.h"
 #include "knead/field/mask_grid.h"
 #include "knead/flow/closed_form.h"
 #include "knead/flow/contact.h"
@@ -26,6 +28,8 @@ namespace {
 constexpr std::size_t kPointsAtATime = 256;
 // Of the pins' velocities, as a part of their radius.
 constexpr double kPinTolerance = 1e-9;
+// Of the time, where v depends on it, so that no step is chosen by a speed that is yet to grow.
+constexpr double kLongestUnsteadyStep = 1.0 / 16;
 
 bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
 
@@ -78,6 +82,20 @@ Slope slope_of(const std::vector<Field>& fields, const Segment& segment, const d
   return {values(sum), {sum.x.g, sum.y.g, sum.z.g}};
 }
 
+// Of a grid.
+Slope slope_of(const detail::GridNodes<double>& nodes, const Segment& segment, const detail::SegmentMask& mask,
+               const Vec3d& x, double t) {
+  const Vec3d& center = nodes.cells.center();
+  const Vec3<Dual> y = variables(x - center);
+  const detail::GridValue<Dual> value = evaluate_grid(nodes.view, y, Dual(t));
+  Vec3<Dual> v = value.velocity;
+  if (mask.acts) {
+    const MaskValue<Dual> m = evaluate_mask(detail::view_of<double>(segment.mask, center), y);
+    v = v * m.value + cross(m.gradient, value.potential);
+  }
+  return {values(v), {v.x.g, v.y.g, v.z.g}};
+}
+
 // What is asked for: where a motion is known in closed form, its determinant is 1.
 enum class Wanted { determinant, jacobian };
 
@@ -93,6 +111,7 @@ class SegmentJacobians {
         bound_(detail::gradient_kernel(segment, mask_, kernels_)),
         method_(detail::method_in_double(options.integrator)),
         task_(detail::task_in_double(segment, options.tolerance)) {
+    if (!segment.grid.is_empty()) nodes_ = std::make_unique<const detail::GridNodes<double>>(segment.grid);
     if (segment.time_law == TimeLaw::pinned) pieces_ = detail::solve_pins(segment, options.tolerance);
     task_.method = &method_;
     task_.next_contact = [](const void* of, const Vec3d& x, double t, const void*& /*cell*/) {
@@ -145,6 +164,7 @@ class SegmentJacobians {
 
   // For the whole Jacobian, of the motions that are known in closed form only those whose gradient is known too.
   std::optional<Vec3d> known_displacement(const Vec3d& x) const {
+    if (segment_.fields.empty()) return std::nullopt;
     const Field& field = segment_.fields.front();
     const bool is_rigid = std::holds_alternative<Translation<double>>(field.motion) ||
                           std::holds_alternative<Handles<double>>(field.region);
@@ -160,6 +180,7 @@ class SegmentJacobians {
   }
 
   Slope slope_at(const Vec3d& x, double t) const {
+    if (nodes_ != nullptr) return slope_of(*nodes_, segment_, mask_, x, t);
     if (segment_.time_law != TimeLaw::pinned) return slope_of(segment_.fields, segment_, mask_, x, t);
     return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
   }
@@ -183,6 +204,7 @@ class SegmentJacobians {
     task.field = bound_.find != nullptr ? bound_.field.get() : this;
     task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
     if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kLeastBlendedStep;
+    if (!segment_.grid.end_coefficients.empty()) task.longest_step = kLongestUnsteadyStep;
     for (const Field& field : segment_.fields) {
       if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
       if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
@@ -205,7 +227,8 @@ class SegmentJacobians {
   detail::BoundGradients bound_;  // if there is one
   detail::Method<double> method_;
   detail::SegmentTask<double> task_;
-  std::vector<detail::PinPiece> pieces_;  // of pins
+  std::vector<detail::PinPiece> pieces_;                    // of pins
+  std::unique_ptr<const detail::GridNodes<double>> nodes_;  // of a grid
 };
 
 // Moves the points, and returns the Jacobians. What a segment needs is made ready once.
@@ -256,7 +279,7 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   const std::size_t i = std::min(count - 1, static_cast<std::size_t>(time));
   const Segment& segment = flow.segments[i];
   AdvectOptions options;
-  options.tolerance = kPinTolerance * segment.fields.front().thresholds.outer;
+  options.tolerance = segment.fields.empty() ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
   const SegmentJacobians line(segment, options, Wanted::jacobian);
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;

@@ -56,6 +56,7 @@ bool FlowReach::may_move(const Vec3d& center, double radius) const {
 double FlowReach::smallest_feature() const {
   double smallest = std::numeric_limits<double>::infinity();
   for (const Segment& segment : parts_->flow.segments) {
+    if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
     for (const Field& field : segment.fields) smallest = std::min(smallest, feature_of(field));
   }
   return smallest;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/math/error.h"
 
 namespace knead {
@@ -105,6 +106,19 @@ void check(const Field& field, const Segment& segment) {
   }
 }
 
+void check(const PotentialGrid& grid) {
+  require(is_finite(grid.origin) && std::isfinite(grid.spacing), "a grid has a number that is not finite");
+  require(grid.spacing > 0, "a grid's spacing must be greater than 0");
+  const std::optional<std::size_t> nodes = detail::node_count(grid.counts);
+  require(nodes.has_value(), "a grid has 1 or more nodes along each axis, and 16 million at most");
+  const auto fits = [&](const SharedVectors& list) { return list.size() == *nodes; };
+  require(fits(grid.coefficients) && (grid.end_coefficients.empty() || fits(grid.end_coefficients)),
+          "a grid has one coefficient for each node");
+  for (const SharedVectors& list : {grid.coefficients, grid.end_coefficients}) {
+    require(std::all_of(list.begin(), list.end(), is_finite), "a grid has a coefficient that is not finite");
+  }
+}
+
 void check_turns(const Segment& segment) {
   require(segment.turns.empty() || segment.time_law == TimeLaw::pinned, "only a segment of pins has turns");
   for (std::size_t i = 0; i < segment.turns.size(); ++i) {
@@ -115,8 +129,16 @@ void check_turns(const Segment& segment) {
   }
 }
 
+void check_grid(const Segment& segment) {
+  check(segment.grid);
+  require(segment.fields.empty() && segment.displacement == Vec3d{} && segment.time_law == TimeLaw::swept &&
+              !segment.barrel && segment.turns.empty(),
+          "a segment with a grid of potentials has no fields, no displacement, no barrel and no turns");
+}
+
 void check(const Segment& segment) {
-  require(!segment.fields.empty(), "it has no field");
+  if (!segment.grid.is_empty()) check_grid(segment);
+  require(!segment.fields.empty() || !segment.grid.is_empty(), "it has no field");
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
   require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");

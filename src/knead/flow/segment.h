@@ -87,6 +87,8 @@ Flow flow_between(const Flow& flow, double from, double to);
 //   - a blended segment is anything but the translation of a ball or capsule,
 //   - a pinned segment is anything but translations of balls with inner = 0, falloff kPinFalloff and the same outer,
 //     or has a displacement or barrel,
+//   - a grid's spacing is not above 0, its counts are not those of its coefficients, or there are fields, a
+//     displacement, a barrel or turns besides,
 //   - a turn is none of a pin's, or the pins of turns do not ascend,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/flow/contact.h"
 #include "knead/flow/culling.h"
 #include "knead/flow/owned_pins.h"
@@ -163,8 +164,44 @@ std::shared_ptr<const void> own_field(const Segment& segment, const SegmentMask&
   return {owned, static_cast<const KernelField<S, M, R>*>(&owned->field)};
 }
 
+// A grid's field and everything that it points to; never copied.
+template <class S>
+struct OwnedGrid {
+  GridNodes<S> nodes;
+  GridKernelField<S> field;
+
+  OwnedGrid(const Segment& segment, const SegmentMask& mask) : nodes(segment.grid) {
+    field.grid = nodes.view;
+    field.exact_grid = nodes.cells.template view<double>();
+    field.center = nodes.cells.center();
+    field.end = static_cast<S>(segment.end);
+    if (mask.acts) field.mask = view_of<S>(segment.mask, field.center);
+  }
+  OwnedGrid(const OwnedGrid&) = delete;
+  OwnedGrid& operator=(const OwnedGrid&) = delete;
+  ~OwnedGrid() = default;
+};
+
+template <class S>
+std::shared_ptr<const void> own_grid(const Segment& segment, const SegmentMask& mask) {
+  const auto owned = std::make_shared<const OwnedGrid<S>>(segment, mask);
+  return {owned, &owned->field};
+}
+
+template <class S>
+BoundKernel<S> grid_kernel(const Segment& segment, const SegmentMask& mask, const Kernels<S>& kernels) {
+  BoundKernel<S> result;
+  result.kernel = mask.acts ? kernels.masked_grid : kernels.grid;
+  result.field = own_grid<S>(segment, mask);
+  result.next_contact = &contact_or_never;
+  result.contact_data = &segment;
+  if (segment.grid.end_coefficients.empty() && !mask.acts) result.kernel.limit = nullptr;
+  return result;
+}
+
 template <class S>
 BoundKernel<S> pack_kernel(const Segment& segment, const SegmentMask& mask, const Kernels<S>& kernels) {
+  if (!segment.grid.is_empty()) return grid_kernel<S>(segment, mask, kernels);
   BoundKernel<S> result;
   with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
                                          auto region_tag, const auto& region) {
@@ -186,13 +223,14 @@ double reach_in(const Region& region) {
 
 // The error, by the speed, that is expected of a step of third order that passes the reach.
 double expected_error(const Segment& segment) {
-  double greatest = 0;
+  double greatest = segment.grid.is_empty() ? 0 : kGridReach;
   for (const Field& field : segment.fields) greatest = std::max(greatest, reach_in(field.region));
   return kExpectedThirdOrderError * greatest * greatest * greatest;
 }
 
-// What positions are relative to: the first field's centre, of pins the middle of all.
+// What positions are relative to: the first field's centre, of pins the middle of all, of a grid a node.
 Vec3d center_of(const Segment& segment) {
+  if (!segment.grid.is_empty()) return middle_node(segment.grid);
   if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
   Box box;
   for (const Field& field : segment.fields) box.extend(field.center);
@@ -349,6 +387,7 @@ SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, 
 }  // namespace
 
 double reach_of_step(const Segment& segment) {
+  if (!segment.grid.is_empty()) return kGridReach * segment.grid.spacing;
   double reach = std::numeric_limits<double>::infinity();
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
@@ -358,6 +397,7 @@ double reach_of_step(const Segment& segment) {
 }
 
 bool carries(const Segment& segment) {
+  if (segment.fields.empty()) return false;
   const auto* motion = std::get_if<Translation<double>>(&segment.fields.front().motion);
   const bool handles = std::holds_alternative<Handles<double>>(segment.fields.front().region);  // have no rigid core
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && motion != nullptr &&
@@ -365,6 +405,7 @@ bool carries(const Segment& segment) {
 }
 
 bool has_pack_kernel(const Segment& segment) {
+  if (!segment.grid.is_empty()) return true;
   const Field& first = segment.fields.front();
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && is_for_packs(first.region) &&
          !std::holds_alternative<CustomMotion>(first.motion);
@@ -373,6 +414,7 @@ bool has_pack_kernel(const Segment& segment) {
 BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, const JacobianKernels& kernels) {
   BoundGradients result;
   if (mask.acts || !has_pack_kernel(segment)) return result;
+  if (!segment.grid.is_empty()) return {kernels.grid, own_grid<double>(segment, mask)};
   with_kinds(segment.fields.front(), [&](MotionKind motion_kind, const auto& motion, RegionKind region_kind,
                                          auto region_tag, const auto& region) {
     result = {kernels.fields[motion_kind][region_kind], own_field<double>(segment, mask, motion, region_tag, region)};

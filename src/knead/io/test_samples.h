@@ -204,7 +204,7 @@ inline std::vector<Sample> ptx_samples() {
 // The parts of a GLB file as text, with the buffer as a data URI.
 inline std::string embedded(const GlbFile& file, int indent = 1) {
   GlbJson json = file.json;
-  json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + io_detail::gltf::to_base64(file.bin)},
+  json["buffers"][0] = {{"uri", "data:application/octet-stream;base64," + io_detail::to_base64(file.bin)},
                         {"byteLength", file.bin.size()}};
   return json.dump(indent) + "\n";
 }
@@ -218,7 +218,7 @@ inline std::vector<Sample> gltf_samples() {
   const std::string tail = two.bin.substr(48);
   for (const std::string& part : {two.bin.substr(0, 48), tail}) {
     two.json["buffers"].push_back(
-        {{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::gltf::to_base64(part)}});
+        {{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::to_base64(part)}});
   }
   for (std::size_t v = 1; v < two.json["bufferViews"].size(); ++v) {
     GlbJson& view = two.json["bufferViews"][v];

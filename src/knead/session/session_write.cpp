@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <span>
 
+#include "knead/io/base64.h"
 #include "knead/io/json.h"
 #include "knead/session/session.h"
 #include "knead/tool/tool.h"
@@ -35,6 +37,16 @@ std::string text_of(std::uint32_t value) { return fmt::format("{}", value); }
 
 std::string text_of(const VertexRange& range) {
   return range.first == range.last ? text_of(range.first) : fmt::format("[{}, {}]", range.first, range.last);
+}
+
+std::string text_of(const std::array<int, 3>& counts) {
+  return fmt::format("[{}, {}, {}]", counts[0], counts[1], counts[2]);
+}
+
+std::string text_of(const SharedVectors& vectors) {
+  if (vectors.empty()) return "";
+  const std::string_view bytes(reinterpret_cast<const char*>(vectors.data()), vectors.size() * sizeof(Vec3d));
+  return '"' + io_detail::to_base64(bytes) + '"';
 }
 
 template <class T>

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
+
+#include "knead/io/base64.h"
 
 namespace knead::session_detail {
 
@@ -108,6 +111,23 @@ struct ReadValue {
     } else {
       *value = HandlesTranslation{motion.vector("translate")};
     }
+  }
+  void operator()(std::array<int, 3>* value) const {
+    const std::vector<JsonValue> items = json.items();
+    if (items.size() != 3) json.fail("three whole numbers");
+    for (std::size_t i = 0; i < 3; ++i) (*value)[i] = static_cast<int>(items[i].integer());
+  }
+  void operator()(SharedVectors* value) const {
+    if (!json.is_text()) json.fail("numbers as base64, text in double quotes");
+    const std::optional<std::string> bytes = io_detail::from_base64(json.text());
+    if (!bytes) throw InvalidInput(place, json.name() + " is no base64");
+    if (bytes->size() % sizeof(Vec3d) != 0) {
+      throw InvalidInput(place, fmt::format("{} must hold vectors of three numbers, of 8 bytes each, got {} bytes",
+                                            json.name(), bytes->size()));
+    }
+    std::vector<Vec3d> vectors(bytes->size() / sizeof(Vec3d));
+    if (!vectors.empty()) std::memcpy(vectors.data(), bytes->data(), bytes->size());
+    *value = SharedVectors(std::move(vectors));
   }
   void operator()(std::string* value) const { *value = json.text(); }
   void operator()(const Choice& choice) const { choice.choose(json.choice(choice.words)); }

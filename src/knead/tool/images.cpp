@@ -38,6 +38,9 @@ struct Numbers {
       add(rotation ? normalized(rotation->axis) * rotation->angle_deg : Vec3d{});
     }
   }
+  void operator()(SharedVectors* vectors) const {
+    for (const Vec3d& v : *vectors) add(v);
+  }
   void operator()(Mat3d* m) const {
     for (const Vec3d& row : {m->row0, m->row1, m->row2}) add(row);
   }

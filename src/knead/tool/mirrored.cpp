@@ -1,3 +1,7 @@
+#include <array>
+#include <optional>
+#include <vector>
+
 #include "knead/math/error.h"
 #include "knead/math/sincos.h"
 #include "knead/tool/tool.h"
@@ -23,6 +27,8 @@ struct CoordinateMirror {
     return m;
   }
   bool turns_round() const { return true; }
+  // Where each axis goes to the other side.
+  std::optional<Vec3d> flips() const { return direction({1, 1, 1}); }
 };
 
 // Any rigid motion.
@@ -39,6 +45,12 @@ struct AnyMotion {
     return result;
   }
   bool turns_round() const { return is_reflection(motion); }
+  // Nothing where an axis goes anywhere else.
+  std::optional<Vec3d> flips() const {
+    const Vec3d signs{motion.turn.row0.x, motion.turn.row1.y, motion.turn.row2.z};
+    const bool is_flip = motion.turn == Mat3d{{signs.x, 0, 0}, {0, signs.y, 0}, {0, 0, signs.z}};
+    return is_flip ? std::optional(signs) : std::nullopt;
+  }
 };
 
 // Moves one value of a stroke. An axis about which something turns moves like any direction; the angle about it changes
@@ -102,9 +114,49 @@ struct Image {
   void operator()(const T& /*as it is*/) const {}
 };
 
+// The coefficients of the mirror image, a pseudovector's, in the order of the nodes of the mirror image.
+SharedVectors flipped(const SharedVectors& coefficients, const std::array<int, 3>& counts, const Vec3d& signs) {
+  const Vec3d by = signs * (signs.x * signs.y * signs.z);
+  const auto at = [&](std::size_t axis, int i) {
+    return static_cast<std::size_t>(signs[axis] < 0 ? counts[axis] - 1 - i : i);
+  };
+  const auto [nx, ny, nz] = counts;
+  std::vector<Vec3d> list;
+  list.reserve(coefficients.size());
+  for (int z = 0; z < nz && !coefficients.empty(); ++z) {
+    for (int y = 0; y < ny; ++y) {
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t row = at(1, y) + static_cast<std::size_t>(ny) * at(2, z);
+        const Vec3d& a = coefficients[at(0, x) + static_cast<std::size_t>(nx) * row];
+        list.push_back({a.x * by.x, a.y * by.y, a.z * by.z});
+      }
+    }
+  }
+  return SharedVectors(std::move(list));
+}
+
+template <class Map>
+void move(PotentialGrid& grid, const Map& map) {
+  const std::optional<Vec3d> signs = map.flips();
+  if (!signs) throw InvalidInput("a grid cannot be turned, only moved and mirrored along its axes");
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if ((*signs)[axis] < 0) grid.origin[axis] += (grid.counts[axis] - 1) * grid.spacing;
+  }
+  grid.origin = map.place(grid.origin);
+  if (*signs == Vec3d{1, 1, 1}) return;
+  grid.coefficients = flipped(grid.coefficients, grid.counts, *signs);
+  if (!grid.end_coefficients.empty()) {
+    grid.end_coefficients = flipped(grid.end_coefficients, grid.counts, *signs);
+  }
+}
+
 template <class Map>
 Stroke image_of(const Stroke& stroke, const Map& map) {
   Stroke image = stroke;
+  if (auto* const grid = std::get_if<GridStroke>(&image)) {
+    move(grid->grid, map);
+    return image;
+  }
   for (const StrokeKey& key : tool_of(image).keys(image)) {
     if (applies(key)) std::visit(Image<Map>{map, key.quantity}, key.value);
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -97,6 +98,7 @@ bool is_deformed(const Segment& segment, const Field& field, const Vec3d& p) {
 }
 
 bool is_deformed(const Segment& segment, const Vec3d& p) {
+  if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
   if (segment.barrel && !is_within(*segment.barrel, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),
                      [&](const Field& field) { return is_deformed(segment, field, p); });

@@ -357,7 +357,7 @@ RigidMotion rotation_about(const Vec3d& point, const Vec3d& axis, double angle_r
 
 // Returns the stroke that does to a shape moved by the motion what `stroke` does to the shape, moved by the motion;
 // equal up to rounding. After a reflection a stamp's pose fits the mirror image of its tool in the plane x = 0, which
-// its `mesh` must then name. Throws as mirrored().
+// its `mesh` must then name. Throws as mirrored(), and for a grid unless `turn` only mirrors along axes.
 Stroke transformed(const Stroke& stroke, const RigidMotion& motion);
 
 }  // namespace knead

@@ -2,6 +2,7 @@
 // command, Studio and the check of the documentation all read it, so that a tool is described in one place.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -29,10 +30,11 @@ struct Choice {
 };
 
 // Points at the member of a stroke that a key stands for. Null: the key does not apply to this stroke.
-using KeyValue = std::variant<double*, std::optional<double>*, AutoNumber, int*, Vec3d*, std::optional<Vec3d>*,
-                              std::vector<Vec3d>*, std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*,
-                              std::vector<PaintSample>*, std::vector<VertexRange>*, std::vector<double>*,
-                              std::vector<std::optional<PinRotation>>*, Mat3d*, HandlesMotion*, std::string*, Choice>;
+using KeyValue =
+    std::variant<double*, std::optional<double>*, AutoNumber, int*, Vec3d*, std::optional<Vec3d>*, std::vector<Vec3d>*,
+                 std::vector<std::vector<Vec3d>>*, std::vector<std::uint32_t>*, std::vector<PaintSample>*,
+                 std::vector<VertexRange>*, std::vector<double>*, std::vector<std::optional<PinRotation>>*, Mat3d*,
+                 HandlesMotion*, std::array<int, 3>*, SharedVectors*, std::string*, Choice>;
 
 // What a value means, and so how it is checked and mirrored. A vector is a place unless this says otherwise.
 enum class Quantity {

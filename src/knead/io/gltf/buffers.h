@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "knead/io/base64.h"
 #include "knead/io/glb/json.h"
 
 namespace knead::io_detail::gltf {
@@ -20,10 +21,6 @@ struct Buffer {
   std::size_t begin = 0;  // of its bytes among those of all buffers
   std::size_t size = 0;
 };
-
-// Returns the bytes that base64 text stands for; nothing where it is malformed.
-std::optional<std::string> from_base64(std::string_view text);
-std::string to_base64(std::string_view bytes);
 
 // Returns the name of a file in the same folder that a URI names: no folder, no scheme; "%20" is a blank. Nothing for
 // other URIs.
