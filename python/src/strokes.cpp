@@ -34,6 +34,9 @@ struct TypeName {
   std::string operator()(const std::vector<VertexRange>*) const { return "Sequence[int | Sequence[int]]"; }
   std::string operator()(const std::vector<double>*) const { return "Sequence[float]"; }
   std::string operator()(const Mat3d*) const { return "Points3"; }
+  std::string operator()(const std::vector<PoseItem>*) const { return "Sequence[Mapping[str, Any]]"; }
+  std::string operator()(const std::vector<PoseStiffness>*) const { return "Sequence[Mapping[str, Any]]"; }
+  std::string operator()(const bool*) const { return "bool"; }
   std::string operator()(const HandlesMotion*) const { return "Mapping[str, Any]"; }
   std::string operator()(const std::array<int, 3>*) const { return "Sequence[int]"; }
   std::string operator()(const SharedVectors*) const { return "str"; }

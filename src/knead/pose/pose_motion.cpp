@@ -143,8 +143,8 @@ class Motion {
   PoseOutcome run() {
     const std::vector<double>& times = schedule_.times();
     for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1]);
-    outcome_.part_distance = greatest_miss(times.back());
-    return outcome_;
+    find_misses(times.back());
+    return std::move(outcome_);
   }
 
  private:
@@ -212,20 +212,16 @@ class Motion {
     return length > most ? miss * (most / length) : miss;
   }
 
-  double greatest_miss(double time) const {
-    double greatest = 0;
+  void find_misses(double time) {
     for (std::size_t i = 0; i < rows_.size(); ++i) {
-      if (is_part(i)) {
-        for (std::size_t k = 0; k < starts_[i].size(); ++k) {
-          const Vec3d place = place_of(problem_.parts[i], starts_[i][k], schedule_.part_at(time));
-          greatest = std::max(greatest, norm(place - rows_[i].points[k]));
-        }
-      } else {
-        const Vec3d place = schedule_.place_of(problem_.pins[i - problem_.parts.size()], time);
-        greatest = std::max(greatest, norm(place - rows_[i].points.front()));
+      for (std::size_t k = 0; k < (is_part(i) ? starts_[i].size() : 1); ++k) {
+        outcome_.reached.push_back(rows_[i].points[k]);
+        outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_.part_at(time))
+                                             : schedule_.place_of(problem_.pins[i - problem_.parts.size()], time));
+        outcome_.part_distance =
+            std::max(outcome_.part_distance, norm(outcome_.places.back() - outcome_.reached.back()));
       }
     }
-    return greatest;
   }
 
   void move(const PotentialGrid& grid, std::vector<Vec3d>& points) const {

@@ -41,9 +41,11 @@ struct PoseProblem {
 
 struct PoseOutcome {
   std::size_t segments = 0;
-  std::size_t unknowns = 0;  // the most of a segment
-  double part_distance = 0;  // greatest of a part's points from its rigid place, and of a pin from its place
-  bool stopped = false;      // apply returned false
+  std::size_t unknowns = 0;    // the most of a segment
+  double part_distance = 0;    // greatest of a part's points from its rigid place, and of a pin from its place
+  bool stopped = false;        // apply returned false
+  std::vector<Vec3d> reached;  // where the points of parts and the pins are at the end
+  std::vector<Vec3d> places;   // as many: where they should be
 };
 
 // Returns how many grids the pose becomes: none turns a part by more than 10 degrees, or moves it by more than half the

@@ -49,6 +49,9 @@ std::string text_of(const SharedVectors& vectors) {
   return '"' + io_detail::to_base64(bytes) + '"';
 }
 
+std::string text_of(const PoseItem& item);
+std::string text_of(const PoseStiffness& region);
+
 template <class T>
 std::string text_of(const std::vector<T>& items) {
   std::string result = "[";
@@ -93,6 +96,45 @@ std::string text_of(const HandlesMotion& motion) {
   }
   return object.finish();
 }
+
+std::string text_of(const PosePart& part) {
+  LineWriter object;
+  if (!part.vertices.empty()) object.add("vertices", part.vertices);
+  if (!part.points.empty()) object.add("points", part.points);
+  if (part.hold) object.add_text("hold", "true");
+  if (part.rotation) {
+    object.add("rotate", part.rotation->axis);
+    object.add("center", part.rotation->center);
+    object.add("angle_deg", part.rotation->angle_deg);
+  }
+  object.add_optional("translate", part.translation);
+  return object.finish();
+}
+
+std::string text_of(const PosePin& pin) {
+  LineWriter object;
+  object.add_optional("pin", pin.vertex);
+  object.add_optional("pin_point", pin.point);
+  if (pin.hold) object.add_text("hold", "true");
+  if (pin.path.size() == 1) object.add("to", pin.path.front());
+  if (pin.path.size() > 1) object.add("path", pin.path);
+  if (pin.size != PosePin{}.size) object.add("size", pin.size);
+  if (!pin.turns_freely) object.add("turn", pin.rotation);
+  return object.finish();
+}
+
+std::string text_of(const PoseItem& item) {
+  return std::visit([](const auto& of_kind) { return text_of(of_kind); }, item);
+}
+
+std::string text_of(const PoseStiffness& region) {
+  LineWriter object;
+  object.add("vertices", region.vertices);
+  object.add("value", region.value);
+  return object.finish();
+}
+
+std::string text_of(bool value) { return value ? "true" : "false"; }
 
 // The identity with zeros of either sign is written as the identity.
 std::string text_of(const Mat3d& m) {

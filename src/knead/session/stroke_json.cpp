@@ -30,6 +30,59 @@ const Tool& tool_at(const JsonValue& name) {
   name.fail("one of " + names);
 }
 
+std::uint32_t read_vertex(const JsonValue& value) {
+  const long long vertex = value.integer();
+  if (vertex < 0) value.fail("the number of a vertex, from 0 on");
+  return static_cast<std::uint32_t>(vertex);
+}
+
+std::vector<VertexRange> read_ranges(const JsonValue& value) {
+  std::vector<VertexRange> ranges;
+  for (const JsonValue& item : value.items()) {
+    const std::vector<JsonValue> ends = item.is_number() ? std::vector<JsonValue>{item, item} : item.items();
+    if (ends.size() != 2) item.fail("the number of a vertex, or two: [first, last]");
+    ranges.push_back({read_vertex(ends[0]), read_vertex(ends[1])});
+  }
+  if (ranges.empty()) value.fail("1 or more vertices");
+  return ranges;
+}
+
+PinRotation read_rotation(const JsonValue& value, const Place& place) {
+  const JsonObject rotation(value, place, "a turn");
+  rotation.allow({"axis", "angle_deg"});
+  return {rotation.vector("axis"), rotation.number("angle_deg")};
+}
+
+PosePart read_part(const JsonObject& object) {
+  object.allow({"vertices", "points", "hold", "rotate", "center", "angle_deg", "translate"});
+  PosePart part;
+  if (object.has("vertices")) part.vertices = read_ranges(object.at("vertices"));
+  if (object.has("points")) part.points = object.vectors("points");
+  if (object.has("hold")) part.hold = object.at("hold").flag();
+  if (object.has("rotate") || object.has("center") || object.has("angle_deg")) {
+    part.rotation = HandlesRotation{object.vector("rotate"), object.vector("center"), object.number("angle_deg")};
+  }
+  if (object.has("translate")) part.translation = object.vector("translate");
+  return part;
+}
+
+PosePin read_pin(const JsonObject& object, const Place& place) {
+  object.allow({"pin", "pin_point", "hold", "to", "path", "size", "turn"});
+  PosePin pin;
+  if (object.has("pin")) pin.vertex = read_vertex(object.at("pin"));
+  if (object.has("pin_point")) pin.point = object.vector("pin_point");
+  if (object.has("hold")) pin.hold = object.at("hold").flag();
+  if (object.has("to") && object.has("path")) object.at("to").fail("left out where \"path\" is given");
+  if (object.has("to")) pin.path = {object.vector("to")};
+  if (object.has("path")) pin.path = object.vectors("path");
+  if (object.has("size")) pin.size = object.number("size");
+  if (!object.has("turn")) return pin;
+  pin.turns_freely = false;
+  const JsonValue turn = object.at("turn");
+  if (!turn.json().is_null()) pin.rotation = read_rotation(turn, place);
+  return pin;
+}
+
 // Reads what is at one key into the stroke's member.
 struct ReadValue {
   const JsonValue& json;
@@ -55,26 +108,24 @@ struct ReadValue {
     for (const JsonValue& curve : json.items()) curves->push_back(curve.vectors());
   }
   void operator()(std::vector<std::uint32_t>* vertices) const {
-    for (const JsonValue& item : json.items()) {
-      const long long vertex = item.integer();
-      if (vertex < 0) item.fail("the number of a vertex, from 0 on");
-      vertices->push_back(static_cast<std::uint32_t>(vertex));
-    }
+    for (const JsonValue& item : json.items()) vertices->push_back(read_vertex(item));
     if (vertices->empty()) json.fail("1 or more vertices");
   }
-  void operator()(std::vector<VertexRange>* ranges) const {
+  void operator()(std::vector<VertexRange>* ranges) const { *ranges = read_ranges(json); }
+  void operator()(bool* value) const { *value = json.flag(); }
+  void operator()(std::vector<PoseItem>* parts) const {
     for (const JsonValue& item : json.items()) {
-      const std::vector<JsonValue> ends = item.is_number() ? std::vector<JsonValue>{item, item} : item.items();
-      if (ends.size() != 2) item.fail("the number of a vertex, or two: [first, last]");
-      std::uint32_t numbers[2];
-      for (std::size_t i = 0; i < 2; ++i) {
-        const long long vertex = ends[i].integer();
-        if (vertex < 0) ends[i].fail("the number of a vertex, from 0 on");
-        numbers[i] = static_cast<std::uint32_t>(vertex);
-      }
-      ranges->push_back({numbers[0], numbers[1]});
+      const JsonObject object(item, place, "a part");
+      const bool is_pin = object.has("pin") || object.has("pin_point");
+      parts->push_back(is_pin ? PoseItem(read_pin(object, place)) : PoseItem(read_part(object)));
     }
-    if (ranges->empty()) json.fail("1 or more vertices");
+  }
+  void operator()(std::vector<PoseStiffness>* regions) const {
+    for (const JsonValue& item : json.items()) {
+      const JsonObject region(item, place, "a region");
+      region.allow({"vertices", "value"});
+      regions->push_back({read_ranges(region.at("vertices")), region.number("value")});
+    }
   }
   void operator()(std::vector<double>* numbers) const {
     for (const JsonValue& item : json.items()) numbers->push_back(item.number());
@@ -85,9 +136,7 @@ struct ReadValue {
         rotations->emplace_back();
         continue;
       }
-      const JsonObject rotation(item, place, "a turn");
-      rotation.allow({"axis", "angle_deg"});
-      rotations->push_back(PinRotation{rotation.vector("axis"), rotation.number("angle_deg")});
+      rotations->push_back(read_rotation(item, place));
     }
   }
   void operator()(std::vector<PaintSample>* samples) const {

@@ -109,7 +109,13 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
     return stroke.outcome.status == AdvectStatus::done;
   };
   std::vector<std::string> remarks;
-  stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
+  surface.progress = progress;
+  try {
+    stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
+  } catch (const Cancelled&) {
+    stroke.outcome.status = AdvectStatus::cancelled;
+    return;
+  }
   std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
   cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
   share_duration(stroke.outcome.parts, stroke.source->duration);
@@ -126,6 +132,13 @@ void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
 }
 
+bool names_vertices(const PoseStroke& stroke) {
+  return !stroke.stiffness.empty() || std::any_of(stroke.parts.begin(), stroke.parts.end(), [](const PoseItem& item) {
+    const auto* part = std::get_if<PosePart>(&item);
+    return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
+  });
+}
+
 // A vertex's number means nothing once the vertices have other numbers.
 void require_no_numbers(const Stroke& stroke) {
   const auto* mask = std::get_if<MaskStroke>(&stroke);
@@ -133,6 +146,11 @@ void require_no_numbers(const Stroke& stroke) {
     throw InvalidInput(
         "\"vertices\" names vertices, but remeshing after an earlier stroke changed their numbers; name points "
         "instead, with \"points\"");
+  }
+  if (const auto* pose = std::get_if<PoseStroke>(&stroke); pose != nullptr && names_vertices(*pose)) {
+    throw InvalidInput(
+        "\"parts\" names vertices, but remeshing after an earlier stroke changed their numbers; name points instead, "
+        "with \"points\" and \"pin_point\"");
   }
   const auto* handles = std::get_if<HandlesStroke>(&stroke);
   if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;

@@ -9,19 +9,12 @@
 #include "knead/math/error.h"
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
+#include "knead/tool/pose.h"
 #include "knead/tool/stamp.h"
 
 namespace knead::session_detail {
 
 namespace {
-
-void require_vertex(const char* key, std::span<const Vec3d> positions, std::uint32_t vertex) {
-  if (vertex < positions.size()) return;
-  throw InvalidInput(
-      fmt::format("\"{}\" names vertex {}, but the shape has {}, numbered from 0; was the session "
-                  "made for another shape?",
-                  key, vertex, positions.size()));
-}
 
 // The points of a set that was given by its vertices.
 void look_up(const char* key, std::span<const Vec3d> positions, std::vector<std::uint32_t>& vertices,
@@ -82,10 +75,12 @@ std::size_t expected_segments(const Stroke& stroke, const Mesh* tool) {
 
 std::size_t segments_about(const Stroke& stroke) {
   constexpr std::size_t kStepsOfAPiece = 20;  // of a stamp
+  constexpr std::size_t kStepsOfAPose = 10;
   if (const auto* path = std::get_if<ImplicitStroke>(&stroke)) return path->path.size();
   if (const auto* relax = std::get_if<RelaxStroke>(&stroke)) return relax->points.size();
   if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return kStepsOfAPiece * stamp->path.size();
   if (const auto* points = std::get_if<PointsStroke>(&stroke)) return points->displacements.size();
+  if (std::holds_alternative<PoseStroke>(stroke)) return kStepsOfAPose;
   if (const auto* paint = std::get_if<PaintStroke>(&stroke)) return paint->samples.size() + 10 * paint->path.size();
   return 1;
 }
@@ -100,6 +95,8 @@ std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threa
     return result.penetration;
   } else if (const auto* handles = std::get_if<HandlesStroke>(&stroke)) {
     apply(*handles, surface, remarks);
+  } else if (const auto* pose = std::get_if<PoseStroke>(&stroke)) {
+    remarks = pose_on(*pose, surface, threads).warnings;
   } else if (const auto* mask = std::get_if<MaskStroke>(&stroke)) {
     apply(*mask, surface);
   } else {

@@ -16,6 +16,11 @@ struct Numbers {
   std::vector<double>& list;
 
   void add(const Vec3d& v) const { list.insert(list.end(), {v.x, v.y, v.z}); }
+  void add(const HandlesRotation& rotation) const {
+    add(rotation.axis);
+    add(rotation.center);
+    list.push_back(rotation.angle_deg);
+  }
   void operator()(double* number) const { list.push_back(*number); }
   void operator()(std::optional<double>* number) const { list.push_back(number->value_or(0)); }
   void operator()(const AutoNumber& number) const { list.push_back(number.value->value_or(0)); }
@@ -38,6 +43,20 @@ struct Numbers {
       add(rotation ? normalized(rotation->axis) * rotation->angle_deg : Vec3d{});
     }
   }
+  void operator()(std::vector<PoseItem>* parts) const {
+    for (PoseItem& item : *parts) {
+      if (auto* part = std::get_if<PosePart>(&item)) {
+        (*this)(&part->points);
+        add(part->translation.value_or(Vec3d{}));
+        if (part->rotation) add(*part->rotation);
+      } else {
+        auto& pin = std::get<PosePin>(item);
+        add(pin.point.value_or(Vec3d{}));
+        (*this)(&pin.path);
+        if (pin.rotation) add(normalized(pin.rotation->axis) * pin.rotation->angle_deg);
+      }
+    }
+  }
   void operator()(SharedVectors* vectors) const {
     for (const Vec3d& v : *vectors) add(v);
   }
@@ -46,11 +65,7 @@ struct Numbers {
   }
   void operator()(HandlesMotion* motion) const {
     if (const auto* translation = std::get_if<HandlesTranslation>(motion)) add(translation->by);
-    if (const auto* rotation = std::get_if<HandlesRotation>(motion)) {
-      add(rotation->axis);
-      add(rotation->center);
-      list.push_back(rotation->angle_deg);
-    }
+    if (const auto* rotation = std::get_if<HandlesRotation>(motion)) add(*rotation);
   }
   template <class T>
   void operator()(const T& /*no image changes it*/) const {}

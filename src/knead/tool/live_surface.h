@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string_view>
 
+#include "knead/math/progress.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/tool/stroke.h"
 
@@ -17,6 +19,10 @@ struct LiveSurface {
   // Returns the current normal of a point of a cloud; null: there are none.
   std::function<Vec3d(std::uint32_t)> normal;
   std::function<bool(const Stroke&)> apply;  // applies a stroke that reads no surface; false: stop
+  Progress* progress = nullptr;              // of long work between two calls of apply: says when to stop
 };
+
+// Throws InvalidInput, with the key in quotes, unless the vertex is one of the shape's.
+void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex);
 
 }  // namespace knead

@@ -83,9 +83,7 @@ struct Image {
   }
   void operator()(std::vector<std::optional<PinRotation>>* rotations) const {
     for (std::optional<PinRotation>& rotation : *rotations) {
-      if (!rotation) continue;
-      rotation->axis = map.direction(rotation->axis);
-      if (map.turns_round()) rotation->angle_deg = -rotation->angle_deg;
+      if (rotation) turn(*rotation);
     }
   }
   void operator()(double* number) const {
@@ -102,13 +100,40 @@ struct Image {
     throw InvalidInput("a mask of \"vertices\" cannot be mirrored or moved; name points instead, with \"points\"");
   }
   void operator()(Mat3d* m) const { *m = map.pose(*m); }
+  void turn(HandlesRotation& rotation) const {
+    rotation.axis = map.direction(rotation.axis);
+    rotation.center = map.place(rotation.center);
+    if (map.turns_round()) rotation.angle_deg = -rotation.angle_deg;
+  }
+  void turn(PinRotation& rotation) const {
+    rotation.axis = map.direction(rotation.axis);
+    if (map.turns_round()) rotation.angle_deg = -rotation.angle_deg;
+  }
   void operator()(HandlesMotion* motion) const {
     if (auto* translation = std::get_if<HandlesTranslation>(motion)) translation->by = map.direction(translation->by);
-    if (auto* rotation = std::get_if<HandlesRotation>(motion)) {
-      rotation->axis = map.direction(rotation->axis);
-      rotation->center = map.place(rotation->center);
-      if (map.turns_round()) rotation->angle_deg = -rotation->angle_deg;
+    if (auto* rotation = std::get_if<HandlesRotation>(motion)) turn(*rotation);
+  }
+  void operator()(std::vector<PoseItem>* parts) const {
+    for (PoseItem& item : *parts) std::visit([this](auto& of_kind) { move_item(of_kind); }, item);
+  }
+  void operator()(std::vector<PoseStiffness>* regions) const {
+    if (!regions->empty()) throw InvalidInput("\"stiffness\" of vertices cannot be mirrored or moved");
+  }
+  void move_item(PosePart& part) const {
+    if (!part.vertices.empty()) {
+      throw InvalidInput("a part of \"vertices\" cannot be mirrored or moved; name points instead, with \"points\"");
     }
+    for (Vec3d& p : part.points) p = map.place(p);
+    if (part.rotation) turn(*part.rotation);
+    if (part.translation) part.translation = map.direction(*part.translation);
+  }
+  void move_item(PosePin& pin) const {
+    if (pin.vertex) {
+      throw InvalidInput("a \"pin\" that is a vertex cannot be mirrored or moved; give its place, \"pin_point\"");
+    }
+    pin.point = map.place(*pin.point);
+    for (Vec3d& p : pin.path) p = map.place(p);
+    if (pin.rotation) turn(*pin.rotation);
   }
   template <class T>
   void operator()(const T& /*as it is*/) const {}

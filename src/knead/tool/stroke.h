@@ -239,6 +239,60 @@ struct PinsStroke {
   friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
 };
 
+// The vertices from first to last, both included.
+struct VertexRange {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+
+  friend bool operator==(const VertexRange&, const VertexRange&) = default;
+};
+
+// A part of a shape that holds, or moves rigidly: by the rotation and the translation at once, as a screw.
+struct PosePart {
+  std::vector<VertexRange> vertices{};  // of the shape when the stroke begins; or in their place
+  std::vector<Vec3d> points{};
+  bool hold = false;  // or one of these, or both:
+  std::optional<HandlesRotation> rotation{};
+  std::optional<Vec3d> translation{};
+
+  friend bool operator==(const PosePart&, const PosePart&) = default;
+};
+
+// A point of a shape that holds, or follows a path. What is near it moves as a rigid patch.
+struct PosePin {
+  std::optional<std::uint32_t> vertex{};  // of the shape when the stroke begins; or in its place
+  std::optional<Vec3d> point{};
+  bool hold = false;                      // or
+  std::vector<Vec3d> path{};              // the places that it goes to, in straight lines
+  double size = 0.025;                    // of the patch: a radius, as a fraction of the shape's diagonal; above 0
+  bool turns_freely = true;               // the patch turns as the body takes it; or
+  std::optional<PinRotation> rotation{};  // by this, while the pin moves; none: it keeps its direction
+
+  friend bool operator==(const PosePin&, const PosePin&) = default;
+};
+
+using PoseItem = std::variant<PosePart, PosePin>;
+
+// How stiff some vertices are, and what is inside the shape next to them.
+struct PoseStiffness {
+  std::vector<VertexRange> vertices;
+  double value = 1;  // from 0.01 to 100; elsewhere the stiffness is 1
+
+  friend bool operator==(const PoseStiffness&, const PoseStiffness&) = default;
+};
+
+// Pose: parts and pins go to their places, others stay, and the body between follows as nearly rigidly as a flow that
+// keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
+struct PoseStroke {
+  double detail = 0.075;  // spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5
+  std::vector<PoseItem> parts;
+  std::vector<PoseStiffness> stiffness{};
+  bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PoseStroke&, const PoseStroke&) = default;
+};
+
 // The flow of a vector potential on a grid over one unit of time: numbers only. A pose becomes such strokes.
 struct GridStroke {
   PotentialGrid grid;
@@ -258,14 +312,6 @@ struct RelaxStroke {
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
-};
-
-// The vertices from first to last, both included.
-struct VertexRange {
-  std::uint32_t first = 0;
-  std::uint32_t last = 0;
-
-  friend bool operator==(const VertexRange&, const VertexRange&) = default;
 };
 
 // The mask of the strokes after it (field/mask.h), which replaces the one before; without points and vertices: no mask.
@@ -288,8 +334,9 @@ inline bool is_empty(const MaskStroke& stroke) { return stroke.points.empty() &&
 Mask mask_of(const MaskStroke& stroke, int threads = 0);
 
 // A stroke of any tool.
-using Stroke = std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke,
-                            StretchStroke, TwistStroke, BendStroke, PinsStroke, GridStroke, RelaxStroke, MaskStroke>;
+using Stroke =
+    std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke, StretchStroke,
+                 TwistStroke, BendStroke, PinsStroke, PoseStroke, GridStroke, RelaxStroke, MaskStroke>;
 
 // Returns the tool's name in session files: "implicit", "paint", "points", ...
 std::string tool_name(const Stroke& stroke);

@@ -1,0 +1,232 @@
+#include "knead/tool/pose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "knead/math/box.h"
+#include "knead/math/error.h"
+#include "knead/mesh/body_points.h"
+#include "knead/mesh/surface_tree.h"
+#include "knead/pose/pose_motion.h"
+#include "knead/tool/check.h"
+#include "knead/tool/strain.h"
+
+namespace knead {
+
+namespace {
+
+using namespace detail;
+
+constexpr std::size_t kInside = 4000;       // samples of the body
+constexpr double kCellsOfSample = 0.6;      // their greatest spacing, in that of the grid
+constexpr std::size_t kPointsOfPart = 150;  // that ask for its motion
+constexpr std::size_t kLookedAt = 400;      // points at which the flow's stretch is measured
+constexpr double kSpoiledStretch = 10;
+constexpr double kSpoiledDistance = 0.02;  // of the diagonal
+constexpr double kNotedDistance = 0.002;
+constexpr double kSamePlace = 1e-6;  // of the diagonal
+constexpr std::size_t kMaxSegments = 2000;
+
+std::vector<Vec3d> points_of(const PosePart& part, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> all = part.points;
+  for (const VertexRange& range : part.vertices) {
+    require_vertex("vertices", positions, range.last);
+    all.insert(all.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
+  }
+  std::vector<Vec3d> chosen;
+  for (const std::uint32_t i : spread_points(all, kPointsOfPart)) chosen.push_back(all[i]);
+  return chosen;
+}
+
+PosedPart posed(const PosePart& part, std::span<const Vec3d> positions) {
+  PosedPart result;
+  result.points = points_of(part, positions);
+  if (part.rotation) {
+    result.axis = tool_detail::unit(part.rotation->axis);
+    result.center = part.rotation->center;
+    result.angle = part.rotation->angle_deg * tool_detail::kRadiansPerDegree;
+  }
+  if (part.translation) result.translation = *part.translation;
+  return result;
+}
+
+PosedPin posed(const PosePin& pin, std::span<const Vec3d> positions, double diagonal) {
+  if (pin.vertex) require_vertex("pin", positions, *pin.vertex);
+  PosedPin result;
+  result.path = {pin.vertex ? positions[*pin.vertex] : *pin.point};
+  result.size = pin.size * diagonal;
+  for (const Vec3d& place : pin.path) {
+    if (result.path.size() > 1 || norm(place - result.path.front()) > kSamePlace * diagonal)
+      result.path.push_back(place);
+  }
+  if (pin.turns_freely) return result;
+  result.turn = Vec3d{0, 0, 0};
+  if (pin.rotation) {
+    result.turn = tool_detail::unit(pin.rotation->axis) * (pin.rotation->angle_deg * tool_detail::kRadiansPerDegree);
+  }
+  return result;
+}
+
+// Two pins in each other's patch move together, or tear the shape.
+void require_apart(const std::vector<PosedPin>& pins) {
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    for (std::size_t j = i + 1; j < pins.size(); ++j) {
+      const Vec3d apart = pins[i].path.front() - pins[j].path.front();
+      const Vec3d motion = (pins[i].path.back() - pins[j].path.back()) - apart;
+      if (norm(apart) < 0.5 * (pins[i].size + pins[j].size) && norm(motion) > norm(apart)) {
+        throw InvalidInput(
+            fmt::format("\"parts\": two pins are {:.3g} apart and go different ways, by {:.3g}; remove one, move them "
+                        "together, or give smaller \"size\"s",
+                        norm(apart), norm(motion)));
+      }
+    }
+  }
+}
+
+// The stiffness of a sample is that of the nearest vertex.
+std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d> positions,
+                                 const std::vector<Vec3d>& samples) {
+  if (stroke.stiffness.empty()) return {};
+  std::vector<double> of_vertex(positions.size(), 1.0);
+  for (const PoseStiffness& region : stroke.stiffness) {
+    for (const VertexRange& range : region.vertices) {
+      require_vertex("vertices", positions, range.last);
+      std::fill(of_vertex.begin() + range.first, of_vertex.begin() + range.last + 1, region.value);
+    }
+  }
+  std::vector<Triangle> points;
+  for (std::uint32_t i = 0; i < positions.size(); ++i) points.push_back({i, i, i});
+  const SurfaceTree tree(points, positions);
+  std::vector<double> result;
+  for (const Vec3d& p : samples) result.push_back(of_vertex[tree.closest(p)->triangle]);
+  return result;
+}
+
+double diagonal_of(const LiveSurface& surface) {
+  Box box;
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) box.extend(surface.positions[v]);
+  }
+  if (surface.triangles.empty()) {
+    for (const Vec3d& p : surface.positions) box.extend(p);
+  }
+  return norm(box.max - box.min);
+}
+
+PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
+                       std::vector<std::string>& warnings) {
+  PoseProblem problem;
+  problem.threads = threads;
+  problem.progress = surface.progress;
+  problem.diagonal = diagonal_of(surface);
+  problem.spacing = stroke.detail * problem.diagonal;
+  for (const PoseItem& item : stroke.parts) {
+    if (const auto* part = std::get_if<PosePart>(&item)) {
+      problem.parts.push_back(posed(*part, surface.positions));
+    } else {
+      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
+    }
+  }
+  require_apart(problem.pins);
+  BodyPoints body = body_points(surface.positions, surface.triangles,
+                                {.inside = kInside,
+                                 .most_spacing = kCellsOfSample * problem.spacing,
+                                 .shell_depth = 0.25 * problem.spacing,
+                                 .threads = threads});
+  if (!body.is_closed && !surface.triangles.empty()) {
+    warnings.push_back("the surface is open: a shell below it is kept rigid in place of the body's inside");
+  }
+  problem.body.points = std::move(body.points);
+  problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
+  return problem;
+}
+
+// How the flow stretches the surface.
+void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result) {
+  std::vector<Vec3d> points;
+  for (const std::uint32_t i : spread_points(surface.positions, kLookedAt)) points.push_back(surface.positions[i]);
+  double sum = 0;
+  for (const Stretches& s : stretches_of(flow, points, {.length = diagonal, .threads = threads})) {
+    result.greatest_stretch = std::max(result.greatest_stretch, s.greatest);
+    result.least_stretch = std::min(result.least_stretch, s.least);
+    for (const double value : {s.greatest, s.middle, s.least}) sum += std::log(value) * std::log(value);
+  }
+  result.rms_log_stretch = std::sqrt(sum / static_cast<double>(3 * points.size()));
+}
+
+void require_sound(const PoseResult& result) {
+  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
+  if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
+  throw InvalidInput(fmt::format(
+      "\"parts\" contradict each other: the pose would stretch the shape {:.3g} times and leave a part {:.2g} of the "
+      "shape's size from its place; move them less, leave more room between them, or give a smaller \"detail\"",
+      stretch, result.part_distance));
+}
+
+void warn(PoseResult& result) {
+  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
+  if (stretch > kStrongStretch) {
+    result.warnings.push_back(fmt::format(
+        "the pose stretches the shape up to {:.2g} times; move the parts less, or leave more room between them",
+        stretch));
+  }
+  if (result.part_distance > kNotedDistance) {
+    result.warnings.push_back(
+        fmt::format("a part or pin ends {:.2g} of the shape's size from its place; give a smaller \"detail\", or "
+                    "\"exact\": true",
+                    result.part_distance));
+  }
+}
+
+}  // namespace
+
+void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex) {
+  if (vertex < positions.size()) return;
+  throw InvalidInput(
+      fmt::format("\"{}\" names vertex {}, but the shape has {}, numbered from 0; was the session "
+                  "made for another shape?",
+                  key, vertex, positions.size()));
+}
+
+PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  PoseResult result;
+  PoseProblem problem = problem_of(stroke, surface, threads, result.warnings);
+  if (const std::size_t segments = pose_segments(problem); segments > kMaxSegments) {
+    throw InvalidInput(
+        fmt::format("\"parts\" move so far that the pose takes {} steps, and {} are allowed; move them "
+                    "less, or give a larger \"detail\"",
+                    segments, kMaxSegments));
+  }
+  const double diagonal = problem.diagonal;
+  Flow flow;
+  const PoseOutcome outcome = pose(std::move(problem), [&](const PotentialGrid& grid) {
+    Segment segment;
+    segment.grid = grid;
+    flow.segments.push_back(std::move(segment));
+    return true;
+  });
+  result.part_distance = outcome.part_distance / diagonal;
+  result.unknowns = outcome.unknowns;
+  result.segments = outcome.segments;
+  measure_stretch(flow, surface, diagonal, threads, result);
+  require_sound(result);
+  for (const Segment& segment : flow.segments) {
+    result.stopped = !surface.apply(GridStroke{segment.grid});
+    if (result.stopped) return result;
+  }
+  if (stroke.exact && outcome.part_distance > 0) {
+    PinsStroke last;
+    last.points = outcome.reached;
+    last.to = outcome.places;
+    last.radius_auto = true;
+    result.stopped = !surface.apply(last);
+    result.part_distance = 0;
+  }
+  warn(result);
+  return result;
+}
+
+}  // namespace knead

@@ -1,0 +1,179 @@
+// The description of the tool "pose".
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "knead/math/error.h"
+#include "knead/tool/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr std::size_t kMaxPins = 1000;
+constexpr std::size_t kMaxPlaces = 10'000;  // of a pin's path
+constexpr double kFinest = 0.01;
+constexpr double kCoarsest = 0.5;
+constexpr double kMaxStiffness = 100;
+
+std::vector<StrokeKey> keys(PoseStroke& s) {
+  return {{"detail", Quantity::positive, &s.detail, Presence::optional,
+           "the finest motion, as a fraction of the shape's size; smaller numbers take longer"},
+          {"parts", Quantity::other, &s.parts},
+          {"stiffness", Quantity::other, &s.stiffness, Presence::optional},
+          {"exact", Quantity::other, &s.exact, Presence::optional}};
+}
+
+// Which part a range of vertices belongs to.
+struct OwnedRange {
+  VertexRange range;
+  std::size_t part = 0;
+};
+
+void append(const std::vector<VertexRange>& ranges, std::size_t part, std::vector<OwnedRange>& list) {
+  for (const VertexRange& range : ranges) {
+    if (range.last < range.first) {
+      throw InvalidInput(fmt::format("\"vertices\" has the range [{}, {}], whose last number is below its first",
+                                     range.first, range.last));
+    }
+    list.push_back({range, part});
+  }
+}
+
+// Nothing can move in two ways.
+void require_apart(const PoseStroke& stroke) {
+  std::vector<OwnedRange> ranges;
+  for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
+    if (const auto* part = std::get_if<PosePart>(&stroke.parts[i])) {
+      append(part->vertices, i, ranges);
+    } else if (const auto& vertex = std::get<PosePin>(stroke.parts[i]).vertex) {
+      ranges.push_back({{*vertex, *vertex}, i});
+    }
+  }
+  std::sort(ranges.begin(), ranges.end(),
+            [](const OwnedRange& a, const OwnedRange& b) { return a.range.first < b.range.first; });
+  const OwnedRange* farthest = nullptr;  // of the parts before
+  for (const OwnedRange& owned : ranges) {
+    if (farthest != nullptr && owned.range.first <= farthest->range.last && owned.part != farthest->part) {
+      throw InvalidInput(fmt::format("\"parts\": vertex {} is in part {} and in part {}; take it out of one of them",
+                                     owned.range.first, farthest->part + 1, owned.part + 1));
+    }
+    if (farthest == nullptr || owned.range.last > farthest->range.last) farthest = &owned;
+  }
+}
+
+void validate(const PosePart& part) {
+  if (part.vertices.empty() == part.points.empty()) {
+    throw InvalidInput(part.points.empty() ? "it has no vertices; give \"vertices\", or \"points\""
+                                           : "it has both \"vertices\" and \"points\"; give one of them");
+  }
+  require_finite("points", part.points);
+  const bool moves = part.rotation || part.translation;
+  if (moves == part.hold) {
+    throw InvalidInput(moves ? "it holds and moves; leave out \"hold\", or \"rotate\" and \"translate\""
+                             : "it neither holds nor moves; give \"hold\": true, \"rotate\" or \"translate\"");
+  }
+  if (part.rotation) {
+    require_direction("rotate", part.rotation->axis);
+    require_finite("center", part.rotation->center);
+    require_angle("angle_deg", part.rotation->angle_deg);
+  }
+  if (part.translation) require_finite("translate", *part.translation);
+}
+
+void validate(const PosePin& pin) {
+  if (pin.vertex.has_value() == pin.point.has_value()) {
+    throw InvalidInput("a pin needs either \"pin\", the number of a vertex, or \"pin_point\"");
+  }
+  if (pin.point) require_finite("pin_point", *pin.point);
+  require_finite("path", pin.path);
+  if (pin.path.empty() != pin.hold) {
+    throw InvalidInput(pin.hold ? "the pin holds and moves; leave out \"hold\", or \"to\" and \"path\""
+                                : "the pin neither holds nor moves; give \"hold\": true, \"to\" or \"path\"");
+  }
+  if (pin.path.size() > kMaxPlaces) {
+    throw InvalidInput(fmt::format("\"path\" must hold at most {} places, got {}", kMaxPlaces, pin.path.size()));
+  }
+  if (!(pin.size > 0 && pin.size <= kCoarsest)) {
+    throw InvalidInput(fmt::format("\"size\" must be above 0 and at most {}, got {}", kCoarsest, pin.size));
+  }
+  if (pin.rotation) {
+    require_direction("axis", pin.rotation->axis);
+    require_angle("angle_deg", pin.rotation->angle_deg);
+  }
+}
+
+bool moves(const PoseItem& item) {
+  if (const auto* pin = std::get_if<PosePin>(&item)) return !pin->hold || pin->rotation;
+  const auto& part = std::get<PosePart>(item);
+  const bool turns = part.rotation && part.rotation->angle_deg != 0;
+  return turns || (part.translation && *part.translation != Vec3d{0, 0, 0});
+}
+
+void validate_stiffness(const PoseStroke& stroke) {
+  std::vector<OwnedRange> ranges;
+  for (const PoseStiffness& region : stroke.stiffness) {
+    if (region.vertices.empty()) throw InvalidInput("\"stiffness\" names a region without vertices");
+    append(region.vertices, 0, ranges);
+    if (!(region.value >= 1 / kMaxStiffness && region.value <= kMaxStiffness)) {
+      throw InvalidInput(fmt::format("\"value\" of \"stiffness\" must be from {} to {}, got {}", 1 / kMaxStiffness,
+                                     kMaxStiffness, region.value));
+    }
+  }
+}
+
+void validate(const PoseStroke& stroke) {
+  if (!(stroke.detail >= kFinest && stroke.detail <= kCoarsest)) {
+    throw InvalidInput(
+        fmt::format("\"detail\" must be from {} to {} of the shape's size, got {}", kFinest, kCoarsest, stroke.detail));
+  }
+  require_count("parts", stroke.parts.size(), 1, "parts or pins");
+  std::size_t pins = 0;
+  for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
+    try {
+      std::visit([](const auto& item) { validate(item); }, stroke.parts[i]);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(fmt::format("\"parts\": part {}: {}", i + 1, error.what()));
+    }
+    pins += std::holds_alternative<PosePin>(stroke.parts[i]) ? 1 : 0;
+  }
+  if (pins > kMaxPins) throw InvalidInput(fmt::format("\"parts\" must hold at most {} pins, got {}", kMaxPins, pins));
+  if (std::none_of(stroke.parts.begin(), stroke.parts.end(), moves)) {
+    throw InvalidInput("\"parts\": none of the parts and pins moves; give one \"rotate\", \"translate\" or \"to\"");
+  }
+  require_apart(stroke);
+  validate_stiffness(stroke);
+}
+
+// Angles and translations are multiplied; a path goes on in its last direction.
+void prolong(PoseStroke& stroke, double strength) {
+  for (PoseItem& item : stroke.parts) {
+    if (auto* part = std::get_if<PosePart>(&item)) {
+      if (part->rotation) part->rotation->angle_deg *= strength;
+      if (part->translation) *part->translation *= strength;
+      continue;
+    }
+    auto& pin = std::get<PosePin>(item);
+    if (pin.hold) continue;
+    if (!pin.point) {
+      throw InvalidInput("a pin that is a vertex cannot go on beyond its path; give \"pin_point\"");
+    }
+    std::vector<Vec3d> path{*pin.point};
+    path.insert(path.end(), pin.path.begin(), pin.path.end());
+    prolong_path(path, strength);
+    pin.path.assign(path.begin() + 1, path.end());
+    if (pin.rotation) pin.rotation->angle_deg *= strength;
+  }
+}
+
+}  // namespace
+
+const Tool& PoseStroke::tool() {
+  static const Tool kTool = describe<PoseStroke>("pose", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
+  return kTool;
+}
+
+}  // namespace knead
