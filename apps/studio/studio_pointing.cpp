@@ -1,6 +1,7 @@
 // What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
 #include <variant>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/math/box.h"
 #include "studio.h"
 
@@ -14,6 +15,12 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
   for (const SessionStroke& stroke : strokes) {
     if (reads_surface(stroke.stroke)) continue;
     for (const Segment& segment : flow_of(stroke.stroke).segments) {
+      if (!segment.grid.is_empty()) {
+        const Box used = detail::GridSupport(segment.grid).box();
+        if (used.empty()) continue;
+        box.extend(used.min);
+        box.extend(used.max);
+      }
       for (const Field& field : segment.fields) {
         const bool is_bounded = !std::holds_alternative<HalfSpace<double>>(field.region) &&
                                 !std::holds_alternative<Handles<double>>(field.region);

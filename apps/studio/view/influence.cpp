@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -20,6 +21,7 @@ bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
 
 double weight_at(const Segment& segment, const Vec3d& p) {
   if (segment.barrel && !is_within(*segment.barrel, p)) return 0;
+  if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p) ? 1 : 0;
   double most = 0;
   for (const Field& field : segment.fields) {
     most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);

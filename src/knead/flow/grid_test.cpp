@@ -122,8 +122,8 @@ TEST(Grid, PotentialsCurlByDifferencesIsTheVelocity) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       Vec3d d{0, 0, 0};
       d[axis] = h;
-      by[axis] = (evaluate_grid(nodes.view, y + d, 0.4).potential - evaluate_grid(nodes.view, y - d, 0.4).potential) /
-                 (2 * h);
+      by[axis] =
+          (evaluate_grid(nodes.view, y + d, 0.4).potential - evaluate_grid(nodes.view, y - d, 0.4).potential) / (2 * h);
     }
     const Vec3d curl{by[1].z - by[2].y, by[2].x - by[0].z, by[0].y - by[1].x};
     EXPECT_LE(norm(curl - evaluate_grid(nodes.view, y, 0.4).velocity), 1e-8);
