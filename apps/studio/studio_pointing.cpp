@@ -1,7 +1,6 @@
 // What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
 #include <variant>
 
-#include "knead/field/grid_nodes.h"
 #include "knead/math/box.h"
 #include "studio.h"
 
@@ -16,10 +15,10 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
     if (reads_surface(stroke.stroke)) continue;
     for (const Segment& segment : flow_of(stroke.stroke).segments) {
       if (!segment.grid.is_empty()) {
-        const Box used = detail::GridSupport(segment.grid).box();
-        if (used.empty()) continue;
-        box.extend(used.min);
-        box.extend(used.max);
+        const PotentialGrid& grid = segment.grid;
+        const auto [x, y, z] = grid.counts;
+        box.extend(grid.origin - Vec3d{2, 2, 2} * grid.spacing);
+        box.extend(grid.origin + Vec3d{x + 1.0, y + 1.0, z + 1.0} * grid.spacing);
       }
       for (const Field& field : segment.fields) {
         const bool is_bounded = !std::holds_alternative<HalfSpace<double>>(field.region) &&

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "knead/field/grid_nodes.h"
 #include "knead/flow/advect.h"
+#include "knead/flow/reach.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 
@@ -21,7 +21,6 @@ bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
 
 double weight_at(const Segment& segment, const Vec3d& p) {
   if (segment.barrel && !is_within(*segment.barrel, p)) return 0;
-  if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p) ? 1 : 0;
   double most = 0;
   for (const Field& field : segment.fields) {
     most = std::max(most, blend_weight(region_value(field, p - field.center).value, field.thresholds).value);
@@ -36,6 +35,13 @@ std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& pos
   parallel_for(positions.size(), kVerticesAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (const Flow& flow : flows) {
       if (flow.segments.empty()) continue;
+      if (!flow.segments.front().grid.is_empty()) {
+        const FlowReach reach(Flow{{flow.segments.front()}});
+        for (std::size_t i = begin; i < end; ++i) {
+          if (reach.may_move(positions[i], 0)) result[i] = 1;
+        }
+        continue;
+      }
       for (std::size_t i = begin; i < end; ++i) {
         result[i] = std::max(result[i], static_cast<float>(weight_at(flow.segments.front(), positions[i])));
       }

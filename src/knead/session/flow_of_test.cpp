@@ -41,7 +41,7 @@ TEST(FlowOfSession, MovesPointsAsAReplayToTheBit) {
   const Session session = varied();
   EXPECT_FALSE(needs_faces(session));
   for (const std::optional<double> until : {std::optional<double>(), std::optional(0.0), std::optional(0.6),
-                                            std::optional(2.4), std::optional(4.0), std::optional(5.5)}) {
+                                            std::optional(2.4), std::optional(4.0), std::optional(4.7)}) {
     for (const Direction direction : {Direction::forwards, Direction::backwards}) {
       ReplayOptions options;
       options.part = {direction, until};
