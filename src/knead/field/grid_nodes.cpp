@@ -32,15 +32,19 @@ std::optional<std::size_t> node_count(const std::array<int, 3>& counts) {
   for (const int count : counts) {
     if (count < 1) return std::nullopt;
     nodes *= static_cast<std::size_t>(count);
-    padded *= static_cast<std::size_t>(count) + 2 * kEmptyNodes;
+    padded *= static_cast<std::size_t>(count) + std::size_t{2} * kEmptyNodes;
     if (nodes > kMostGridNodes || padded > kMostPaddedNodes) return std::nullopt;
   }
   return nodes;
 }
 
 Vec3d middle_node(const PotentialGrid& grid) {
-  const auto [x, y, z] = grid.counts;
-  return grid.origin + Vec3d{1.0 * (x / 2), 1.0 * (y / 2), 1.0 * (z / 2)} * grid.spacing;
+  Vec3d place = grid.origin;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int middle = grid.counts[axis] / 2;
+    place[axis] += middle * grid.spacing;
+  }
+  return place;
 }
 
 GridCells::GridCells(const PotentialGrid& grid)
