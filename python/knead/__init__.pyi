@@ -294,6 +294,26 @@ class Pins(Stroke):
         duration: float | None = None,
     ) -> None: ...
 
+class Grid(Stroke):
+    origin: Vector
+    spacing: float
+    counts: Sequence[int]
+    coefficients: str
+    end_coefficients: str | None
+    def __init__(
+        self,
+        *,
+        origin: Vector,
+        spacing: float,
+        counts: Sequence[int],
+        coefficients: str,
+        end_coefficients: str | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+    ) -> None: ...
+
 class Relax(Stroke):
     points: Points3
     radius: float
