@@ -2,6 +2,7 @@
 // steps of path lines, as the paper's benchmark does (its section 6: 1.0e6 per second and CPU in 2006).
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <vector>
 
 #include "knead/flow/advect.h"
@@ -23,12 +24,17 @@ void run(benchmark::State& state, const Segment& segment, const AdvectOptions& o
   const std::vector<Vec3d> points = make_shape(ShapeKind::sphere, 40'000).positions;
   const Flow flow{{segment}};
   std::uint64_t steps = 0;
+  std::uint64_t evaluations = 0;
   for (auto iteration : state) {
     std::vector<Vec3d> moved = points;
-    steps += advect(flow, moved, options).accepted_steps;
+    const AdvectResult result = advect(flow, moved, options);
+    steps += result.accepted_steps;
+    evaluations += result.evaluations;
     benchmark::DoNotOptimize(moved.data());
   }
   state.counters["vertex_steps_per_s"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kIsRate);
+  state.counters["s_per_evaluation"] =
+      benchmark::Counter(static_cast<double>(evaluations), benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["steps_per_vertex"] =
       static_cast<double>(steps) / static_cast<double>(points.size() * state.iterations());
 }
@@ -76,5 +82,24 @@ void point_set(benchmark::State& state) {
   run(state, swept(set, {0, 0.5}), options_with(Integrator::dormand_prince, Precision::float32));
 }
 BENCHMARK(point_set)->Arg(10)->Arg(100)->Unit(benchmark::kMillisecond);
+
+// A rotation that fades, on a grid of 14 x 14 x 14 nodes, through all of the sphere.
+void grid(benchmark::State& state, Precision precision) {
+  constexpr int kNodes = 14;
+  Segment segment;
+  segment.grid.spacing = 0.26;
+  segment.grid.counts = {kNodes, kNodes, kNodes};
+  segment.grid.origin = Vec3d{1, 1, 1} * (-0.5 * (kNodes - 1) * segment.grid.spacing);
+  std::vector<Vec3d> coefficients;
+  for (int n = 0; n < kNodes * kNodes * kNodes; ++n) {
+    const Vec3d node{1.0 * (n % kNodes), 1.0 * (n / kNodes % kNodes), 1.0 * (n / (kNodes * kNodes))};
+    const Vec3d x = segment.grid.origin + node * segment.grid.spacing;
+    coefficients.push_back(Vec3d{0, 0, -0.1} * ((x.x * x.x + x.y * x.y) * std::exp(-2 * norm2(x))));
+  }
+  segment.grid.coefficients = SharedVectors(std::move(coefficients));
+  run(state, segment, options_with(Integrator::tsitouras, precision));
+}
+BENCHMARK_CAPTURE(grid, float, Precision::float32)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(grid, double, Precision::float64)->Unit(benchmark::kMillisecond);
 
 }  // namespace

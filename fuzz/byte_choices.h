@@ -205,6 +205,16 @@ inline Stroke pins_stroke(Choices& choices) {
   return stroke;
 }
 
+inline Stroke grid_stroke(Choices& choices) {
+  GridStroke stroke;
+  stroke.grid.origin = choices.vector();
+  stroke.grid.spacing = choices.positive();
+  const std::vector<Vec3d> coefficients = choices.vectors(1, 4);
+  stroke.grid.counts = {1, static_cast<int>(coefficients.size()), 1};
+  stroke.grid.coefficients = SharedVectors(coefficients);
+  return stroke;
+}
+
 inline Stroke relax_stroke(Choices& choices) {
   RelaxStroke stroke;
   stroke.points = choices.vectors(1, 3);
@@ -223,7 +233,7 @@ inline Stroke mask_stroke(Choices& choices) {
 // A stroke of any tool but the stamp, which needs a file. Some are invalid.
 inline Stroke stroke(Choices& choices, std::size_t vertices) {
   Stroke result;
-  switch (choices.below(9)) {
+  switch (choices.below(10)) {
     case 0:
       result = paint_stroke(choices);
       break;
@@ -247,6 +257,9 @@ inline Stroke stroke(Choices& choices, std::size_t vertices) {
       break;
     case 7:
       result = pins_stroke(choices);
+      break;
+    case 8:
+      result = grid_stroke(choices);
       break;
     default:
       result = implicit_stroke(choices);

@@ -95,7 +95,7 @@ violations() {
 }
 
 # More would no longer fit on a page.
-readonly most_public=60
+readonly most_public=61
 
 check() {
   local found count

@@ -14,6 +14,12 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
   for (const SessionStroke& stroke : strokes) {
     if (reads_surface(stroke.stroke)) continue;
     for (const Segment& segment : flow_of(stroke.stroke).segments) {
+      if (!segment.grid.is_empty()) {
+        const PotentialGrid& grid = segment.grid;
+        const auto [x, y, z] = grid.counts;
+        box.extend(grid.origin - Vec3d{2, 2, 2} * grid.spacing);
+        box.extend(grid.origin + Vec3d{x + 1.0, y + 1.0, z + 1.0} * grid.spacing);
+      }
       for (const Field& field : segment.fields) {
         const bool is_bounded = !std::holds_alternative<HalfSpace<double>>(field.region) &&
                                 !std::holds_alternative<Handles<double>>(field.region);

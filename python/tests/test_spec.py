@@ -258,6 +258,7 @@ def test_jacobian_is_the_derivative_of_the_flow_and_keeps_volume(sphere):
         knead.Implicit(path=[[0, 1, 0], [0, 1.4, 0]], inner=0.1, outer=0.5),
         knead.Rotate(center=[0, 0, 0], axis=[0, 1, 0], angle_deg=50, inner=0.3, outer=1.2),
         knead.Pins(points=[[1, 0, 0], [0, 0, 1]], to=[[1.2, 0.1, 0], [0, 0, 1]], radius=1.5),
+        knead.Grid(origin=[0, 1, 0], spacing=0.5, counts=[1, 1, 1], coefficients="AAAAAAAAAAAAAAAAAAAAAAAAAAAAANA/"),
     ]
     flow = knead.Flow(knead.Session(strokes))
     x = sphere.vertices[::60]

@@ -181,6 +181,29 @@ Stroke pins(const Draw& draw) {
   return stroke;
 }
 
+// Lengths without rounding, so that the mirror image of the mirror image is the stroke itself.
+Stroke grid(const Draw& draw) {
+  const auto rounded = [](double length) { return std::round(length * 0x1p20) * 0x1p-20; };
+  const Vec3d place = draw.mesh.positions[draw.vertex()];
+  GridStroke stroke;
+  PotentialGrid& grid = stroke.grid;
+  grid.spacing = rounded(draw.uniform(0.1, 0.2) * draw.size);
+  std::size_t nodes = 1;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    grid.counts[axis] = 1 + static_cast<int>(draw.uniform(0, 5));
+    grid.origin[axis] = rounded(place[axis] - 0.5 * (grid.counts[axis] - 1) * grid.spacing);
+    nodes *= static_cast<std::size_t>(grid.counts[axis]);
+  }
+  const auto coefficients = [&] {
+    std::vector<Vec3d> list(nodes);
+    for (Vec3d& a : list) a = draw.direction() * (draw.uniform(0, 0.15) * grid.spacing * grid.spacing);
+    return SharedVectors(std::move(list));
+  };
+  grid.coefficients = coefficients();
+  if (draw.uniform(0, 1) < 0.3) grid.end_coefficients = coefficients();
+  return stroke;
+}
+
 Stroke relax(const Draw& draw) {
   const std::size_t v = draw.vertex();
   RelaxStroke stroke{{draw.near(v), draw.near(v)}, draw.uniform(0.05, 0.3) * draw.size};
@@ -202,9 +225,9 @@ Stroke mask(const Draw& draw) {
 }
 
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
-    {"implicit", implicit}, {"paint", paint}, {"points", points},   {"handles", handles},
-    {"stamp", stamp},       {"rotate", turn}, {"stretch", stretch}, {"twist", twist},
-    {"bend", bend},         {"pins", pins},   {"relax", relax},     {"mask", mask}};
+    {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
+    {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend},       {"pins", pins},
+    {"grid", grid},         {"relax", relax},     {"mask", mask}};
 
 }  // namespace
 

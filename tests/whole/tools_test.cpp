@@ -73,6 +73,8 @@ std::vector<Stroke> strokes_about(const Vec3d& at) {
   handles.full = {at, at + Vec3d{0.25, 0, 0}};
   handles.zero = {at + Vec3d{1, 0, 0}, at - Vec3d{1, 0, 0}, at + Vec3d{0, 1, 0}};
   handles.motion = HandlesTranslation{{0.25, 0.125, 0}};
+  const std::vector<Vec3d> nodes(64, {0.0625, -0.125, 0.25});
+  const GridStroke grid{{at - Vec3d{0.75, 0.75, 0.75}, 0.5, {4, 4, 4}, SharedVectors(nodes), {}}};
   return {ImplicitStroke{path, 0.3, 1.0},
           PaintStroke{0.25, 0.05, {{at + Vec3d{0, 1, 0}, {0, 1, 0}}}},
           PointsStroke{path, {}, 0.8, {{0.5, 0.25, 0}}},
@@ -81,7 +83,8 @@ std::vector<Stroke> strokes_about(const Vec3d& at) {
           StretchStroke{at, {0, 0, 1}, 1.5, 0.25, 1.2},
           TwistStroke{at, {0, 0, 1}, 60, -0.5, 0.5},
           BendStroke{at, {1, 0, 0}, {0, 0, 1}, 40, BendWidth{1.5}},
-          PinsStroke{{at, at + Vec3d{1, 0, 0}}, {at + Vec3d{0, 0.25, 0}, at + Vec3d{1, 0, 0}}, 1.25}};
+          PinsStroke{{at, at + Vec3d{1, 0, 0}}, {at + Vec3d{0, 0.25, 0}, at + Vec3d{1, 0, 0}}, 1.25},
+          grid};
 }
 
 // Coordinates of the sphere are multiples of 2^-20, so that shifting it rounds nothing.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "knead/flow/advect.h"
+#include "knead/flow/reach.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 
@@ -34,6 +35,13 @@ std::vector<float> influence_of(std::span<const Flow> flows, const Snapshot& pos
   parallel_for(positions.size(), kVerticesAtOnce, threads, [&](std::size_t begin, std::size_t end) {
     for (const Flow& flow : flows) {
       if (flow.segments.empty()) continue;
+      if (!flow.segments.front().grid.is_empty()) {
+        const FlowReach reach(Flow{{flow.segments.front()}});
+        for (std::size_t i = begin; i < end; ++i) {
+          if (reach.may_move(positions[i], 0)) result[i] = 1;
+        }
+        continue;
+      }
       for (std::size_t i = begin; i < end; ++i) {
         result[i] = std::max(result[i], static_cast<float>(weight_at(flow.segments.front(), positions[i])));
       }

@@ -32,15 +32,19 @@ std::optional<std::size_t> node_count(const std::array<int, 3>& counts) {
   for (const int count : counts) {
     if (count < 1) return std::nullopt;
     nodes *= static_cast<std::size_t>(count);
-    padded *= static_cast<std::size_t>(count) + 2 * kEmptyNodes;
+    padded *= static_cast<std::size_t>(count) + std::size_t{2} * kEmptyNodes;
     if (nodes > kMostGridNodes || padded > kMostPaddedNodes) return std::nullopt;
   }
   return nodes;
 }
 
 Vec3d middle_node(const PotentialGrid& grid) {
-  const auto [x, y, z] = grid.counts;
-  return grid.origin + Vec3d{1.0 * (x / 2), 1.0 * (y / 2), 1.0 * (z / 2)} * grid.spacing;
+  Vec3d place = grid.origin;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const int middle = grid.counts[axis] / 2;
+    place[axis] += middle * grid.spacing;
+  }
+  return place;
 }
 
 GridCells::GridCells(const PotentialGrid& grid)
@@ -179,29 +183,6 @@ bool GridSupport::misses(const Box& box) const {
            count_below(first[0], first[1], z);
   };
   return planes(last[2]) - planes(first[2]) == 0;
-}
-
-Box GridSupport::box() const {
-  Box box;
-  const auto [nx, ny, nz] = cells_;
-  const std::int32_t all = count_below(nx, ny, nz);
-  if (all == 0) return box;
-  std::array<int, 3> first{0, 0, 0};
-  std::array<int, 3> last{nx, ny, nz};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const auto below = [&](int i) {
-      std::array<int, 3> corner{nx, ny, nz};
-      corner[axis] = i;
-      return count_below(corner[0], corner[1], corner[2]);
-    };
-    while (below(first[axis] + 1) == 0) ++first[axis];
-    while (below(last[axis] - 1) == all) --last[axis];
-  }
-  const auto [x, y, z] = first;
-  const auto [u, v, w] = last;
-  box.extend(origin_ + Vec3d{1.0 * x, 1.0 * y, 1.0 * z} * spacing_);
-  box.extend(origin_ + Vec3d{1.0 * u, 1.0 * v, 1.0 * w} * spacing_);
-  return box;
 }
 
 }  // namespace knead::detail

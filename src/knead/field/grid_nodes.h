@@ -85,9 +85,6 @@ class GridSupport {
   // Returns whether v is 0 everywhere in the box, up to some rounding of its sides.
   bool misses(const Box& box) const;
 
-  // Returns the box around all used cells; an empty one if there are none.
-  Box box() const;
-
  private:
   std::int32_t count_below(int x, int y, int z) const;
 

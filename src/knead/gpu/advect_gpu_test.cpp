@@ -7,6 +7,7 @@
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
 #include "support/gpu_fixture.h"
+#include "support/random_grids.h"
 #include "support/random_segments.h"
 
 namespace knead {
@@ -443,6 +444,10 @@ TEST_F(GpuTest, ABackendIsTheGpuAndDoesWhatItCannotOnTheCpu) {
   found = points;
   EXPECT_EQ(backend(held, found, default_options(1)).status, AdvectStatus::done);
   EXPECT_EQ(bits(found), bits(moved(held, points, default_options(1))));
+  const Flow grid{{test::random_grid(random)}};
+  found = points;
+  EXPECT_EQ(backend(grid, found, default_options(1)).status, AdvectStatus::done);
+  EXPECT_EQ(bits(found), bits(moved(grid, points, default_options(1))));
   EXPECT_EQ(failure, "");
 }
 

@@ -1,11 +1,7 @@
 #include "knead/pose/near_rigid.h"
 
-#define EIGEN_DONT_VECTORIZE
-#define EIGEN_DONT_PARALLELIZE
-#define EIGEN_MPL2_ONLY
 #include <fmt/format.h>
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -14,7 +10,9 @@
 
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
+#include "knead/pose/clones.h"
 #include "knead/pose/lattice_nodes.h"
+#include "knead/pose/sparse_cholesky.h"
 #include "knead/pose/spline_rows.h"
 
 namespace knead::detail {
@@ -27,11 +25,9 @@ constexpr std::size_t kComponents = 2;
 constexpr int kOfNode = static_cast<int>(kComponents);
 constexpr std::size_t kMaxUnknowns = 60'000;
 constexpr std::size_t kRowNumbers = kComponents * kCellNodes;
+constexpr std::size_t kRowsAtOnce = 6;  // those of a sample's strain
 // So many cells are assembled side by side before their sums are added up, in order.
 constexpr std::size_t kCellsAtOnce = 32;
-
-using Matrix = Eigen::SparseMatrix<double, Eigen::ColMajor, int>;
-using Factor = Eigen::SimplicialLLT<Matrix, Eigen::Lower, Eigen::NaturalOrdering<int>>;
 
 // A row over a cell's 64 nodes, each with its components.
 using DenseRow = std::array<double, kRowNumbers>;
@@ -44,22 +40,29 @@ DenseRow dense(const SplineRow& row, double by) {
   return result;
 }
 
+// Adds the products of each row's numbers to the upper triangle of a matrix.
+KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
+  for (std::size_t a = 0; a < kRowNumbers; ++a) {
+    double by[kRowsAtOnce];
+    for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
+    double* const to = products + a * kRowNumbers;
+    for (std::size_t b = a; b < kRowNumbers; ++b) {
+      double sum = to[b];
+      for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + b];
+      to[b] = sum;
+    }
+  }
+}
+
 // The upper triangle of a cell's sum of products, and the sum of its diagonal from the strain alone.
 struct CellSum {
   std::array<double, kRowNumbers * kRowNumbers> products;
 
   void clear() { products.fill(0); }
 
-  // Adds the products of rows, in their order.
+  // Adds the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
   void add(std::span<const DenseRow> rows) {
-    for (const DenseRow& row : rows) {
-      for (std::size_t a = 0; a < kRowNumbers; ++a) {
-        const double by = row[a];
-        if (by == 0) continue;
-        double* const to = products.data() + a * kRowNumbers;
-        for (std::size_t b = a; b < kRowNumbers; ++b) to[b] += by * row[b];
-      }
-    }
+    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) add_products(rows[r].data(), products.data());
   }
 };
 
@@ -104,8 +107,7 @@ struct NearRigidSystem::Equations {
   Lattice lattice;
   LatticeNodes nodes;
   double mean_diagonal = 0;  // of the strain
-  Matrix matrix;             // its lower triangle
-  Factor factor;
+  SparseCholesky factor;
 };
 
 namespace {
@@ -139,7 +141,7 @@ class Assembly {
   }
 
   // Returns the matrix without the ridge; sets the mean diagonal of the strain.
-  Matrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
+  SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
     nodes_ = &nodes;
     spins_ = spin_numbers(rows_);
     make_pattern();
@@ -155,9 +157,7 @@ class Assembly {
       if (rows_[list].spins) add_spin(list);
     }
     const double ridge = NearRigidSystem::kRidge * mean_diagonal;
-    for (int column = first_; column < matrix_.cols(); ++column) {
-      matrix_.valuePtr()[matrix_.outerIndexPtr()[column]] += ridge;
-    }
+    for (std::size_t column = first_; column < matrix_.size(); ++column) matrix_.values[matrix_.begin[column]] += ridge;
     return std::move(matrix_);
   }
 
@@ -182,35 +182,29 @@ class Assembly {
   // The columns of spins hold their own 3 x 3 and the nodes about their patch; those of nodes the neighbours with
   // greater numbers.
   void make_pattern() {
-    first_ = spins_.back();
-    const int size = first_ + kOfNode * static_cast<int>(nodes_->size());
-    matrix_.resize(size, size);
-    std::vector<int> rows;
-    std::vector<int>& starts = starts_;
-    starts.assign(1, 0);
+    first_ = static_cast<std::size_t>(spins_.back());
+    std::vector<int>& rows = matrix_.rows;
     for (std::size_t list = 0; list < rows_.size(); ++list) {
       if (!rows_[list].spins) continue;
       const std::vector<int> near = nodes_about(rows_[list].points);
       for (int q = 0; q < 3; ++q) {
         for (int p = q; p < 3; ++p) rows.push_back(spins_[list] + p);
         for (const int node : near) {
-          for (int p = 0; p < kOfNode; ++p) rows.push_back(first_ + kOfNode * node + p);
+          for (int p = 0; p < kOfNode; ++p) rows.push_back(static_cast<int>(first_) + kOfNode * node + p);
         }
-        starts.push_back(static_cast<int>(rows.size()));
+        matrix_.begin.push_back(rows.size());
       }
     }
     for (int node = 0; node < static_cast<int>(nodes_->size()); ++node) {
       for (int q = 0; q < kOfNode; ++q) {
         for (const int neighbor : nodes_->neighbors_after(node)) {
-          for (int p = neighbor == node ? q : 0; p < kOfNode; ++p) rows.push_back(first_ + kOfNode * neighbor + p);
+          for (int p = neighbor == node ? q : 0; p < kOfNode; ++p)
+            rows.push_back(static_cast<int>(first_) + kOfNode * neighbor + p);
         }
-        starts.push_back(static_cast<int>(rows.size()));
+        matrix_.begin.push_back(rows.size());
       }
     }
-    matrix_.resizeNonZeros(static_cast<Eigen::Index>(rows.size()));
-    std::copy(rows.begin(), rows.end(), matrix_.innerIndexPtr());
-    std::copy(starts.begin(), starts.end(), matrix_.outerIndexPtr());
-    std::fill(matrix_.valuePtr(), matrix_.valuePtr() + rows.size(), 0.0);
+    matrix_.values.assign(rows.size(), 0.0);
   }
 
   // The sorted numbers of all nodes that count at the points.
@@ -263,6 +257,7 @@ class Assembly {
         for (std::size_t i = from; i < to; ++i) {
           rows.clear();
           append(runs[begin + i], rows);
+          while (rows.size() % kRowsAtOnce != 0) rows.push_back(DenseRow{});
           sums[i].clear();
           sums[i].add(rows);
         }
@@ -273,19 +268,20 @@ class Assembly {
 
   void add(const LatticeCell& cell, const CellSum& sum) {
     const std::array<int, kCellNodes> numbers = nodes_->of_cell(cell);
-    double* const values = matrix_.valuePtr();
     for (std::size_t a = 0; a < kCellNodes; ++a) {
       for (std::size_t b = a; b < kCellNodes; ++b) {
         const bool in_order = numbers[a] <= numbers[b];
         const int column = in_order ? numbers[a] : numbers[b];
-        const int rank = kOfNode * nodes_->rank(in_order ? a : b, in_order ? b : a, column);
+        const std::size_t rank =
+            kComponents * static_cast<std::size_t>(nodes_->rank(in_order ? a : b, in_order ? b : a, column));
         for (std::size_t p = 0; p < kComponents; ++p) {
           for (std::size_t q = a == b ? p : 0; q < kComponents; ++q) {
             // p and q are components of a and b.
             const std::size_t of_column = in_order ? p : q;
             const std::size_t of_row = in_order ? q : p;
-            const int start = starts_[static_cast<std::size_t>(first_ + kOfNode * column) + of_column];
-            values[start + rank + static_cast<int>(of_row) - static_cast<int>(of_column)] +=
+            const std::size_t start =
+                matrix_.begin[first_ + kComponents * static_cast<std::size_t>(column) + of_column];
+            matrix_.values[start + rank + of_row - of_column] +=
                 sum.products[(kComponents * a + p) * kRowNumbers + kComponents * b + q];
           }
         }
@@ -295,17 +291,14 @@ class Assembly {
 
   double mean_of_diagonal() const {
     double sum = 0;
-    for (int column = first_; column < matrix_.cols(); ++column) {
-      sum += matrix_.valuePtr()[matrix_.outerIndexPtr()[column]];
-    }
-    return sum / static_cast<double>(matrix_.cols() - first_);
+    for (std::size_t column = first_; column < matrix_.size(); ++column) sum += matrix_.values[matrix_.begin[column]];
+    return sum / static_cast<double>(matrix_.size() - first_);
   }
 
-  double& at(int row, int column) {
-    const int* const inner = matrix_.innerIndexPtr();
-    const int* const begin = inner + starts_[static_cast<std::size_t>(column)];
-    const int* const end = inner + starts_[static_cast<std::size_t>(column) + 1];
-    return matrix_.valuePtr()[std::lower_bound(begin, end, row) - inner];
+  double& at(int row, std::size_t column) {
+    const auto begin = matrix_.rows.begin() + static_cast<std::ptrdiff_t>(matrix_.begin[column]);
+    const auto end = matrix_.rows.begin() + static_cast<std::ptrdiff_t>(matrix_.begin[column + 1]);
+    return matrix_.values[static_cast<std::size_t>(std::lower_bound(begin, end, row) - matrix_.rows.begin())];
   }
 
   // Of a patch with the velocity w x d besides that of its middle: the rows get -(w x d).
@@ -321,7 +314,7 @@ class Assembly {
       const std::array<SplineRow, 3> v = basis.velocity();
       const std::array<int, kCellNodes> numbers = nodes_->of_cell(basis.cell());
       for (std::size_t q = 0; q < 3; ++q) {
-        const int column = spins_[list] + static_cast<int>(q);
+        const std::size_t column = static_cast<std::size_t>(spins_[list]) + q;
         for (std::size_t r = q; r < 3; ++r) {
           for (const Vec3d& row : spin) at(spins_[list] + static_cast<int>(r), column) += weight * row[q] * row[r];
         }
@@ -329,7 +322,7 @@ class Assembly {
           for (std::size_t axis = 0; axis < kComponents; ++axis) {
             double sum = 0;
             for (std::size_t i = 0; i < 3; ++i) sum += spin[i][q] * v[i][axis][node];
-            at(first_ + kOfNode * numbers[node] + static_cast<int>(axis), column) += weight * sum;
+            at(static_cast<int>(first_) + kOfNode * numbers[node] + static_cast<int>(axis), column) += weight * sum;
           }
         }
       }
@@ -345,10 +338,9 @@ class Assembly {
   std::vector<CellPoint> wanted_;
   const LatticeNodes* nodes_ = nullptr;
   std::vector<int> spins_;
-  std::vector<int> starts_;  // of the columns
-  int first_ = 0;            // unknown of the nodes
-  double unit_ = 0;          // of the rows' weights
-  Matrix matrix_;
+  std::size_t first_ = 0;  // unknown of the nodes
+  double unit_ = 0;        // of the rows' weights
+  SymmetricMatrix matrix_;
 };
 
 }  // namespace
@@ -366,10 +358,8 @@ NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body
                     "make it larger",
                     unknowns, kMaxUnknowns));
   }
-  equations->matrix = assembly.fill(equations->nodes, equations->mean_diagonal);
-  stop_if_cancelled(progress);
-  equations->factor.compute(equations->matrix);
-  if (equations->factor.info() != Eigen::Success) {
+  const SymmetricMatrix matrix = assembly.fill(equations->nodes, equations->mean_diagonal);
+  if (!equations->factor.factorize(matrix, progress)) {
     throw InvalidInput("the pose cannot be solved: its equations are singular; make \"detail\" larger");
   }
   equations_ = std::move(equations);
@@ -384,9 +374,9 @@ std::size_t NearRigidSystem::unknowns() const { return kComponents * equations_-
 PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
   const Equations& e = *equations_;
   const std::vector<int> spins = Assembly::spin_numbers(rows);
-  const int first = spins.back();
+  const auto first = static_cast<std::size_t>(spins.back());
   const double unit = e.mean_diagonal * e.lattice.spacing * e.lattice.spacing;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(e.matrix.cols());
+  std::vector<double> right(first + kComponents * e.nodes.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const VelocityRows& list = rows[k];
     const Vec3d middle = list.spins ? middle_of(list.points) : Vec3d{};
@@ -399,18 +389,19 @@ PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
       wanted *= list.weight * unit;
       for (std::size_t node = 0; node < kCellNodes; ++node) {
         for (std::size_t axis = 0; axis < kComponents; ++axis) {
-          right[first + kOfNode * numbers[node] + static_cast<int>(axis)] +=
+          right[first + kComponents * static_cast<std::size_t>(numbers[node]) + axis] +=
               v[0][axis][node] * wanted.x + v[1][axis][node] * wanted.y + v[2][axis][node] * wanted.z;
         }
       }
       if (!list.spins) continue;
       const Vec3d torque = cross(list.points[i] - middle, wanted);
-      for (std::size_t axis = 0; axis < 3; ++axis) right[spins[k] + static_cast<int>(axis)] -= torque[axis];
+      for (std::size_t axis = 0; axis < 3; ++axis) right[static_cast<std::size_t>(spins[k]) + axis] -= torque[axis];
     }
   }
-  const Eigen::VectorXd a = e.factor.solve(right);
+  e.factor.solve(right);
   return e.nodes.grid(e.lattice.origin, e.lattice.spacing, [&](int node) {
-    return Vec3d{a[first + kOfNode * node], a[first + kOfNode * node + 1], 0};
+    const std::size_t number = first + kComponents * static_cast<std::size_t>(node);
+    return Vec3d{right[number], right[number + 1], 0};
   });
 }
 

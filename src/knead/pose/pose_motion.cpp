@@ -16,10 +16,10 @@ constexpr double kMaxDistance = 0.5;                 // of the spacing
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 20;
-constexpr double kWeightOfPart = 500;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
-constexpr double kMaxCorrection = 0.05;  // of the spacing
+constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
 
 // A pin's patch: its point, and the corners of an icosahedron about it.
@@ -107,7 +107,7 @@ class Schedule {
       for (const Vec3d& p : part.points) radius = std::max(radius, norm(cross(part.axis, p - part.center)));
       const double distance = std::abs(part.angle) * radius + norm(part.translation);
       most = std::max(
-          {most, share * std::abs(part.angle) / kMaxAngle, share * distance / (kMaxDistance * problem_.spacing * 4)});
+          {most, share * std::abs(part.angle) / kMaxAngle, share * distance / (kMaxDistance * problem_.spacing)});
     }
     for (const PosedPin& pin : problem_.pins) {
       if (pin.turn) most = std::max(most, share * norm(*pin.turn) / kMaxAngle);

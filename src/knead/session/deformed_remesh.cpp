@@ -29,6 +29,7 @@ constexpr const char* kBefore = "knead place before the stroke";
 constexpr double kEvaluationsPerVertex = 350;
 constexpr double kMoreThanStroke = 10;
 constexpr double kElements = 4;
+constexpr std::size_t kElementsOfGrid = 12;
 constexpr double kLeastEach = 0.1;        // evaluations for each segment: to find that a point rests is work, too
 constexpr double kFewPoints = 100;        // say little about the cost of others
 constexpr std::size_t kCostSamples = 64;  // vertices
@@ -41,6 +42,7 @@ double cost_of(const Flow& flow) {
     for (const auto& curve : set.curves) elements += curve.size();
   };
   for (const Segment& segment : flow.segments) {
+    if (!segment.grid.is_empty()) elements += kElementsOfGrid;
     if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
     for (const Field& field : segment.fields) {
       if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);

@@ -26,6 +26,7 @@ Session varied() {
 {"mask": {"points": [[1, 0, 0]], "width": 0.3}}
 {"tool": "bend", "center": [0, 0, 0], "axis": [0, 0, 1], "normal": [0, 1, 0], "width": 1.5, "angle_deg": 40, "strength": 1.2}
 {"tool": "pins", "points": [[0, -1, 0], [1, 0, 0]], "to": [[0, -1.2, 0], [1, 0, 0]], "radius": 1}
+{"tool": "grid", "origin": [0, 1, 0], "spacing": 0.5, "counts": [1, 1, 1], "coefficients": "AAAAAAAAAAAAAAAAAAAAAAAAAAAAANA/", "strength": 0.6}
 )",
       "varied");
 }
@@ -39,8 +40,8 @@ std::vector<Vec3d> moved_by(const Flow& flow, const std::vector<Vec3d>& points) 
 TEST(FlowOfSession, MovesPointsAsAReplayToTheBit) {
   const Session session = varied();
   EXPECT_FALSE(needs_faces(session));
-  for (const std::optional<double> until :
-       {std::optional<double>(), std::optional(0.0), std::optional(0.6), std::optional(2.4), std::optional(4.0)}) {
+  for (const std::optional<double> until : {std::optional<double>(), std::optional(0.0), std::optional(0.6),
+                                            std::optional(2.4), std::optional(4.0), std::optional(4.7)}) {
     for (const Direction direction : {Direction::forwards, Direction::backwards}) {
       ReplayOptions options;
       options.part = {direction, until};

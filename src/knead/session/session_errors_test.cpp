@@ -52,6 +52,31 @@ void expect_errors(const std::vector<Case>& cases) {
   }
 }
 
+TEST(SessionErrors, OfGridsNameTheKeyAndWhatWasExpected) {
+  const std::string grid = R"({"tool": "grid", "origin": [0, 0, 0], "spacing": 1, )";
+  const std::string zeros = R"("AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA")";  // three numbers
+  expect_errors({
+      {grid + R"("counts": [1, 1], "coefficients": )" + zeros + "}", R"("counts" must be three whole numbers, got )"},
+      {grid + R"("counts": [1, 0, 1], "coefficients": )" + zeros + "}",
+       R"("counts" must be three whole numbers of at least 1, of at most 16 million nodes together, got [1, 0, 1])"},
+      {grid + R"("counts": [99999999, 99999999, 99999999], "coefficients": )" + zeros + "}",
+       R"("counts" must be three whole numbers of at least 1, of at most 16 million)"},
+      {grid + R"("counts": [1, 1, 2], "coefficients": )" + zeros + "}",
+       R"("coefficients" must hold three numbers for each of the 2 nodes that "counts" gives, got 3)"},
+      {grid + R"("counts": [1, 1, 1], "coefficients": ")" + "A*AA" + "\"}", R"("coefficients" is no base64)"},
+      {grid + R"("counts": [1, 1, 1], "coefficients": "AAAAAAAA"})",
+       R"("coefficients" must hold vectors of three numbers, of 8 bytes each, got 6 bytes)"},
+      {grid + R"("counts": [1, 1, 1], "coefficients": 3})",
+       R"("coefficients" must be numbers as base64, text in double quotes, got 3)"},
+      {grid + R"("counts": [1, 1, 1], "coefficients": "AAAAAAAA+H8AAAAAAAAAAAAAAAAAAAAA"})",
+       R"("coefficients" must be three finite numbers, got [nan, 0, 0])"},
+      {grid + R"("counts": [1, 1, 1], "coefficients": )" + zeros + R"(, "end_coefficients": "AAAAAAAA"})",
+       R"("end_coefficients" must hold vectors)"},
+      {R"({"tool": "grid", "origin": [0, 0, 0], "spacing": 0, "counts": [1, 1, 1], "coefficients": )" + zeros + "}",
+       R"("spacing" must be a number greater than 0, got 0)"},
+  });
+}
+
 TEST(SessionErrors, OfMasksNameTheKeyAndWhatWasExpected) {
   expect_errors({
       {R"({"mask": 1})", R"("mask" must be null, or an object {...}, got 1)"},

@@ -20,7 +20,7 @@ class RandomStrokes {
   explicit RandomStrokes(unsigned seed) : random_(seed) {}
 
   Stroke next() {
-    switch (std::uniform_int_distribution<int>(0, 11)(random_)) {
+    switch (std::uniform_int_distribution<int>(0, 12)(random_)) {
       case 0:
         return implicit();
       case 1:
@@ -43,6 +43,8 @@ class RandomStrokes {
         return RelaxStroke{{vector(), vector()}, positive(), coin() ? 0.5 : 1, coin() ? 1.0 : 0.25, coin() ? 2 : 7};
       case 10:
         return pins();
+      case 11:
+        return grid();
       default:
         return bend();
     }
@@ -122,6 +124,22 @@ class RandomStrokes {
     if (!stroke.radius_auto) stroke.radius = 1e-3;
     if (coin()) stroke.turn = {std::nullopt, PinRotation{vector(), number()}};
     return stroke;
+  }
+
+  Stroke grid() {
+    GridStroke stroke;
+    stroke.grid.origin = vector();
+    stroke.grid.spacing = positive();
+    stroke.grid.counts = {1, 2, 3};
+    stroke.grid.coefficients = vectors(6);
+    if (coin()) stroke.grid.end_coefficients = vectors(6);
+    return stroke;
+  }
+
+  SharedVectors vectors(std::size_t count) {
+    std::vector<Vec3d> list(count);
+    for (Vec3d& v : list) v = vector();
+    return SharedVectors(std::move(list));
   }
 
   Stroke bend() {

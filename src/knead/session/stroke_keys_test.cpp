@@ -39,6 +39,8 @@ constexpr ToolLine kTools[] = {
     {"twist", R"({"tool": "twist", "center": [0,0,0], "axis": [0,0,1], "rate_deg": 40, "inner": -0.5, "outer": 0.5)"},
     {"twist_auto",
      R"({"tool": "twist", "center": [0,0,0.5], "axis": [0,0,-1], "rate_deg": 20, "inner": -0.3, "outer": 0.2, "radius": "auto")"},
+    {"pose",
+     R"({"tool": "pose", "detail": 0.1, "parts": [{"vertices": [[0, 5]], "hold": true}, {"pin_point": [0, 0, 1], "to": [0.2, 0, 1.2]}])"},
     {"bend",
      R"({"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,0,-1], "width": 1, "angle_deg": 40)"}};
 

@@ -139,6 +139,15 @@ bool names_vertices(const PoseStroke& stroke) {
   });
 }
 
+// Who has chosen the GPU wants to know what it does not do.
+void tell_of_grid(PreparedStroke& stroke, const DeformedShape& shape) {
+  const std::vector<Segment>& segments = stroke.flow.segments;
+  const bool has_grid =
+      std::any_of(segments.begin(), segments.end(), [](const Segment& segment) { return !segment.grid.is_empty(); });
+  if (!has_grid || !shape.motion().backend) return;
+  stroke.outcome.warnings.push_back("the GPU cannot evaluate a grid: the CPU moves the vertices in this stroke");
+}
+
 // A vertex's number means nothing once the vertices have other numbers.
 void require_no_numbers(const Stroke& stroke) {
   const auto* mask = std::get_if<MaskStroke>(&stroke);
@@ -304,6 +313,7 @@ const DeformedShape& StrokeRun::frame(double moment) {
 void StrokeRun::leave() {
   advance(options_.backwards ? 0 : end());
   if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
+  tell_of_grid(stroke_, shape_);
   follow(end(), shape_, remeshed_);
   if (options_.backwards && status() == AdvectStatus::done) check_barrel();
 }

@@ -9,6 +9,7 @@
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
 #include "knead/mesh/shapes.h"
+#include "support/random_grids.h"
 
 namespace knead {
 namespace {
@@ -79,6 +80,52 @@ TEST(Mirrored, MovesTheMirrorImageOfAShapeToTheMirrorImageOfWhereItMovesTheShape
     }
     EXPECT_GT(most, 0.02) << tool_name(stroke) << " must move something";
   }
+}
+
+// Numbers without rounding, so that the mirror image of the mirror image is the stroke itself.
+GridStroke some_grid() {
+  test::Random random(17);
+  GridStroke stroke;
+  stroke.grid = test::random_grid(random, true).grid;
+  stroke.grid.origin = {-0.5, -0.25, -0.625};
+  stroke.grid.spacing = 0.25;
+  return stroke;
+}
+
+TEST(Mirrored, MovesPointsByAGridAsItsMirrorImage) {
+  const std::vector<Vec3d> start = make_shape(ShapeKind::sphere, 642).positions;
+  AdvectOptions options;
+  options.tolerance = 1e-10;
+  options.precision = Precision::float64;
+  const GridStroke stroke = some_grid();
+  std::vector<Vec3d> moved = start;
+  advect(flow_of(stroke), moved, options);
+  EXPECT_NE(moved, start);
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<Vec3d> images;
+    for (const Vec3d& p : start) images.push_back(image(p, axis));
+    advect(flow_of(mirrored(stroke, axis)), images, options);
+    for (std::size_t i = 0; i < start.size(); ++i) EXPECT_LT(norm(images[i] - image(moved[i], axis)), 1e-12);
+    EXPECT_EQ(mirrored(mirrored(stroke, axis), axis), Stroke(stroke));
+  }
+}
+
+TEST(Transformed, MovesAndMirrorsAGridButTurnsNone) {
+  const std::vector<Vec3d> start = make_shape(ShapeKind::sphere, 642).positions;
+  AdvectOptions options;
+  options.tolerance = 1e-10;
+  options.precision = Precision::float64;
+  const GridStroke stroke = some_grid();
+  std::vector<Vec3d> moved = start;
+  advect(flow_of(stroke), moved, options);
+  const RigidMotion turn{{{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}}, {0, 0, 0.5}};  // by half a turn
+  for (const RigidMotion& motion : {RigidMotion{{}, {1, 2, 3}}, reflection_in({0, 0.5, 0}, {0, 1, 0}), turn}) {
+    std::vector<Vec3d> images;
+    for (const Vec3d& p : start) images.push_back(motion(p));
+    advect(flow_of(transformed(stroke, motion)), images, options);
+    for (std::size_t i = 0; i < start.size(); ++i) EXPECT_LT(norm(images[i] - motion(moved[i])), 1e-11);
+  }
+  EXPECT_THROW(transformed(stroke, rotation_about({0, 0, 0}, {0, 0, 1}, 0.3)), InvalidInput);
 }
 
 // Turns about any axis, mirror images in any plane, and what these make together.

@@ -9,6 +9,7 @@ knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/points_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/pose_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stamp_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/stamp_tool_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/strain_test.cpp

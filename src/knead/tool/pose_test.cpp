@@ -1,0 +1,289 @@
+#include "knead/tool/pose.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "knead/flow/advect.h"
+#include "knead/math/error.h"
+#include "knead/mesh/body_points.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/shapes.h"
+#include "knead/tool/strain.h"
+
+namespace knead {
+namespace {
+
+// A surface that applies strokes to its own positions, and keeps them.
+struct Posed {
+  Mesh mesh;
+  std::vector<Triangle> triangles;
+  std::vector<Stroke> applied;
+  Progress progress;
+
+  explicit Posed(Mesh of) : mesh(std::move(of)), triangles(triangulate(mesh)) {}
+
+  PoseResult pose(const PoseStroke& stroke, int threads = 0) {
+    LiveSurface surface;
+    surface.positions = mesh.positions;
+    surface.triangles = triangles;
+    surface.progress = &progress;
+    surface.apply = [&](const Stroke& part) {
+      applied.push_back(part);
+      AdvectOptions options;
+      options.tolerance = 1e-5;
+      options.threads = threads;
+      advect(flow_of(part), mesh.positions, options);
+      return true;
+    };
+    return pose_on(stroke, surface, threads);
+  }
+};
+
+std::vector<VertexRange> vertices_where(const Mesh& mesh, const std::function<bool(const Vec3d&)>& is_wanted) {
+  std::vector<VertexRange> ranges;
+  for (std::uint32_t i = 0; i < mesh.vertex_count(); ++i) {
+    if (is_wanted(mesh.positions[i])) ranges.push_back({i, i});
+  }
+  return ranges;
+}
+
+// The upper end of a cylinder bends by an angle, the lower one holds.
+PoseStroke bent_cylinder(const Mesh& mesh, double angle_deg) {
+  PosePart hold;
+  hold.hold = true;
+  hold.vertices = vertices_where(mesh, [](const Vec3d& p) { return p.z < -1.5; });
+  PosePart part;
+  part.vertices = vertices_where(mesh, [](const Vec3d& p) { return p.z > 1.5; });
+  part.rotation = HandlesRotation{{1, 0, 0}, {0, 0, 0}, angle_deg};
+  PoseStroke stroke;
+  stroke.parts = {hold, part};
+  return stroke;
+}
+
+double volume_of(const Mesh& mesh) { return measure(mesh).volume; }
+
+// Of all triangles: the least and the greatest singular value, by their greatest and the area.
+double greatest_stretch_of(const Mesh& before, const Mesh& after) {
+  double greatest = 0;
+  for (const Triangle& t : triangulate(before)) {
+    const auto corners = [&](const Mesh& mesh) {
+      return std::array{mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]};
+    };
+    greatest = std::max(greatest, triangle_stretch(corners(before), corners(after)).value_or(1));
+  }
+  return greatest;
+}
+
+TEST(Pose, ACylinderBendsAsNearlyRigidAsCanBe) {
+  const Mesh before = make_shape(ShapeKind::cylinder, 6000);
+  Posed shape(before);
+  const PoseResult result = shape.pose(bent_cylinder(before, 70));
+  EXPECT_NEAR(volume_of(shape.mesh) / volume_of(before), 1, 1e-4);
+  EXPECT_EQ(self_intersections(shape.triangles, shape.mesh.positions).count, 0u);
+  // Half-thickness 0.5, bent by 1.22 over a length of 3: 1 +- 0.2 at least.
+  EXPECT_LT(greatest_stretch_of(before, shape.mesh), 1.4);
+  EXPECT_LT(result.part_distance, 1e-3);
+  EXPECT_LT(result.greatest_stretch, 1.4);
+  EXPECT_GT(result.least_stretch, 0.7);
+  EXPECT_EQ(shape.applied.size(), result.segments);
+  for (const Stroke& part : shape.applied) EXPECT_TRUE(std::holds_alternative<GridStroke>(part));
+}
+
+TEST(Pose, TheBitsDependNeitherOnThreadsNorOnTheOrderOfVertices) {
+  const Mesh before = make_shape(ShapeKind::hand, 2000);
+  const auto moves = [](const Vec3d& p) { return p.y > 0.6; };
+  const auto holds = [](const Vec3d& p) { return p.y < -0.6; };
+  const auto stroke_on = [&](const Mesh& mesh) {
+    PosePart hold;
+    hold.hold = true;
+    hold.vertices = vertices_where(mesh, holds);
+    PosePart part;
+    part.vertices = vertices_where(mesh, moves);
+    part.rotation = HandlesRotation{{1, 0, 0}, {0, 0.4, 0}, 25};
+    part.translation = Vec3d{0.02, 0, 0.01};
+    PoseStroke stroke;
+    stroke.parts = {hold, part};
+    return stroke;
+  };
+  Posed one(before);
+  one.pose(stroke_on(before), 1);
+  Posed two(before);
+  two.pose(stroke_on(before), 2);
+  EXPECT_EQ(one.mesh.positions, two.mesh.positions);
+
+  std::vector<std::uint32_t> order(before.vertex_count());
+  std::iota(order.begin(), order.end(), 0U);
+  std::shuffle(order.begin(), order.end(), std::mt19937(4));
+  Mesh permuted;
+  permuted.positions.resize(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) permuted.positions[order[i]] = before.positions[i];
+  for (const Triangle& t : triangulate(before)) {
+    const Triangle moved{order[t[0]], order[t[1]], order[t[2]]};
+    permuted.add_face(moved);
+  }
+  Posed three(permuted);
+  three.pose(stroke_on(permuted), 0);
+  for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(three.mesh.positions[order[i]], one.mesh.positions[i]) << i;
+}
+
+TEST(Pose, ExactTakesPinsToTheirPlaces) {
+  const Mesh before = make_shape(ShapeKind::cylinder, 3000);
+  PoseStroke stroke;
+  PosePin moving;
+  PosePin held;
+  for (std::uint32_t i = 0; i < before.vertex_count(); ++i) {
+    if (!moving.vertex || before.positions[i].z > before.positions[*moving.vertex].z) moving.vertex = i;
+    if (!held.vertex || before.positions[i].z < before.positions[*held.vertex].z) held.vertex = i;
+  }
+  const Vec3d place = before.positions[*moving.vertex] + Vec3d{0.8, 0.1, -0.2};
+  moving.path = {before.positions[*moving.vertex] + Vec3d{0.5, 0, 0}, place};
+  held.hold = true;
+  stroke.parts = {moving, held};
+  for (const bool exact : {false, true}) {
+    Posed shape(before);
+    stroke.exact = exact;
+    shape.pose(stroke);
+    EXPECT_LT(norm(shape.mesh.positions[*moving.vertex] - place), exact ? 3e-5 : 6e-3);
+    EXPECT_LT(norm(shape.mesh.positions[*held.vertex] - before.positions[*held.vertex]), exact ? 3e-5 : 6e-3);
+  }
+}
+
+TEST(Pose, StiffRegionsStretchLess) {
+  const Mesh before = make_shape(ShapeKind::cylinder, 3000);
+  PoseStroke stroke = bent_cylinder(before, 40);
+  const auto in_middle = [](const Vec3d& p) { return std::abs(p.z) < 0.4; };
+  const auto stretch_of_middle = [&] {
+    Posed shape(before);
+    shape.pose(stroke);
+    const std::vector<float> stretches = vertex_stretches(shape.triangles, before.positions, shape.mesh.positions);
+    double sum = 0;
+    for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+      if (in_middle(before.positions[i])) sum += stretches[i] - 1;
+    }
+    return sum;
+  };
+  const double plain = stretch_of_middle();
+  stroke.stiffness = {{vertices_where(before, in_middle), 20}};
+  EXPECT_LT(stretch_of_middle(), 0.6 * plain);
+}
+
+// Nothing has moved after a refusal.
+void expect_refused(const Mesh& before, const PoseStroke& stroke, const std::string& part_of_message) {
+  Posed shape(before);
+  try {
+    shape.pose(stroke);
+    ADD_FAILURE() << "not refused: " << part_of_message;
+  } catch (const InvalidInput& error) {
+    EXPECT_NE(std::string(error.what()).find(part_of_message), std::string::npos) << error.what();
+  }
+  EXPECT_EQ(shape.mesh.positions, before.positions);
+  EXPECT_TRUE(shape.applied.empty());
+}
+
+TEST(Pose, RefusesWhatCannotBe) {
+  const Mesh mesh = make_shape(ShapeKind::cylinder, 1000);
+  const PoseStroke good = bent_cylinder(mesh, 30);
+  PoseStroke stroke = good;
+  std::get<PosePart>(stroke.parts[1]).vertices.push_back(std::get<PosePart>(stroke.parts[0]).vertices.front());
+  expect_refused(mesh, stroke, "is in part");
+  stroke = good;
+  std::get<PosePart>(stroke.parts[1]).vertices = {{0, 5'000}};
+  std::get<PosePart>(stroke.parts[0]).vertices = {};
+  expect_refused(mesh, stroke, "part 1: it has no vertices");
+  stroke = good;
+  std::get<PosePart>(stroke.parts[1]).vertices = {{5'000, 5'001}};
+  expect_refused(mesh, stroke, "names vertex 5001, but the shape has");
+  stroke = good;
+  std::get<PosePart>(stroke.parts[1]).rotation->angle_deg = 0;
+  expect_refused(mesh, stroke, "none of the parts and pins moves");
+  stroke = good;
+  stroke.detail = 0.001;
+  expect_refused(mesh, stroke, "\"detail\" must be from");
+  stroke = good;
+  for (std::uint32_t i = 0; i < 1001; ++i) {
+    PosePin pin;
+    pin.point = Vec3d{0.1 * i, 0, 0};
+    pin.hold = true;
+    stroke.parts.push_back(pin);
+  }
+  expect_refused(mesh, stroke, "at most 1000 pins");
+  PosePin pin;
+  pin.point = Vec3d{0.5, 0, 0};
+  pin.path = {{0.5, 0.3, 0}};
+  PosePin other = pin;
+  other.point = Vec3d{0.5, 0.01, 0};
+  other.path = {{0.5, -0.3, 0}};
+  stroke.parts = {pin, other};
+  expect_refused(mesh, stroke, "go different ways");
+  pin.path = {{1e9, 0, 0}};
+  stroke.parts = {pin};
+  expect_refused(mesh, stroke, "steps");
+}
+
+// A part that would have to pass through another one.
+TEST(Pose, RefusesToSpoilTheShape) {
+  const Mesh mesh = make_shape(ShapeKind::cylinder, 3000);
+  PoseStroke stroke = bent_cylinder(mesh, 30);
+  auto& part = std::get<PosePart>(stroke.parts[1]);
+  part.rotation.reset();
+  part.translation = Vec3d{0, 0, -4.5};
+  expect_refused(mesh, stroke, "contradict each other");
+}
+
+TEST(Pose, OpenSurfacesAndCloudsArePosedByTheirShell) {
+  const Mesh closed = make_shape(ShapeKind::cylinder, 4000);
+  Mesh open;
+  open.positions = closed.positions;
+  for (const Triangle& t : triangulate(closed)) {
+    const bool is_cap = std::ranges::all_of(t, [&](std::uint32_t v) { return closed.positions[v].z < -2.99; });
+    if (!is_cap) open.add_face(t);
+  }
+  Posed shape(open);
+  const PoseResult result = shape.pose(bent_cylinder(open, 50));
+  EXPECT_LT(result.part_distance, 2e-3);
+  EXPECT_LT(result.greatest_stretch, 1.5);
+  Mesh cloud;
+  cloud.positions = closed.positions;
+  Posed points(cloud);
+  EXPECT_LT(points.pose(bent_cylinder(cloud, 50)).part_distance, 2e-3);
+}
+
+TEST(BodyPoints, AreInsideAndFillTheBody) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 2000);
+  const std::vector<Triangle> triangles = triangulate(ball);
+  const BodyPoints body = body_points(ball.positions, triangles, {.inside = 3000});
+  EXPECT_TRUE(body.is_closed);
+  EXPECT_NEAR(static_cast<double>(body.inside), 3000, 100);
+  Vec3d sum{0, 0, 0};
+  for (std::size_t i = 0; i < body.inside; ++i) {
+    EXPECT_LT(norm(body.points[i]), 1);
+    sum += body.points[i];
+  }
+  EXPECT_LT(norm(sum) / 3000, 0.01);
+  for (std::size_t i = body.inside; i < body.points.size(); ++i) EXPECT_NEAR(norm(body.points[i]), 1, 0.02);
+  // A surface that is inside out bounds the same body.
+  std::vector<Triangle> turned = triangles;
+  for (Triangle& t : turned) std::swap(t[0], t[1]);
+  EXPECT_EQ(body_points(ball.positions, turned, {.inside = 3000}).inside, body.inside);
+}
+
+TEST(BodyPoints, SpreadPointsDoNotDependOnTheOrder) {
+  const Mesh ball = make_shape(ShapeKind::sphere, 5000);
+  std::vector<Vec3d> shuffled = ball.positions;
+  std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937(7));
+  const std::vector<std::uint32_t> a = spread_points(ball.positions, 150);
+  const std::vector<std::uint32_t> b = spread_points(shuffled, 150);
+  ASSERT_EQ(a.size(), b.size());
+  EXPECT_GT(a.size(), 90u);
+  EXPECT_LE(a.size(), 150u);
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(ball.positions[a[i]], shuffled[b[i]]);
+}
+
+}  // namespace
+}  // namespace knead
