@@ -8,6 +8,7 @@
 
 #include "knead/io/atomic_file.h"
 #include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "work.h"
@@ -39,7 +40,7 @@ bool is_larger_than_half_the_memory(const std::string& path) {
 
 // What must be known of the whole before a piece is moved.
 struct Whole {
-  Box box;
+  CloudBox cloud;
   std::optional<int> decimals;
   std::vector<std::string> columns;  // the names of the attributes
   std::size_t points = 0;
@@ -90,7 +91,7 @@ class Stream {
   void find_whole(Progress& progress) {
     bool is_first = true;
     while (const std::optional<ShapeFile> piece = cloud_.next()) {
-      for (const Vec3d& p : piece->mesh.positions) whole_.box.extend(p);
+      whole_.cloud.add(piece->mesh.positions);
       whole_.decimals = std::max(whole_.decimals, decimals_of(*piece));
       whole_.points += piece->mesh.vertex_count();
       const std::vector<std::string> columns = columns_of(piece->mesh);
@@ -112,12 +113,12 @@ class Stream {
   }
 
   void write(Progress& progress) {
-    const std::vector<Vec3d> corners =
-        whole_.box.empty() ? std::vector<Vec3d>{} : std::vector<Vec3d>{whole_.box.min, whole_.box.max};
+    const Box box = whole_.cloud.box();
+    const std::vector<Vec3d> corners = box.empty() ? std::vector<Vec3d>{} : std::vector<Vec3d>{box.min, box.max};
     replay_.motion.diagonal = reference_length(corners);
     WriteOptions write_options;
     write_options.double_coordinates = options_.precision == "double";
-    write_options.decimals = decimals_for(digits_, whole_.decimals, whole_.box.diagonal(), options_.tolerance);
+    write_options.decimals = decimals_for(digits_, whole_.decimals, box.diagonal(), options_.tolerance);
     output_.emplace(options_.output);
     output_->write(cloud_.head());
     while (const std::optional<ShapeFile> piece = cloud_.next()) {

@@ -48,7 +48,7 @@ double volume_of(const std::string& path, const Mesh& mesh) {
 // Scales the shape and the landmarks about the middle of the shape's box, and returns by how much.
 double scale_to(const FitOptions& options, const Mesh& target, Mesh& source, std::vector<Vec3d>& landmarks) {
   const double scale = std::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
-  const Vec3d middle = bounding_box(source.positions).center();
+  const Vec3d middle = shape_box(source).center();
   for (Vec3d& p : source.positions) p = middle + (p - middle) * scale;
   for (Vec3d& p : landmarks) p = middle + (p - middle) * scale;
   return scale;
@@ -135,7 +135,7 @@ std::string note_of(const FitOptions& options, const FitReport& report) {
 
 PinsStroke pins_of(const FitOptions& options, LandmarkPairs pairs, const Mesh& source) {
   try {
-    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source.positions));
+    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source));
   } catch (const InvalidInput& error) {
     throw InvalidInput(Place{*options.landmarks},
                        fmt::format("the pairs, counted from 0, cannot be pins: {}", error.what()));

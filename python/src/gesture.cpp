@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "arrays.h"
-#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/sincos.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/session/session.h"
 #include "knead/tool/paint.h"
@@ -86,7 +86,7 @@ class Surface {
 
   std::optional<double> thickness(const Vector& point, const Vector& normal) const {
     const Vec3d inwards = -direction_of(normal, "normal");
-    const double nearest = kOnSurface * bounding_box(mesh_.positions).diagonal();
+    const double nearest = kOnSurface * shape_box(mesh_).diagonal();
     for (const RayHit& hit : tree_->hits(vec(point, "point"), inwards)) {
       if (hit.leaves && hit.t > nearest) return hit.t;
     }
