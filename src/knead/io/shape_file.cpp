@@ -110,6 +110,7 @@ ShapeSummary summary_of(const ShapeFile& shape) {
   summary.box = shape_box(shape.mesh);
   for (const Attribute& attribute : shape.mesh.attributes) summary.attributes.push_back(attribute.name);
   summary.notes = shape.notes;
+  if (std::string note = stray_note(shape.mesh); !note.empty()) summary.notes.push_back(std::move(note));
   return summary;
 }
 

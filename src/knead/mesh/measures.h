@@ -42,7 +42,7 @@ class CloudBox {
 Box shape_box(const Mesh& mesh);
 Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions);
 
-// Returns a sentence about the vertices that lie outside of the shape's box; empty if there are none.
+// Returns a sentence about vertices further outside of shape_box() than its diagonal; empty if there are none.
 std::string stray_note(const Mesh& mesh);
 
 // What measure() finds. An edge is an unordered pair of different vertices that are consecutive in a face. A face that

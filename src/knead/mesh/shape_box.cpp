@@ -79,7 +79,10 @@ Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions) {
 }
 
 std::string stray_note(const Mesh& mesh) {
-  const Box box = shape_box(mesh);
+  Box box = shape_box(mesh);
+  const double margin = box.diagonal();
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
   std::size_t count = 0;
   std::size_t first = 0;
   for (std::size_t v = mesh.vertex_count(); v > 0; --v) {
@@ -91,7 +94,7 @@ std::string stray_note(const Mesh& mesh) {
   const Vec3d& p = mesh.positions[first];
   const std::string place = fmt::format("vertex {} at {:.6g} {:.6g} {:.6g}", first, p.x, p.y, p.z);
   const std::string which = count == 1 ? place : fmt::format("{} vertices ({} is the first)", count, place);
-  const char* why = mesh.face_count() > 0 ? "outside of the shape, in no face" : "far from all others";
+  const char* why = mesh.face_count() > 0 ? "far from the shape, in no face" : "far from all others";
   const char* lie = count == 1 ? "lies" : "lie";
   return fmt::format("{} {} {}; the box, and lengths that are relative to it, leave out such vertices", which, lie,
                      why);
