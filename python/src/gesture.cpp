@@ -64,6 +64,9 @@ class Surface {
     profile_ = {};
   }
 
+  DoubleArray vertices() const { return array_of(mesh_.positions); }
+  py::object faces() const { return faces_of(mesh_); }
+
   std::optional<std::array<Vector, 2>> hit(const Vector& origin, const Vector& direction) const {
     const Vec3d from = vec(origin, "origin");
     const Vec3d along = direction_of(direction, "direction");
@@ -245,6 +248,8 @@ void add_gesture(py::module_& module) {
   py::class_<Surface>(module, "Surface")
       .def(py::init<const py::object&, const py::object&>())
       .def("move", &Surface::move)
+      .def("vertices", &Surface::vertices)
+      .def("faces", &Surface::faces)
       .def("hit", &Surface::hit)
       .def("middle", &Surface::middle)
       .def("thickness", &Surface::thickness)
