@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <set>
 
@@ -69,6 +70,7 @@ class Stream {
           "a stroke reads the surface, of which a piece has only a part; resolve it first (knead resolve)");
     }
     require_different(options_.shape, options_.output);
+    require_same_type();
     const bool quiet = options_.common.quiet;
     Progress progress;  // an interruption ends the program at once, as there is nothing to put right
     {
@@ -88,6 +90,20 @@ class Stream {
   }
 
  private:
+  // Refuses --precision double where the coordinates of the file are floats, before it is read to its end.
+  void require_same_type() {
+    if (options_.precision != "double") return;
+    const std::optional<ShapeFile> piece = cloud_.next();
+    cloud_.rewind();
+    if (!piece || piece->format != "ply") return;
+    std::vector<Vec3d> positions = piece->mesh.positions;
+    for (Vec3d& p : positions) p.x += 0.1 * (1 + std::abs(p.x));
+    WriteOptions options;
+    options.double_coordinates = true;
+    if (serialize_shape("ply", *piece, positions, options).size() == piece->bytes.size()) return;
+    throw UsageError("--stream: --precision double writes other types than the file has; leave one of them out");
+  }
+
   void find_whole(Progress& progress) {
     bool is_first = true;
     while (const std::optional<ShapeFile> piece = cloud_.next()) {

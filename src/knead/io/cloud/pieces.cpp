@@ -171,6 +171,9 @@ CloudPieces::CloudPieces(const std::filesystem::path& path, std::size_t piece_by
   reader.piece_bytes = std::max<std::size_t>(piece_bytes, 1);
   reader.format = format_of(path);
   std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    reader.refuse("it is no plain file but a pipe, a folder or a device");
+  }
   reader.size = std::filesystem::file_size(path, error);
   reader.file.open(path, std::ios::binary);
   if (error || !reader.file) {
