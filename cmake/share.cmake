@@ -11,6 +11,18 @@ function(knead_share_help target)
   add_custom_command(TARGET ${target} POST_BUILD COMMAND ${script} $<TARGET_FILE:${target}> ${KNEAD_SHARE_DIR} VERBATIM)
 endfunction()
 
+# Writes a manual page of section 5 from a page of docs/.
+function(knead_share_page target page name about)
+  if(CMAKE_CROSSCOMPILING)
+    return()
+  endif()
+  set(script ${PROJECT_SOURCE_DIR}/share/from_markdown.sh)
+  set(source ${PROJECT_SOURCE_DIR}/docs/${page})
+  set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS ${script} ${source})
+  add_custom_command(TARGET ${target} POST_BUILD VERBATIM
+                     COMMAND ${script} ${source} ${name} 5 ${about} ${PROJECT_VERSION} ${KNEAD_SHARE_DIR})
+endfunction()
+
 # Copies a file of share/ into a folder of the installed share/.
 function(knead_share_file target file folder)
   set(source ${PROJECT_SOURCE_DIR}/share/${file})

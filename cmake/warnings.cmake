@@ -13,8 +13,8 @@ function(knead_configure target)
     ${target}
     PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast
             -Wimplicit-fallthrough
-            # Not where a user's newer compiler makes a wheel.
-            $<$<NOT:$<BOOL:${SKBUILD}>>:-Werror>
+            # Not in another project, and not where a user's newer compiler makes a wheel.
+            $<$<AND:$<BOOL:${KNEAD_STRICT}>,$<NOT:$<BOOL:${SKBUILD}>>>:-Werror>
             # On 32 bits, sizes of 64 bits are made shorter everywhere, as 64-bit loads of them show to be harmless.
             $<$<BOOL:${EMSCRIPTEN}>:-Wno-shorten-64-to-32>
             # The same bits from every compiler: no contraction of a * b + c (architecture, decision 3).

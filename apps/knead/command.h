@@ -33,6 +33,9 @@ class QualityError : public std::runtime_error {
 // The user ended the program while it worked.
 struct Interrupted {};
 
+// The reader of standard output has enough. Ends the command without a message.
+struct ClosedPipe {};
+
 Subcommand deform_command();
 Subcommand resolve_command();
 Subcommand fit_command();

@@ -8,7 +8,7 @@
 
 #include "backend.h"
 #include "bounds.h"
-#include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 #include "output.h"
 
 namespace knead::command {
@@ -48,7 +48,7 @@ Digits digits_of(const DeformOptions& options) {
 
 std::optional<int> decimals_for(const Digits& digits, const ShapeFile& source, double tolerance) {
   if (digits.kind != DigitsKind::automatic) return decimals_for(digits, std::nullopt, 0, tolerance);
-  return decimals_for(digits, decimals_of(source), bounding_box(source.mesh.positions).diagonal(), tolerance);
+  return decimals_for(digits, decimals_of(source), shape_box(source.mesh).diagonal(), tolerance);
 }
 
 std::optional<int> decimals_for(const Digits& digits, std::optional<int> own, double diagonal, double tolerance) {

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "knead/io/atomic_file.h"
 #include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "work.h"
@@ -39,7 +41,7 @@ bool is_larger_than_half_the_memory(const std::string& path) {
 
 // What must be known of the whole before a piece is moved.
 struct Whole {
-  Box box;
+  CloudBox cloud;
   std::optional<int> decimals;
   std::vector<std::string> columns;  // the names of the attributes
   std::size_t points = 0;
@@ -68,6 +70,7 @@ class Stream {
           "a stroke reads the surface, of which a piece has only a part; resolve it first (knead resolve)");
     }
     require_different(options_.shape, options_.output);
+    require_same_type();
     const bool quiet = options_.common.quiet;
     Progress progress;  // an interruption ends the program at once, as there is nothing to put right
     {
@@ -87,10 +90,24 @@ class Stream {
   }
 
  private:
+  // Refuses --precision double where the coordinates of the file are floats, before it is read to its end.
+  void require_same_type() {
+    if (options_.precision != "double") return;
+    const std::optional<ShapeFile> piece = cloud_.next();
+    cloud_.rewind();
+    if (!piece || piece->format != "ply") return;
+    std::vector<Vec3d> positions = piece->mesh.positions;
+    for (Vec3d& p : positions) p.x += 0.1 * (1 + std::abs(p.x));
+    WriteOptions options;
+    options.double_coordinates = true;
+    if (serialize_shape("ply", *piece, positions, options).size() == piece->bytes.size()) return;
+    throw UsageError("--stream: --precision double writes other types than the file has; leave one of them out");
+  }
+
   void find_whole(Progress& progress) {
     bool is_first = true;
     while (const std::optional<ShapeFile> piece = cloud_.next()) {
-      for (const Vec3d& p : piece->mesh.positions) whole_.box.extend(p);
+      whole_.cloud.add(piece->mesh.positions);
       whole_.decimals = std::max(whole_.decimals, decimals_of(*piece));
       whole_.points += piece->mesh.vertex_count();
       const std::vector<std::string> columns = columns_of(piece->mesh);
@@ -112,12 +129,12 @@ class Stream {
   }
 
   void write(Progress& progress) {
-    const std::vector<Vec3d> corners =
-        whole_.box.empty() ? std::vector<Vec3d>{} : std::vector<Vec3d>{whole_.box.min, whole_.box.max};
+    const Box box = whole_.cloud.box();
+    const std::vector<Vec3d> corners = box.empty() ? std::vector<Vec3d>{} : std::vector<Vec3d>{box.min, box.max};
     replay_.motion.diagonal = reference_length(corners);
     WriteOptions write_options;
     write_options.double_coordinates = options_.precision == "double";
-    write_options.decimals = decimals_for(digits_, whole_.decimals, whole_.box.diagonal(), options_.tolerance);
+    write_options.decimals = decimals_for(digits_, whole_.decimals, box.diagonal(), options_.tolerance);
     output_.emplace(options_.output);
     output_->write(cloud_.head());
     while (const std::optional<ShapeFile> piece = cloud_.next()) {

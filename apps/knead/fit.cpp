@@ -1,6 +1,7 @@
 // knead fit SOURCE TARGET --landmarks pairs.csv -o OUT.knead: writes a session that takes one shape to another.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -32,9 +33,11 @@ struct FitOptions {
   std::string source;
   std::string target;
   std::optional<std::string> landmarks;
+  std::optional<std::string> target_landmarks;
   bool surface = false;
   std::string output;
   bool scale = false;
+  double max_stretch = 5;
   std::optional<int> threads;
   CommonOptions common;
 };
@@ -48,7 +51,7 @@ double volume_of(const std::string& path, const Mesh& mesh) {
 // Scales the shape and the landmarks about the middle of the shape's box, and returns by how much.
 double scale_to(const FitOptions& options, const Mesh& target, Mesh& source, std::vector<Vec3d>& landmarks) {
   const double scale = std::cbrt(volume_of(options.target, target) / volume_of(options.source, source));
-  const Vec3d middle = bounding_box(source.positions).center();
+  const Vec3d middle = shape_box(source).center();
   for (Vec3d& p : source.positions) p = middle + (p - middle) * scale;
   for (Vec3d& p : landmarks) p = middle + (p - middle) * scale;
   return scale;
@@ -105,6 +108,12 @@ ShapeFit watched(const FitOptions& options, const Mesh& source, const Mesh& targ
 }
 
 void require_fit(const FitOptions& options, const FitReport& report) {
+  if (report.greatest_stretch.value_or(0) > options.max_stretch) {
+    throw QualityError(
+        fmt::format("{}: a triangle is stretched by {:.3g}, more than --max-stretch ({:g}) allows; look at the result "
+                    "there, correct pairs of landmarks, or give more",
+                    options.output, *report.greatest_stretch, options.max_stretch));
+  }
   if (report.landmark_distance > kMetTo * kDefaultRelativeTolerance) {
     throw QualityError(
         fmt::format("{}: a landmark is {:.2g} of the diagonal from its place; give fewer pairs, or pairs "
@@ -135,14 +144,51 @@ std::string note_of(const FitOptions& options, const FitReport& report) {
 
 PinsStroke pins_of(const FitOptions& options, LandmarkPairs pairs, const Mesh& source) {
   try {
-    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source.positions));
+    return landmark_pins(std::move(pairs.source), std::move(pairs.target), reference_length(source));
   } catch (const InvalidInput& error) {
     throw InvalidInput(Place{*options.landmarks},
                        fmt::format("the pairs, counted from 0, cannot be pins: {}", error.what()));
   }
 }
 
+LandmarkPairs pairs_of(const FitOptions& options, const Mesh& source, const Mesh& target) {
+  if (!options.landmarks) return {};
+  LandmarkPairs pairs = options.target_landmarks ? read_points(*options.landmarks, *options.target_landmarks)
+                                                 : read_pairs(*options.landmarks, source, target);
+  check_frames(pairs, *options.landmarks, reference_length(source));
+  return pairs;
+}
+
+// A target that is inside out has the normals of no source.
+void turn_outward(const FitOptions& options, Mesh& target, std::vector<std::string>& notes) {
+  const Measures m = measure(target);
+  if (!m.closed() || !m.oriented() || m.volume >= 0) return;
+  for (std::size_t f = 0; f < target.face_count(); ++f) {
+    const auto begin = target.corner_vertex.begin() + target.face_begin[f];
+    std::reverse(begin, target.corner_vertex.begin() + target.face_begin[f + 1]);
+  }
+  target.attributes.clear();  // those of corners are in another order now
+  notes.push_back(options.target + ": the faces look inward and are turned");
+}
+
+// Without landmarks, surfaces find each other only where they lie near each other.
+void check_apart(const FitOptions& options, const Mesh& source, const Mesh& target) {
+  if (options.landmarks) return;
+  const Box a = shape_box(source);
+  const Box b = shape_box(target);
+  const double gap = a.empty() || b.empty() ? 0 : norm(b.center() - a.center());
+  if (gap <= a.diagonal() + b.diagonal()) return;
+  const Vec3d shift = b.center() - a.center();
+  throw InvalidInput(Place{options.target},
+                     fmt::format("lies {:.3g} away from the source; move the source by ({:.6g}, {:.6g}, {:.6g}) first, "
+                                 "or give landmarks",
+                                 gap, shift.x, shift.y, shift.z));
+}
+
 void run_fit(const FitOptions& options) {
+  if (options.target_landmarks && !options.landmarks) {
+    throw UsageError("--target-landmarks needs --landmarks, the points of the source in the same order");
+  }
   if (!options.landmarks && !options.surface) {
     throw UsageError("give --landmarks, --surface, or both");
   }
@@ -155,9 +201,13 @@ void run_fit(const FitOptions& options) {
     require_writable(scaled_path(options));
   }
   const ShapeFile source = read_shape(options.source);
-  const ShapeFile target = read_shape(options.target);
-  LandmarkPairs pairs;
-  if (options.landmarks) pairs = read_pairs(*options.landmarks, source.mesh, target.mesh);
+  ShapeFile target = read_shape(options.target);
+  LandmarkPairs pairs = pairs_of(options, source.mesh, target.mesh);
+  turn_outward(options, target.mesh, pairs.notes);
+  for (const std::string& note : pairs.notes) {
+    if (!options.common.quiet) print_message("note: " + note);
+  }
+  check_apart(options, source.mesh, target.mesh);
   Mesh mesh = source.mesh;
   const double scale = options.scale ? scale_to(options, target.mesh, mesh, pairs.source) : 1;
   ShapeFitOptions wanted{.surface = options.surface};
@@ -191,11 +241,18 @@ Subcommand fit_command() {
        "Pairs of points that belong together, a CSV file: "
        "source_x,source_y,source_z,target_x,target_y,target_z, or source_vertex,target_vertex from 0 on",
        "FILE"},
+      {"--target-landmarks", &options->target_landmarks,
+       "The landmarks of the target, where --landmarks holds those of the source alone: .fcsv or .mrk.json of 3D "
+       "Slicer, "
+       "or a table x,y,z,label",
+       "FILE"},
       {"--surface", &options->surface,
        "Bring the whole surface of the source to the target's, by strokes from coarse to fine"},
       {"-o,--output", &options->output, "The .knead file to write", "FILE", OptionKind::required},
       {"--scale", &options->scale,
        "Scale the source to the target's volume first; the scaled source is written beside OUT as OUT_source.EXT"},
+      {"--max-stretch", &options->max_stretch, "End with exit code 4 if a triangle is stretched by more", "FACTOR",
+       OptionKind::with_default},
       {"--threads", &options->threads, "Number of threads (default: all); does not change the result", "N"},
   };
   add_common_options(described, options->common);

@@ -87,6 +87,8 @@ int run_subcommand(const Subcommand& subcommand) {
     return fail(kInvalidInput, error.what());
   } catch (const IoError& error) {
     return fail(error.operation() == IoError::Operation::write ? kOutputFailed : kInvalidInput, error.what());
+  } catch (const ClosedPipe&) {
+    return kOutputFailed;  // as `head` does when it has enough; there is nobody to tell
   } catch (const Interrupted&) {
     return fail(kInterrupted, "interrupted");
   }

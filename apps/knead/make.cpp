@@ -63,10 +63,13 @@ void run_make(const MakeOptions& options) {
 
 Subcommand make_command() {
   const auto options = std::make_shared<MakeOptions>();
+  std::vector<std::string_view> written = shape_extensions();
+  std::erase(written, "ptx");  // is read only
   std::vector<Option> described{
       {"KIND", &options->kind, fmt::format("{}", fmt::join(shape_names(), ", ")), "", OptionKind::required},
       {"-n,--vertices", &options->vertices, "About this many vertices (each kind has its own default)", "N"},
-      {"-o,--output", &options->output, "The file: .ply (binary, float coordinates) or .obj", "FILE",
+      {"-o,--output", &options->output,
+       fmt::format("The file, in the format of its extension: {}", fmt::join(written, ", ")), "FILE",
        OptionKind::required},
   };
   add_format_option(described, options->format);

@@ -59,6 +59,7 @@ void require_writable_folder(const fs::path& path, const fs::path& folder) {
 void print(std::string_view text) {
   const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!written || std::fflush(stdout) != 0) {
+    if (errno == EPIPE) throw ClosedPipe{};
     fail("standard output", fmt::format("cannot be written ({}); check where it goes", reason(errno)));
   }
 }

@@ -8,6 +8,7 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/mesh/measures.h"
 #include "view_memory.h"
 
 namespace knead::studio {
@@ -178,7 +179,7 @@ const PendingStrokes* Studio::pending() const {
 
 void Studio::frame_all() {
   if (shown_.opened == 0) return;
-  const Box box = bounding_box(shown_.state.positions.copy());
+  const Box box = shape_box(shown_.state.to_mesh());
   navigation_.view = framed(navigation_.view, box, {navigation_.width, navigation_.height, navigation_.covered});
   navigation_.home = box.empty() ? std::nullopt : std::optional(box.center());
 }

@@ -5,6 +5,7 @@
 
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/mesh/measures.h"
 #include "studio.h"
 
 namespace knead::studio {
@@ -37,7 +38,7 @@ bool Studio::add_reference(const std::filesystem::path& file) {
     tell({true, error.what()});
     return false;
   }
-  const Box box = bounding_box(shown_.state.positions.copy());
+  const Box box = shape_box(shown_.state.to_mesh());
   reference.plane = plane_of(navigation_.view);
   reference.center = box.center();
   const Vec3d up = frame_of(reference.plane, navigation_.view.up).up;

@@ -18,9 +18,10 @@ constexpr double kMostRatio = 0.95;
 constexpr double kLeastRadius = 1e-4;  // of the diagonal
 constexpr std::size_t kMostTyped = 16;
 
-// The character that a key writes into a number, or 0.
+// The character that a key writes into a number, or 0. A comma is a decimal point.
 char written_by(std::string_view key) {
   if (key.starts_with("Numpad ")) key.remove_prefix(7);
+  if (key == ",") return '.';
   const bool writes = key.size() == 1 && ((key[0] >= '0' && key[0] <= '9') || key[0] == '.' || key[0] == '-');
   return writes ? key[0] : '\0';
 }
@@ -63,7 +64,7 @@ void Studio::clear_typed() {
   pointer_.typed.reset();
 }
 
-// Digits, "." and "-" write the number of the gesture; Backspace takes the last one away.
+// Digits, ".", "," and "-" write the number of the gesture; Backspace takes the last one away.
 bool Studio::type(const KeyChanged& key) {
   if (!(key.modifiers == Modifiers{}) || !amount()) return false;
   const char c = written_by(key.key);

@@ -2,6 +2,7 @@
 #include <variant>
 
 #include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 #include "studio.h"
 
 namespace knead::studio {
@@ -90,7 +91,7 @@ void Studio::pick_mirror(PlanePick how) {
 }
 
 void Studio::center_symmetry() {
-  if (shown_.opened != 0) settings_.symmetry.center = bounding_box(shown_.state.positions.copy()).center();
+  if (shown_.opened != 0) settings_.symmetry.center = shape_box(shown_.state.to_mesh()).center();
 }
 
 }  // namespace knead::studio

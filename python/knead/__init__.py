@@ -18,7 +18,7 @@ from ._gesture import PaintDrag, Surface, symmetric
 from ._knead import AccuracyError, FileError, InvalidInput, Unavailable, __version__
 from ._meshes import deform_cells, deform_mesh, safe_until, widest_outer
 from ._session import Session
-from ._shapes import Shape, check, check_cells, crossings, read
+from ._shapes import Shape, check, check_cells, crossings, read, write
 from ._strokes import Stroke, stroke
 
 globals().update({cls.__name__: cls for cls in _strokes._classes.values()})
@@ -55,6 +55,7 @@ __all__ = [
     "stroke",
     "symmetric",
     "widest_outer",
+    "write",
     "write_frames",
     *(cls.__name__ for cls in _strokes._classes.values()),
 ]

@@ -4,8 +4,10 @@ import json
 import math
 import operator
 import os
+import typing
 
 from . import _knead
+from ._arrays import faces_for
 from ._session import Session, native_session
 from ._strokes import Stroke, _wrap
 
@@ -62,7 +64,15 @@ def deform(
     `out` as it was. The GIL is released; calls from several threads on different arrays are safe.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads, diagonal)
+    faces = faces_for(vertices, faces)
     return _knead.deform(vertices, native_session(session), faces, accuracy, bool(inverse), until, progress, out)
+
+
+class _Made(typing.NamedTuple):
+    """A flow of the library, and the call that makes it again."""
+
+    native: object
+    how: tuple
 
 
 class Flow:
@@ -73,7 +83,14 @@ class Flow:
     """
 
     def __init__(self, session=()):
-        self._native = session if isinstance(session, _knead.Flow) else _knead.Flow(native_session(session))
+        if isinstance(session, _Made):
+            self._native, self._how = session
+            return
+        session = Session(session) if not isinstance(session, Session) else session[:]
+        self._native, self._how = _knead.Flow(session._native()), (Flow, (session,))
+
+    def __reduce__(self):
+        return self._how
 
     def __call__(
         self,
@@ -93,12 +110,12 @@ class Flow:
 
     def inverse(self):
         """Returns the flow that moves every point back."""
-        return Flow(self._native.inverse())
+        return Flow(_Made(self._native.inverse(), (Flow.inverse, (self,))))
 
     def part(self, begin, end):
         """Returns the flow from one moment to another, in segments from 0 to len(flow); fractions are allowed. Backwards
         if end < begin."""
-        return Flow(self._native.between(begin, end))
+        return Flow(_Made(self._native.between(begin, end), (Flow.part, (self, begin, end))))
 
     def path(self, points, n, **accuracy):
         """Returns the places of the points at n moments, evenly spaced from the beginning to the end: (n, len, 3).
@@ -122,7 +139,9 @@ class Flow:
         return len(self._native)
 
     def __add__(self, other):
-        return Flow(self._native.joined(other._native)) if isinstance(other, Flow) else NotImplemented
+        if not isinstance(other, Flow):
+            return NotImplemented
+        return Flow(_Made(self._native.joined(other._native), (Flow.__add__, (self, other))))
 
     def __eq__(self, other):
         return self._native == other._native if isinstance(other, Flow) else NotImplemented
@@ -134,8 +153,7 @@ class Flow:
 
 
 def _frames(vertices, faces, n, ease, hold, fps=24):
-    if faces is None and hasattr(vertices, "faces"):
-        faces = vertices.faces
+    faces = faces_for(vertices, faces)
     return faces, _knead.Timing(operator.index(n), str(ease), operator.index(hold), _number(fps, "fps"))
 
 
@@ -187,7 +205,7 @@ class Remeshed:
 
 def remesh(
     vertices,
-    faces,
+    faces=None,
     session=None,
     *,
     max_edge=None,
@@ -224,6 +242,7 @@ def remesh(
     limit = math.inf if seconds is None else _number(seconds, "seconds")
     if not limit > 0:
         raise _knead.InvalidInput(f"seconds must be above 0, got {seconds}")
+    faces = faces_for(vertices, faces)
     settings = _knead.RemeshSettings(**{key: value for key, value in given.items() if value is not None})
     if session is None:
         result = _knead.remesh_whole(vertices, faces, settings, limit, threads, progress)
@@ -254,7 +273,7 @@ def certify(
     are those that deform was called with.
     """
     accuracy = _accuracy(relative_tolerance, precision, integrator, threads)
-    text = _knead.certify(before, after, faces, native_session(session), accuracy, progress)
+    text = _knead.certify(before, after, faces_for(before, faces), native_session(session), accuracy, progress)
     return None if text is None else json.loads(text)
 
 
@@ -286,8 +305,8 @@ def render(
     """
     if _knead.render is None:
         raise _knead.Unavailable("this build of knead has no renderer; build it where EGL, epoxy and stb are installed")
-    if faces is None and hasattr(shape, "faces"):
-        faces = shape.faces
+    faces = faces_for(shape, faces)
+    _note_rendering()
     look = _knead.Look()
     width, height = size
     if not all(16 <= int(n) <= 8192 for n in (width, height)):
@@ -306,6 +325,16 @@ def render(
     look.ground, look.wireframe, look.flat = bool(ground), bool(wireframe), bool(flat)
     look.cavity, look.occlusion = bool(cavity), bool(occlusion)
     return _knead.render(shape, faces, _flows_of(session, shape, faces), look)
+
+
+_rendering = []  # the process that has rendered first
+
+
+def _note_rendering():
+    """OpenGL does not survive a fork: a process that is forked after a picture would wait for ever."""
+    _rendering[:] = _rendering or [os.getpid()]
+    if _rendering[0] != os.getpid():
+        raise _knead.Unavailable('render has been used before this process was forked; start it by "spawn"')
 
 
 def _flows_of(session, shape, faces):
@@ -328,7 +357,11 @@ class Workbench:
     """
 
     def __init__(self, vertices, faces=None, *, folder=""):
-        self._native = _knead.Workbench(vertices, faces, folder)
+        self._native = _knead.Workbench(vertices, faces_for(vertices, faces), folder)
+
+    def __reduce__(self):
+        raise TypeError("a Workbench cannot be copied or pickled; send its session, vertices and faces")
+
 
     def set_live(self, strokes):
         """Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is

@@ -1,6 +1,7 @@
 """From a pointer to strokes: what it touches, where a part begins, dabs of paint, images in mirrors."""
 
 from . import _knead
+from ._arrays import faces_for
 from ._strokes import Stroke, _wrap, stroke
 
 _PLANES = {"x": 1, "y": 2, "z": 4}
@@ -13,8 +14,11 @@ class Surface:
     a direction has any length but 0.
     """
 
-    def __init__(self, vertices, faces):
-        self._native = _knead.Surface(vertices, faces)
+    def __init__(self, vertices, faces=None):
+        self._native = _knead.Surface(vertices, faces_for(vertices, faces))
+
+    def __reduce__(self):
+        return Surface, (self._native.vertices(), self._native.faces())
 
     def move(self, vertices):
         """Moves the vertices, as many as before; takes less time than a new surface."""
@@ -58,6 +62,9 @@ class PaintDrag:
 
     def __init__(self, *, outer, depth, falloff=4):
         self._native = _knead.PaintDrag(outer, depth, falloff)
+
+    def __reduce__(self):
+        raise TypeError("a PaintDrag cannot be copied or pickled; send its strokes")
 
     def touch(self, point, normal, *, outer=None, pressure=1.0):
         """Goes on to a place of the surface as it was before the painting; steps longer than `spacing` lose dabs.

@@ -3,6 +3,7 @@
 import copy
 
 from . import _knead
+from ._arrays import faces_for
 from ._deform import _accuracy, deform
 from ._knead import InvalidInput
 from ._session import native_session
@@ -17,7 +18,7 @@ def deform_cells(
     least_scaled_jacobian=0.05,
     fixed=None,
     relative_tolerance=1e-5,
-    precision="float32",
+    precision="float64",
     integrator="tsit5",
     threads=0,
     until=None,
@@ -31,7 +32,7 @@ def deform_cells(
     Jacobian around it is greater. Of cells that were below it before only inverted ones count. If that is not enough, the
     motion is made in 8 or 32 parts, and points climb after each.
 
-    points, cells: as for check_cells. Corners of triangles and quadrilaterals of a meshio mesh are fixed.
+    precision: "float64" by default: thin cells need it. points, cells: as for check_cells. Corners of triangles and quadrilaterals of a meshio mesh are fixed.
     fixed: a boolean for each point, or None.
     The other options are those of deform; the session must not read a surface (see Session.resolve).
 
@@ -68,7 +69,7 @@ def safe_until(
     least_scaled_jacobian=0,
     inverse=False,
     relative_tolerance=1e-5,
-    precision="float32",
+    precision="float64",
     integrator="tsit5",
     threads=0,
     until=None,
@@ -121,7 +122,10 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     package = type(mesh).__module__.split(".")[0]
     given = np.asarray(getattr(mesh, name))
     if least_scaled_jacobian is None:
-        moved = deform(given, session, _faces_of(mesh, package), **options)
+        faces = faces_for(mesh)
+        if "precision" not in options and _has_volume_cells(mesh):
+            options["precision"] = "float64"
+        moved = deform(_in_space(given), session, faces, **options)
     else:
         cells = getattr(mesh, "cells", None)
         if not isinstance(cells, (list, tuple)) or not cell_blocks(cells):
@@ -143,38 +147,17 @@ def deform_mesh(mesh, session, *, least_scaled_jacobian=None, report=None, **opt
     return result
 
 
-def _faces_of(mesh, package):
-    """Returns the polygons of a mesh, or None for points and volumes."""
-    import numpy as np
-
-    if package == "open3d":
-        return np.asarray(mesh.triangles) if hasattr(mesh, "triangles") else None
-    if hasattr(mesh, "faces"):
-        faces = mesh.faces
-        return _polygons(np.asarray(faces)) if np.ndim(faces) == 1 and len(faces) and np.isscalar(faces[0]) else faces
+def _has_volume_cells(mesh):
+    """Returns whether a mesh, as meshio reads them, has cells with a volume."""
     cells = getattr(mesh, "cells", None)
-    if not isinstance(cells, (list, tuple)):
-        return None
-    corners = {"triangle": 3, "quad": 4, "polygon": None}  # the corners of "triangle6" come before its other nodes
-    kinds = [(block, block.type.rstrip("0123456789")) for block in cells if isinstance(getattr(block, "type", None), str)]
-    return [face[: corners[kind]] for block, kind in kinds if kind in corners for face in block.data] or None
+    return isinstance(cells, (list, tuple)) and bool(cells) and bool(cell_blocks(cells))
 
 
-def _polygons(flat):
-    """Returns the faces of a list [n, v1 ... vn, n, ...]."""
-    if flat.dtype.kind not in "iu":
-        raise TypeError(f"faces must be an array of whole numbers, got dtype {flat.dtype}")
-    step = int(flat[0]) + 1
-    if step > 1 and len(flat) % step == 0 and (flat[::step] == flat[0]).all():
-        return flat.reshape(-1, step)[:, 1:]
-    faces, at = [], 0
-    while at < len(flat):
-        if not 0 <= flat[at] < len(flat) - at:
-            raise InvalidInput(f"faces must be a list [n, v1 ... vn, n, ...]; at {at} it counts {flat[at]} corners")
-        end = at + 1 + int(flat[at])
-        faces.append(flat[at + 1 : end])
-        at = end
-    return faces
+def _in_space(points):
+    """Raises a sentence for the points of a plane mesh."""
+    if points.ndim == 2 and points.shape[1] == 2:
+        raise InvalidInput(f"the points have shape {points.shape}; append a third column of zeros to a plane mesh")
+    return points
 
 
 def _pyvista_normals(mesh):

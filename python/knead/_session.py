@@ -4,6 +4,7 @@ import collections.abc
 import os
 
 from . import _knead
+from ._arrays import faces_for
 from ._strokes import Stroke, _wrap, stroke
 
 
@@ -50,12 +51,12 @@ class Session(collections.abc.MutableSequence):
         """Writes a .knead file, whole or not at all. Raises FileError."""
         self._native().write(os.fspath(path))
 
-    def resolve(self, vertices, faces, *, threads=0):
+    def resolve(self, vertices, faces=None, *, threads=0):
         """Returns the session as one that reads no surface: a flow for any points.
 
         Raises InvalidInput for a stroke that this shape cannot take.
         """
-        strokes, _ = _knead.resolve(vertices, faces, self._native(), threads)
+        strokes, _ = _knead.resolve(vertices, faces_for(vertices, faces), self._native(), threads)
         resolved = Session(note=self.note)
         resolved._strokes = [_wrap(s) for s in strokes]
         return resolved

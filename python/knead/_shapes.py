@@ -4,14 +4,31 @@ import json
 import os
 
 from . import _knead
+from ._arrays import faces_for
 
 
 class Shape:
-    """A shape and the file that it came from; made by read()."""
+    """A shape and the file that it came from; made by read(), or from arrays.
 
-    def __init__(self, native):
-        self._native = native
-        self._vertices = native.vertices()
+    vertices: (n, 3), or a mesh of another package; faces: as for deform, None for a point cloud. Copies and pickles have
+    arrays of their own.
+    """
+
+    def __init__(self, vertices, faces=None):
+        is_native = isinstance(vertices, _knead.ShapeFile)
+        self._native = vertices if is_native else _knead.shape_from(vertices, faces_for(vertices, faces))
+        self._vertices = self._native.vertices()
+
+    def __copy__(self):
+        return _with_vertices(Shape(self._native), self._vertices)
+
+    def __deepcopy__(self, memo):
+        return self.__copy__()
+
+    def __reduce__(self):
+        if self.format == "gltf":
+            raise TypeError("a Shape of a glTF file with files beside it cannot be pickled; send its path, or convert it to .glb")
+        return _from_bytes, (self._native.bytes(), self.format, self._vertices)
 
     @property
     def vertices(self):
@@ -68,6 +85,24 @@ class Shape:
         return f"<knead.Shape: {self.format}, {len(self._vertices)} vertices>"
 
 
+def _with_vertices(shape, vertices):
+    shape.vertices = vertices
+    return shape
+
+
+def _from_bytes(data, format, vertices):
+    return _with_vertices(Shape(_knead.parse_shape(data, format)), vertices)
+
+
+def write(path, vertices, faces=None, *, double=False):
+    """Writes a new file from arrays, or from a mesh of another package, in the format of the path's extension.
+
+    vertices: (n, 3); faces: as for deform, None for a point cloud. double: coordinates of binary files as doubles.
+    Raises as Shape.write.
+    """
+    Shape(vertices, faces).write(path, double=double)
+
+
 def read(path):
     """Reads a shape from a file: PLY, OBJ, STL, OFF, glTF or points. The extension names the format.
 
@@ -76,17 +111,17 @@ def read(path):
     return Shape(_knead.read_shape(os.fspath(path)))
 
 
-def crossings(vertices, faces):
+def crossings(vertices, faces=None):
     """Returns the pairs of faces that cross: (k, 2) uint32, the smaller number of a pair first as a rule.
 
     A face without area is a pair with itself, and a polygon one that crosses itself. More than 10 million pairs: none.
     """
-    return _knead.crossings(vertices, faces)
+    return _knead.crossings(vertices, faces_for(vertices, faces))
 
 
-def check(vertices, faces):
+def check(vertices, faces=None):
     """Returns what `knead check --json` prints, as a dict: counts, closed, volume, self_intersections and more."""
-    return json.loads(_knead.check(vertices, faces))
+    return json.loads(_knead.check(vertices, faces_for(vertices, faces)))
 
 
 def check_cells(points, cells, before=None):

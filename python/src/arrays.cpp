@@ -27,6 +27,10 @@ py::array as_array(const py::object& object, const std::string& name, const char
     throw py::type_error(fmt::format("{} must be an array of {}, got {}: {}", name, what, type_name(object),
                                      std::string(py::str(error.value()))));
   }
+  const py::module_ masked = py::module_::import("numpy.ma");
+  if (py::isinstance<py::array>(object) && masked.attr("is_masked")(object).cast<bool>()) {
+    throw InvalidInput(name + " is a masked array with masked values; fill or remove them");
+  }
   const bool is_empty_list = array.size() == 0 && !py::isinstance<py::array>(object);
   if (!is_empty_list && std::strchr(kinds, array.dtype().kind()) == nullptr) {
     throw py::type_error(

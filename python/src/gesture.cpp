@@ -10,9 +10,9 @@
 #include <optional>
 
 #include "arrays.h"
-#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/sincos.h"
+#include "knead/mesh/measures.h"
 #include "knead/mesh/surface_tree.h"
 #include "knead/session/session.h"
 #include "knead/tool/paint.h"
@@ -64,6 +64,9 @@ class Surface {
     profile_ = {};
   }
 
+  DoubleArray vertices() const { return array_of(mesh_.positions); }
+  py::object faces() const { return faces_of(mesh_); }
+
   std::optional<std::array<Vector, 2>> hit(const Vector& origin, const Vector& direction) const {
     const Vec3d from = vec(origin, "origin");
     const Vec3d along = direction_of(direction, "direction");
@@ -86,7 +89,7 @@ class Surface {
 
   std::optional<double> thickness(const Vector& point, const Vector& normal) const {
     const Vec3d inwards = -direction_of(normal, "normal");
-    const double nearest = kOnSurface * bounding_box(mesh_.positions).diagonal();
+    const double nearest = kOnSurface * shape_box(mesh_).diagonal();
     for (const RayHit& hit : tree_->hits(vec(point, "point"), inwards)) {
       if (hit.leaves && hit.t > nearest) return hit.t;
     }
@@ -245,6 +248,8 @@ void add_gesture(py::module_& module) {
   py::class_<Surface>(module, "Surface")
       .def(py::init<const py::object&, const py::object&>())
       .def("move", &Surface::move)
+      .def("vertices", &Surface::vertices)
+      .def("faces", &Surface::faces)
       .def("hit", &Surface::hit)
       .def("middle", &Surface::middle)
       .def("thickness", &Surface::thickness)

@@ -44,6 +44,22 @@ ShapeFile read(const std::filesystem::path& path) {
   return file;
 }
 
+// A shape that no file holds yet, as the PLY file that it would be.
+ShapeFile shape_from(const py::object& vertices, const py::object& faces) {
+  const Mesh mesh = mesh_from(points_from(vertices, "vertices"), faces);
+  const py::gil_scoped_release released;
+  validate(mesh);
+  WriteOptions options;
+  options.double_coordinates = true;
+  return parse_shape(serialize_mesh("ply", mesh, options), "ply", "shape.ply");
+}
+
+ShapeFile parse(const py::bytes& bytes, const std::string& format) {
+  std::string text = bytes;
+  const py::gil_scoped_release released;
+  return parse_shape(std::move(text), format, "shape." + format);
+}
+
 void write(const ShapeFile& file, const std::filesystem::path& path, const py::object& vertices, bool as_double,
            std::optional<int> decimals) {
   const Points points = points_from(vertices, "vertices");
@@ -95,9 +111,12 @@ void add_shapes(py::module_& module) {
       .def("faces", [](const ShapeFile& file) { return faces_of(file.mesh); })
       .def("triangles", [](const ShapeFile& file) { return triangles_of(file.mesh); })
       .def("attributes", &attribute_names)
+      .def("bytes", [](const ShapeFile& file) { return py::bytes(file.bytes); })
       .def("decimals", &decimals_of)
       .def("write", &write);
   module.def("read_shape", &read);
+  module.def("shape_from", &shape_from);
+  module.def("parse_shape", &parse);
   module.def("check", &check);
   module.def("crossings", &crossings);
 }

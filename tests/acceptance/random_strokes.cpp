@@ -181,6 +181,37 @@ Stroke pins(const Draw& draw) {
   return stroke;
 }
 
+// A cap turns, or a pin goes its way; pins far from there hold.
+Stroke pose(const Draw& draw) {
+  PoseStroke stroke;
+  stroke.detail = draw.uniform(0.1, 0.15);
+  const Vec3d p = draw.mesh.positions[draw.vertex()];
+  if (draw.uniform(0, 1) < 0.5) {
+    PosePart part;
+    for (const std::size_t v : draw.vertices_between(p, 0, 0.12 * draw.size, 100)) {
+      part.points.push_back(draw.mesh.positions[v]);
+    }
+    part.rotation = HandlesRotation{draw.direction(), p, draw.sign() * draw.uniform(5, 15)};
+    if (draw.uniform(0, 1) < 0.5) part.translation = draw.direction() * (0.03 * draw.size);
+    stroke.parts.emplace_back(part);
+  } else {
+    PosePin pin;
+    pin.point = p;
+    pin.path = {p + draw.direction() * (0.03 * draw.size), p + draw.direction() * (0.06 * draw.size)};
+    pin.size = draw.uniform(0.02, 0.04);
+    pin.turns_freely = draw.uniform(0, 1) < 0.5;
+    if (!pin.turns_freely && draw.uniform(0, 1) < 0.5) pin.rotation = PinRotation{draw.direction(), 20};
+    stroke.parts.emplace_back(pin);
+  }
+  for (const std::size_t v : draw.vertices_between(p, 0.4 * draw.size, draw.size, 4)) {
+    PosePin pin;
+    pin.point = draw.mesh.positions[v];
+    pin.hold = true;
+    stroke.parts.emplace_back(pin);
+  }
+  return stroke;
+}
+
 // Lengths without rounding, so that the mirror image of the mirror image is the stroke itself.
 Stroke grid(const Draw& draw) {
   const auto rounded = [](double length) { return std::round(length * 0x1p20) * 0x1p-20; };
@@ -227,7 +258,7 @@ Stroke mask(const Draw& draw) {
 const std::vector<std::pair<std::string, Stroke (*)(const Draw&)>> kTools{
     {"implicit", implicit}, {"paint", paint},     {"points", points}, {"handles", handles}, {"stamp", stamp},
     {"rotate", turn},       {"stretch", stretch}, {"twist", twist},   {"bend", bend},       {"pins", pins},
-    {"grid", grid},         {"relax", relax},     {"mask", mask}};
+    {"pose", pose},         {"grid", grid},       {"relax", relax},   {"mask", mask}};
 
 }  // namespace
 

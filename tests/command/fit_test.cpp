@@ -1,6 +1,9 @@
 // knead fit: landmarks, the report, the scaled source, and files that are wrong.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -186,6 +189,110 @@ TEST_F(FitTest, TakesPlacesToo) {
   knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "-q", "-o", "a.knead"});
   knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "places.csv", "-q", "-o", "b.knead"});
   EXPECT_EQ(read_session(path("a.knead")).strokes, read_session(path("b.knead")).strokes);
+}
+
+// Tables as spreadsheets write them are the same landmarks.
+TEST_F(FitTest, TakesTheTablesOfSpreadsheets) {
+  const std::vector<Vec3d> target = write_target();
+  const std::string plain = "source_x,source_y,source_z,target_x,target_y,target_z\n";
+  std::string rows;
+  for (const std::size_t i : landmarks()) {
+    const Vec3d& p = mesh_.positions[i];
+    const Vec3d& q = target[i];
+    rows += fmt::format("{},{},{},{},{},{}\n", p.x, p.y, p.z, q.x, q.y, q.z);
+  }
+  const auto changed = [](std::string text, const std::string& from, const std::string& to) {
+    for (std::size_t at = 0; (at = text.find(from, at)) != text.npos; at += to.size())
+      text.replace(at, from.size(), to);
+    return text;
+  };
+  const std::string german = changed(changed(plain + rows, ",", ";"), ".", ",");
+  const std::string quoted = "\"" + changed(changed(plain + rows, ",", "\",\""), "\n", "\"\n\"");
+  write("plain.csv", plain + rows);
+  write("bom.csv", "\xef\xbb\xbf" + changed(plain + rows, "\n", "\r\n"));
+  write("mac.csv", changed(plain + rows, "\n", "\r"));
+  write("german.csv", german);
+  write("tabs.csv", changed(plain + rows, ",", "\t"));
+  write("quoted.csv", quoted.substr(0, quoted.size() - 1));
+  write("bare.csv", rows);
+  write("twice.csv", plain + rows + rows.substr(0, rows.find('\n') + 1));
+  knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "plain.csv", "-q", "-o", "plain.knead"});
+  const Session expected = read_session(path("plain.knead"));
+  for (const char* table : {"bom.csv", "mac.csv", "german.csv", "tabs.csv", "quoted.csv", "bare.csv", "twice.csv"}) {
+    knead_ok({"fit", "source.ply", "target.ply", "--landmarks", table, "-q", "-o", "other.knead"});
+    EXPECT_EQ(read_session(path("other.knead")).strokes, expected.strokes) << table;
+  }
+  std::string fcsv = "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n# columns = id,x,y,z,label\n";
+  std::string markups = R"({"markups": [{"coordinateSystem": "RAS", "controlPoints": [)";
+  std::string points;
+  for (const std::size_t i : landmarks()) {
+    const Vec3d& p = mesh_.positions[i];
+    const Vec3d& q = target[i];
+    fcsv += fmt::format("1,{},{},{},L{}\n", p.x, p.y, p.z, i);
+    const std::string point = fmt::format(R"({{"label": "L{}", "position": [{}, {}, {}]}})", i, -q.x, -q.y, q.z);
+    points = points.empty() ? point : point + ", " + points;  // in another order
+  }
+  write("source.fcsv", fcsv);
+  write("target.mrk.json", markups + points + "]}]}");
+  knead_ok({"fit", "source.ply", "target.ply", "--landmarks", "source.fcsv", "--target-landmarks", "target.mrk.json",
+            "-q", "-o", "other.knead"});
+  EXPECT_EQ(read_session(path("other.knead")).strokes, expected.strokes);
+  expect_error(knead({"fit", "source.ply", "target.ply", "--landmarks", "source.fcsv", "-o", "none.knead"}), 3,
+               "--target-landmarks");
+}
+
+TEST_F(FitTest, NamesFramesThatDiffer) {
+  write_target();
+  const auto refusal_for = [&](const std::function<Vec3d(const Vec3d&)>& place) {
+    std::string rows;
+    for (const std::size_t i : landmarks()) {
+      const Vec3d& p = mesh_.positions[i];
+      const Vec3d q = place(p);
+      rows += fmt::format("{},{},{},{},{},{}\n", p.x, p.y, p.z, q.x, q.y, q.z);
+    }
+    write("pairs.csv", rows);
+    const Outcome outcome = knead({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "-o", "fit.knead"});
+    EXPECT_EQ(outcome.exit_code, 3);
+    return outcome.err;
+  };
+  EXPECT_NE(refusal_for([](const Vec3d& p) {
+              return p + Vec3d{1000, 0, 0};
+            }).find("move the source by (1000"),
+            std::string::npos);
+  EXPECT_NE(refusal_for([](const Vec3d& p) {
+              return Vec3d{-p.x, -p.y, p.z};
+            }).find("as between RAS and LPS"),
+            std::string::npos);
+  EXPECT_NE(refusal_for([](const Vec3d& p) {
+              return Vec3d{p.x, -p.y, -p.z};
+            }).find("opposite sign of y, z"),
+            std::string::npos);
+}
+
+TEST_F(FitTest, TurnsATargetThatIsInsideOut) {
+  const std::vector<Vec3d> places = write_target();
+  Mesh inward = mesh_;
+  inward.positions = places;
+  for (std::size_t f = 0; f < inward.face_count(); ++f) {
+    std::swap(inward.corner_vertex[inward.face_begin[f]], inward.corner_vertex[inward.face_begin[f] + 1]);
+  }
+  write_mesh(path("inward.ply"), inward, {true, {}, {}});
+  write_pairs();
+  const Outcome outcome =
+      knead({"fit", "source.ply", "inward.ply", "--landmarks", "pairs.csv", "--json", "-o", "fit.knead"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("the faces look inward and are turned"), std::string::npos);
+  EXPECT_LT(std::abs(json::parse(outcome.out)["volume_difference"].get<double>()), 1e-3);
+}
+
+TEST_F(FitTest, ASpoiledShapeIsNoSuccess) {
+  write_target();
+  write_pairs();
+  const Outcome outcome = knead({"fit", "source.ply", "target.ply", "--landmarks", "pairs.csv", "--max-stretch", "1.01",
+                                 "-q", "-o", "fit.knead"});
+  EXPECT_EQ(outcome.exit_code, 4);
+  EXPECT_NE(outcome.err.find("a triangle is stretched by"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(std::filesystem::exists(path("fit.knead")));
 }
 
 TEST_F(FitTest, ScalesTheSourceFirst) {

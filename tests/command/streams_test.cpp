@@ -1,8 +1,11 @@
 // Standard input and output, decimals, links, and values that are refused.
 #include <fmt/format.h>
 
+#include <sys/stat.h>
+
 #include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
 #include <thread>
@@ -49,6 +52,34 @@ TEST_F(StreamsTest, OtherSubcommands) {
   EXPECT_EQ(piped({"render", "-", "--format", "obj", "-o", "r.png", "-q"}, "a.ply").exit_code, 3) << "a PLY file";
   knead_ok({"remesh", "a.ply", "-o", "fine.ply", "-q"});
   EXPECT_EQ(piped({"remesh", "-", "--format", "ply", "-o", "-"}, "a.ply").out, read("fine.ply"));
+}
+
+TEST_F(StreamsTest, AClosedPipeIsNoMessage) {
+  const auto shell = [&](const std::string& line) {
+    const std::string command = fmt::format("cd '{}' && {}", path("").string(), line);
+    return std::system(command.c_str());
+  };
+  EXPECT_EQ(
+      shell(fmt::format("({} make sphere -n 100000 -o - --format obj 2> err.txt) | head -1 > out.txt", KNEAD_COMMAND)),
+      0);
+  EXPECT_EQ(read("err.txt"), "");
+  EXPECT_EQ(read("out.txt").substr(0, 2), "v ");
+}
+
+TEST_F(StreamsTest, APipeCannotBeReadInPieces) {
+  ASSERT_EQ(::mkfifo(path("pipe.ply").c_str(), 0600), 0);
+  expect_error(knead({"deform", "pipe.ply", "s.knead", "--stream", "-o", "b.ply"}), 3,
+               "it is no plain file but a pipe");
+}
+
+TEST_F(StreamsTest, DoublesForFloatsAreRefusedAtOnce) {
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n";
+  write("cloud.ply", ply + std::string(24, '\0'));
+  expect_error(knead({"deform", "cloud.ply", "s.knead", "--stream", "--precision", "double", "-o", "b.ply"}), 2,
+               "--precision double writes other types");
+  knead_ok({"deform", "cloud.ply", "s.knead", "--stream", "-o", "b.ply"});
 }
 
 TEST_F(StreamsTest, WhatIsRefused) {

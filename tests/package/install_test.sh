@@ -69,8 +69,11 @@ done < <("$knead" --help | names_in Subcommands)
 [[ $subcommands -ge 9 ]] || fail "knead --help lists $subcommands subcommands"
 [[ $(offered knead make sph) == sphere ]] || fail "bash completion lacks: make sphere"
 if have zsh; then zsh -n "$zsh_completion" || fail "zsh refuses the completion"; fi
+for words in tool mask width falloff radius; do
+  gzip -dc "$share/man/man5/knead-session.5.gz" | grep -q "$words" || fail "knead-session(5) lacks: $words"
+done
 if have man; then
-  for page in "$share"/man/man1/*; do
+  for page in "$share"/man/man[15]/*; do
     warnings=$(LC_ALL=C.UTF-8 MANROFFSEQ='' man --warnings -l "$page" 2>&1 >/dev/null)
     [[ -z $warnings ]] || fail "$(basename "$page"): $warnings"
   done

@@ -145,7 +145,7 @@ inline std::string broken_remesh(const ShapeFile& shape) {
 inline std::string broken_summary(const ShapeFile& shape) {
   const ShapeSummary summary = parse_summary(shape.bytes, shape.format, "summary");
   const Mesh& mesh = shape.mesh;
-  const Box box = bounding_box(mesh.positions);
+  const Box box = shape_box(mesh);
   if (summary.format != shape.format) return "format in the summary";
   if (summary.vertices != mesh.vertex_count() || summary.faces != mesh.face_count()) return "counts in the summary";
   if (summary.triangles != triangulate(mesh).size()) return "number of triangles in the summary";

@@ -6,7 +6,6 @@
 
 #include "document/document.h"
 #include "knead/io/remeshed.h"
-#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/measures.h"
 
@@ -87,7 +86,7 @@ void Document::open(ShapeFile source, const std::string& title, const std::files
   shown_.opened = opened + 1;
   shown_.title = title;
   shown_.shape_path = path;
-  const double diagonal = bounding_box(source_->mesh.positions).diagonal();
+  const double diagonal = shape_box(source_->mesh).diagonal();
   shown_.diagonal = diagonal > 0 ? diagonal : 1;
   if (is_measurable_) shown_.volume_before = shown_.volume = opening.measures.volume;
   shown_.picker = std::move(opening.picker);

@@ -258,6 +258,24 @@ TEST_F(GesturesTest, ATypedDistanceIsTheDistance) {
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
 }
 
+TEST_F(GesturesTest, ATypedCommaIsADecimalPoint) {
+  Studio studio(options());
+  run(studio, ball());
+  for (const char* comma : {",", "Numpad ,", "."}) {
+    run(studio, R"({"tool": "ball"}
+{"press": [400, 300]}
+{"move": [460, 300]}
+{"key": "0"}
+{"key": ")" + std::string(comma) +
+                    R"("}
+{"key": "2"}
+{"key": "5"}
+{"key": "Enter"}
+{"release": [460, 300]})");
+    EXPECT_NEAR(length_of(last_strokes(studio).front()), 0.25, 1e-12) << comma;
+  }
+}
+
 TEST_F(GesturesTest, MinusTurnsANumberRoundAndEscapeGivesUp) {
   Studio studio(options());
   run(studio, ball());

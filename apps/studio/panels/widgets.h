@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 
 namespace knead::studio {
@@ -25,23 +26,62 @@ inline void help_on_hover(const char* help) {
   ImGui::EndTooltip();
 }
 
-// A slider, logarithmic where both limits are positive; Ctrl+click to type a number, which may lie beyond them.
+// Makes a decimal point of a comma that is typed into the number of this label, if it was being edited in the frame
+// before. note_edited() after the widget says whether it is.
+inline void take_comma_as_point(const char* label) {
+  if (!ImGui::GetStateStorage()->GetBool(ImGui::GetID(label))) return;
+  for (ImWchar& c : ImGui::GetIO().InputQueueCharacters) c = c == ',' ? ImWchar{'.'} : c;
+}
+
+inline void note_edited(const char* label) {
+  ImGui::GetStateStorage()->SetBool(ImGui::GetID(label), ImGui::IsItemActive());
+}
+
+// Asks whether a typed number beyond the limits of a slider is meant. `asked`: it was typed in this frame.
+inline void ask_about_number(const char* label, double& value, std::optional<double> asked, Limits limits) {
+  ImGui::PushID(label);
+  ImGuiStorage& storage = *ImGui::GetStateStorage();
+  if (asked) {
+    storage.SetFloat(ImGui::GetID("asked"), static_cast<float>(*asked));
+    ImGui::OpenPopup("beyond");
+  }
+  if (ImGui::BeginPopup("beyond")) {
+    const double number = storage.GetFloat(ImGui::GetID("asked"));
+    ImGui::Text("%.6g is not from %.4g to %.4g, the range of the slider.", number, limits.least, limits.most);
+    if (ImGui::Button("Use it")) {
+      value = number;
+      ImGui::CloseCurrentPopup();
+    }
+    ImGui::SameLine();
+    if (ImGui::Button("Keep the old one")) ImGui::CloseCurrentPopup();
+    ImGui::EndPopup();
+  }
+  ImGui::PopID();
+}
+
+// A slider, logarithmic where both limits are positive; Ctrl+click to type a number. One beyond the limits asks first.
 inline void slide(const char* label, double& value, Limits limits, const char* help) {
   const int flags = limits.least > 0 ? ImGuiSliderFlags_Logarithmic : 0;
   double changed = value;
-  if (ImGui::SliderScalar(label, ImGuiDataType_Double, &changed, &limits.least, &limits.most, "%.4g", flags) &&
-      std::isfinite(changed) && (limits.least <= 0 || changed > 0)) {
-    value = changed;
-  }
+  take_comma_as_point(label);
+  const bool is_changed =
+      ImGui::SliderScalar(label, ImGuiDataType_Double, &changed, &limits.least, &limits.most, "%.4g", flags);
+  note_edited(label);
   help_on_hover(help);
+  const bool is_possible = is_changed && std::isfinite(changed) && (limits.least <= 0 || changed > 0);
+  const bool is_within = changed >= limits.least && changed <= limits.most;
+  if (is_possible && is_within) value = changed;
+  ask_about_number(label, value, is_possible && !is_within ? std::optional(changed) : std::nullopt, limits);
 }
 
 // A number to be typed, kept within the limits.
 inline bool type_number(const char* label, double& value, Limits limits, const char* help,
                         const char* format = "%.6g") {
   double changed = value;
+  take_comma_as_point(label);
   const bool done = ImGui::InputDouble(label, &changed, 0, 0, format, ImGuiInputTextFlags_EnterReturnsTrue) ||
                     ImGui::IsItemDeactivatedAfterEdit();
+  note_edited(label);
   help_on_hover(help);
   if (!done || !(changed >= limits.least && changed <= limits.most) || changed == value) return false;
   value = changed;

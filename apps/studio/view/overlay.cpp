@@ -7,6 +7,7 @@
 #include "gestures/symmetry.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/mesh/measures.h"
 #include "knead/render/tool_picture.h"
 #include "view/influence.h"
 #include "view/labels.h"
@@ -31,7 +32,7 @@ Box box_of(const DocumentState& shown) {
   Box box;
   const Vec3d half{0.5 * shown.diagonal, 0.5 * shown.diagonal, 0.5 * shown.diagonal};
   if (shown.state.positions.size() == 0) return box;
-  box = bounding_box(shown.state.mesh->positions);
+  box = shape_box(*shown.state.mesh);
   box.min -= half * 0.2;
   box.max += half * 0.2;
   return box;

@@ -58,6 +58,27 @@ Index cell_of(const Vec3d& p, double spacing) {
           static_cast<std::int64_t>(std::floor(p.z / spacing))};
 }
 
+// Calls visit(cell) for the cell of a point, and for those at whose border it lies: the rounding of floats may put it
+// into any of them. 1/64 of a cell is that of places 10^5 cells from the centre of a block of points.
+template <class Visit>
+void for_each_cell(const Vec3d& p, double spacing, const Visit& visit) {
+  constexpr double kNear = 1.0 / 64;
+  const Index cell = cell_of(p, spacing);
+  Index first = cell;
+  Index last = cell;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double within = p[axis] / spacing - static_cast<double>(cell[axis]);
+    if (within < kNear) --first[axis];
+    if (within > 1 - kNear) ++last[axis];
+  }
+  Index at = first;
+  for (at[2] = first[2]; at[2] <= last[2]; ++at[2]) {
+    for (at[1] = first[1]; at[1] <= last[1]; ++at[1]) {
+      for (at[0] = first[0]; at[0] <= last[0]; ++at[0]) visit(at);
+    }
+  }
+}
+
 // The bricks of a grid; their numbers are those of the table.
 struct Bricks {
   Index first{};
@@ -97,6 +118,18 @@ Bricks bricks_around(std::span<const Vec3d> points, double width) {
 struct Cells {
   std::vector<std::int32_t> of_brick;  // the index of its bytes, or -1
   std::vector<Bytes> bytes;
+
+  void raise(const Bricks& bricks, const Index& cell, int value) {
+    std::int32_t& at =
+        of_brick[bricks.number({floor_of_eighth(cell[0]), floor_of_eighth(cell[1]), floor_of_eighth(cell[2])})];
+    if (at < 0) {
+      at = static_cast<std::int32_t>(bytes.size());
+      bytes.push_back({});
+    }
+    const auto place = static_cast<std::size_t>((cell[0] & 7) + 8 * ((cell[1] & 7) + 8 * (cell[2] & 7)));
+    std::uint8_t& byte = bytes[static_cast<std::size_t>(at)][place];
+    byte = static_cast<std::uint8_t>(std::max<int>(byte, value));
+  }
 };
 
 Cells masked_cells(std::span<const Vec3d> points, std::span<const double> values, double spacing,
@@ -105,16 +138,7 @@ Cells masked_cells(std::span<const Vec3d> points, std::span<const double> values
   for (std::size_t i = 0; i < points.size(); ++i) {
     const int value = values.empty() ? 255 : byte_of(values[i]);
     if (value == 0) continue;
-    const Index cell = cell_of(points[i], spacing);
-    std::int32_t& at =
-        cells.of_brick[bricks.number({floor_of_eighth(cell[0]), floor_of_eighth(cell[1]), floor_of_eighth(cell[2])})];
-    if (at < 0) {
-      at = static_cast<std::int32_t>(cells.bytes.size());
-      cells.bytes.push_back({});
-    }
-    std::uint8_t& byte = cells.bytes[static_cast<std::size_t>(at)]
-                                    [static_cast<std::size_t>((cell[0] & 7) + 8 * ((cell[1] & 7) + 8 * (cell[2] & 7)))];
-    byte = static_cast<std::uint8_t>(std::max<int>(byte, value));
+    for_each_cell(points[i], spacing, [&](const Index& cell) { cells.raise(bricks, cell, value); });
   }
   return cells;
 }
@@ -390,13 +414,16 @@ std::vector<std::uint32_t> telling_points(std::span<const Vec3d> points, std::sp
   for (std::size_t i = 0; i < points.size(); ++i) {
     const int value = values.empty() ? 255 : byte_of(values[i]);
     if (value == 0) continue;
-    Best& best = cells[cell_of(points[i], width / kCellsPerWidth)];
-    if (value > best.value) best = {value, static_cast<std::uint32_t>(i)};
+    for_each_cell(points[i], width / kCellsPerWidth, [&](const Index& cell) {
+      Best& best = cells[cell];
+      if (value > best.value) best = {value, static_cast<std::uint32_t>(i)};
+    });
   }
   std::vector<std::uint32_t> result;
   result.reserve(cells.size());
   for (const auto& [cell, best] : cells) result.push_back(best.point);
   std::sort(result.begin(), result.end());
+  result.erase(std::unique(result.begin(), result.end()), result.end());
   return result;
 }
 

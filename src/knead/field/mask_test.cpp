@@ -181,6 +181,36 @@ TEST(Mask, DependsOnOnePointOfEachCell) {
   EXPECT_FALSE(Mask(points, values, 0.8) == Mask(fewer, theirs, 0.8));
 }
 
+// Floats put a point on a border of cells into either.
+TEST(Mask, HoldsPointsOnTheBordersOfItsCells) {
+  Random random(406);
+  const double cell = kWidth / 8;
+  std::vector<Vec3d> points;
+  for (int i = 0; i < 200; ++i) {
+    Vec3d p = random.in_box(0.8);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const bool is_on_border = (i >> axis & 1) != 0;
+      if (is_on_border) p[axis] = std::round(p[axis] / cell) * cell * (1 + 1e-8 * (i % 3 - 1));
+    }
+    points.push_back(p);
+  }
+  for (const Vec3d& p : points) {
+    const Mask mask(std::vector<Vec3d>{p}, {}, kWidth);
+    EXPECT_TRUE(mask.holds(p));
+    for (int i = 0; i < 10; ++i) {
+      const Vec3d center = random.in_box(2);
+      const auto view = detail::view_of<float>(mask.grid(), center);
+      const MaskValue<float> m = detail::evaluate_mask(view, Vec3<float>(p - center));
+      EXPECT_EQ(m.value, 0) << p.x << ' ' << p.y << ' ' << p.z;
+      EXPECT_EQ(m.gradient, (Vec3<float>{0, 0, 0}));
+    }
+  }
+  std::vector<std::uint32_t> telling = telling_points(points, {}, kWidth);
+  std::vector<Vec3d> fewer;
+  for (const std::uint32_t i : telling) fewer.push_back(points[i]);
+  EXPECT_EQ(Mask(points, {}, kWidth), Mask(fewer, {}, kWidth));
+}
+
 TEST(Mask, RefusesWhatMakesNone) {
   const std::vector<Vec3d> points{{0, 0, 0}, {1, 0, 0}};
   EXPECT_THROW(Mask({}, {}, 1), InvalidInput);

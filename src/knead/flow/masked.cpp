@@ -79,11 +79,6 @@ Box support_of(const Field& field, const Vec3d& displacement) {
   return moved;
 }
 
-bool contains(const Box& box, const Vec3d& p) {
-  return p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x && p.y <= box.max.y &&
-         p.z <= box.max.z;
-}
-
 // At most kMostBorder places of it, evenly through the list.
 std::vector<Vec3d> border_in(const MaskGrid& grid, const Box& box) {
   std::vector<Vec3d> all;

@@ -71,7 +71,10 @@ class PinSolver {
     }
     if (cut < end) return cut;
     if (end - begin > kShortestPiece) return middle;
-    throw InvalidInput(fmt::format("pins come too near each other about the time {:.4g}; move them apart", middle));
+    throw InvalidInput(fmt::format(
+        "pins come too near each other about the time {:.4g}, or one moves too far for the radius; move them "
+        "apart, or less far, or make \"radius\" larger",
+        middle));
   }
 
   // Adds the polynomial of the degree if it is right at the nodes that twice the degree has besides.

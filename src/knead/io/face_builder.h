@@ -26,6 +26,9 @@ class FaceBuilder {
   // Counts faces and adds them to no mesh.
   FaceBuilder() = default;
 
+  // Returns how many vertices the counted faces use.
+  std::size_t used_vertices() const { return static_cast<std::size_t>(std::count(used_.begin(), used_.end(), true)); }
+
   std::size_t faces() const { return faces_; }
   std::size_t corners() const { return corners_; }
 
@@ -44,7 +47,10 @@ class FaceBuilder {
     for (std::size_t i = 0; i < count; ++i) {
       if (has_repeated(vertices.subspan(i * corners, corners))) ++repeated_;
     }
-    if (mesh_ == nullptr) return true;
+    if (mesh_ == nullptr) {
+      note_used(vertices);
+      return true;
+    }
     mesh_->corner_vertex.insert(mesh_->corner_vertex.end(), vertices.begin(), vertices.end());
     for (std::size_t i = 0; i < count; ++i) {
       mesh_->face_begin.push_back(mesh_->face_begin.back() + static_cast<std::uint32_t>(corners));
@@ -63,6 +69,13 @@ class FaceBuilder {
   }
 
  private:
+  void note_used(std::span<const std::uint32_t> vertices) {
+    if (vertices.empty()) return;
+    const std::size_t most = *std::max_element(vertices.begin(), vertices.end());
+    if (most >= used_.size()) used_.resize(std::max(most + 1, 2 * used_.size()));
+    for (const std::uint32_t v : vertices) used_[v] = true;
+  }
+
   bool has_repeated(std::span<const std::uint32_t> v) {
     if (v.size() == 3) return v[0] == v[1] || v[1] == v[2] || v[2] == v[0];
     sorted_.assign(v.begin(), v.end());
@@ -74,6 +87,7 @@ class FaceBuilder {
   std::size_t faces_ = 0;
   std::size_t corners_ = 0;
   std::vector<std::uint32_t> sorted_;
+  std::vector<bool> used_;  // of the vertices, while faces are only counted
   std::size_t dropped_ = 0;
   std::size_t repeated_ = 0;
 };

@@ -16,6 +16,7 @@
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
+#include "knead/mesh/measures.h"
 
 namespace knead {
 
@@ -106,13 +107,16 @@ ShapeSummary summary_of(const ShapeFile& shape) {
   summary.vertices = shape.mesh.vertex_count();
   summary.faces = shape.mesh.face_count();
   summary.triangles = shape.mesh.corner_vertex.size() - 2 * shape.mesh.face_count();
-  summary.box = bounding_box(shape.mesh.positions);
+  summary.box = shape_box(shape.mesh);
   for (const Attribute& attribute : shape.mesh.attributes) summary.attributes.push_back(attribute.name);
   summary.notes = shape.notes;
+  if (std::string note = stray_note(shape.mesh); !note.empty()) summary.notes.push_back(std::move(note));
   return summary;
 }
 
-ShapeFile with_spacing_note(const Format& format, ShapeFile shape) {
+// Adds what a user of the shape should know about its size and place.
+ShapeFile with_notes(const Format& format, ShapeFile shape) {
+  if (std::string note = stray_note(shape.mesh); !note.empty()) shape.notes.push_back(std::move(note));
   if (!format.reads_floats(shape)) return shape;
   std::string note = io_detail::spacing_note(shape.mesh);
   const bool is_due = !note.empty() && fits_floats(shape.mesh.positions);  // else a node has moved them (GLB)
@@ -146,7 +150,7 @@ std::string format_of(const std::filesystem::path& path) {
 
 ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& options) {
   const Format& source = format_named(format_of(path), path.string());
-  if (source.parse_beside != nullptr) return with_spacing_note(source, source.parse_beside(read_bytes(path), path));
+  if (source.parse_beside != nullptr) return with_notes(source, source.parse_beside(read_bytes(path), path));
   std::error_code error;
   const bool is_large = source.reads_again != nullptr && std::filesystem::is_regular_file(path, error) &&
                         std::filesystem::file_size(path, error) > options.most_kept_bytes && !error;
@@ -165,7 +169,7 @@ ShapeFile read_shape(const std::filesystem::path& path, const ReadOptions& optio
 
 ShapeFile parse_shape(std::string bytes, std::string_view format, const std::string& name) {
   const Format& source = format_named(format, name);
-  return with_spacing_note(source, source.parse(std::move(bytes), name));
+  return with_notes(source, source.parse(std::move(bytes), name));
 }
 
 ShapeSummary read_summary(const std::filesystem::path& path) {

@@ -60,8 +60,8 @@ struct ShapeSummary {
   std::string format;
   std::size_t vertices = 0;
   std::size_t faces = 0;
-  std::size_t triangles = 0;  // of the faces
-  Box box;
+  std::size_t triangles = 0;            // of the faces
+  Box box;                              // shape_box()
   std::vector<std::string> attributes;  // names
   std::vector<std::string> notes;       // as ShapeFile::notes, without that on coarse coordinates
 };

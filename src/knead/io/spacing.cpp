@@ -6,6 +6,7 @@
 
 #include "knead/io/float_chars.h"
 #include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 
 namespace knead::io_detail {
 namespace {
@@ -33,7 +34,7 @@ std::string short_number(double value) {
 }  // namespace
 
 std::string spacing_note(const Mesh& mesh) {
-  const Box box = bounding_box(mesh.positions);
+  const Box box = shape_box(mesh);
   double largest = 0;
   for (std::size_t axis = 0; axis < 3; ++axis)
     largest = std::max({largest, std::abs(box.min[axis]), std::abs(box.max[axis])});

@@ -30,6 +30,12 @@ struct Box {
   }
 };
 
+// Returns whether a point is in the box.
+inline bool contains(const Box& box, const Vec3d& p) {
+  return p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x && p.y <= box.max.y &&
+         p.z <= box.max.z;
+}
+
 // Returns the smallest box that contains every point; empty if there are no points.
 inline Box bounding_box(std::span<const Vec3d> points) {
   Box box;

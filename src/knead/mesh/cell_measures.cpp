@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <vector>
 
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -99,12 +100,40 @@ void require_usable(CellKind kind, std::span<const Vec3d> corners) {
   }
 }
 
+// A collapsed cell's least scaled Jacobian, and its orientation.
+struct CollapsedQuality {
+  double scaled_jacobian = 0;
+  int orientation = 0;
+
+  CollapsedQuality(const CellShape& shape, std::span<const Vec3d> corners) {
+    const CollapsedCell cell = collapsed_cell(shape, corners);
+    if (cell.count == 0) return;
+    if (cell.is_tetrahedron) {
+      const CellCorner& c = cell.corners[0];
+      const std::array<Vec3d, 4> four{corners[c[0]], corners[c[1]], corners[c[2]], corners[c[3]]};
+      const Tetrahedron tetrahedron(four);
+      scaled_jacobian = cell.regular * tetrahedron.least_jacobian;
+      orientation = tetrahedron.sign(four);
+      return;
+    }
+    std::array<int, 8> signs{};
+    scaled_jacobian = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < cell.count; ++k) {
+      const Corner corner = measured(cell.corners[k], corners);
+      scaled_jacobian = std::min(scaled_jacobian, cell.regular * corner.jacobian());
+      signs[k] = sign_of(corner, cell.corners[k], corners);
+    }
+    orientation = common_sign(std::span(signs).first(cell.count));
+  }
+};
+
 // The field `orientation` of cell_quality().
 int orientation_of(CellKind kind, std::span<const Vec3d> corners) {
   require_usable(kind, corners);
   if (kind == CellKind::tetrahedron) return Tetrahedron(corners).sign(corners);
   const CellShape& shape = shape_of(kind);
   const auto sign = [&](const CellCorner& c) { return sign_of(measured(c, corners), c, corners); };
+  if (is_collapsed(shape, corners)) return CollapsedQuality(shape, corners).orientation;
   const int first = sign(shape.corners.front());
   const bool is_common =
       std::all_of(shape.corners.begin(), shape.corners.end(), [&](const CellCorner& c) { return sign(c) == first; });
@@ -156,8 +185,48 @@ const CellShape& shape_of(CellKind kind) {
   return kShapes[static_cast<std::size_t>(kind)];
 }
 
+bool is_collapsed(const CellShape& shape, std::span<const Vec3d> corners) {
+  return std::any_of(shape.corners.begin(), shape.corners.end(), [&](const CellCorner& c) {
+    const Vec3d& p = corners[c[0]];
+    return p == corners[c[1]] || p == corners[c[2]] || p == corners[c[3]];
+  });
+}
+
+CollapsedCell collapsed_cell(const CellShape& shape, std::span<const Vec3d> corners) {
+  std::array<std::uint8_t, 8> first{};  // the first corner at the place of each
+  std::size_t places = 0;
+  for (std::uint8_t k = 0; k < corners.size(); ++k) {
+    while (corners[first[k]] != corners[k]) ++first[k];
+    places += first[k] == k ? 1 : 0;
+  }
+  // For each place the faces there: the corner before it and the one after it.
+  std::array<std::vector<std::array<std::uint8_t, 2>>, 8> around;
+  for (const CellFace& face : shape.faces) {
+    std::vector<std::uint8_t> ring;
+    for (const std::uint8_t k : face) {
+      if (std::find(ring.begin(), ring.end(), first[k]) == ring.end()) ring.push_back(first[k]);
+    }
+    for (std::size_t i = 0; i < ring.size() && ring.size() >= 3; ++i) {
+      around[ring[i]].push_back({ring[(i + ring.size() - 1) % ring.size()], ring[(i + 1) % ring.size()]});
+    }
+  }
+  CollapsedCell cell;
+  cell.is_tetrahedron = places == 4;
+  cell.regular = places < 6 ? std::sqrt(2.0) : (places == 6 ? 2 / std::sqrt(3.0) : 1.0);
+  for (std::uint8_t k = 0; k < corners.size(); ++k) {
+    if (around[k].size() != 3) continue;
+    // A face looks outward: seen from there its corners turn to the left, and the third edge leads away.
+    const auto [before, after] = around[k][0];
+    const auto [from, to] = around[k][1];
+    const std::uint8_t third = from == before || from == after ? to : from;
+    cell.corners[cell.count++] = {k, before, after, third};
+  }
+  return cell;
+}
+
 double scaled_jacobian(const CellShape& shape, std::span<const Vec3d> corners) {
   if (corners.size() == kTetrahedronCorners.size()) return shape.regular * Tetrahedron(corners).least_jacobian;
+  if (is_collapsed(shape, corners)) return CollapsedQuality(shape, corners).scaled_jacobian;
   double least = std::numeric_limits<double>::infinity();
   for (const CellCorner& c : shape.corners) least = std::min(least, shape.regular * measured(c, corners).jacobian());
   return least;
@@ -178,6 +247,10 @@ CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners) {
     quality.orientation = tetrahedron.sign(corners);
     quality.volume = tetrahedron.first.determinant / 6;
     return quality;
+  }
+  if (is_collapsed(shape, corners)) {
+    const CollapsedQuality collapsed(shape, corners);
+    return {volume_of(shape, corners), collapsed.scaled_jacobian, collapsed.orientation};
   }
   std::array<int, 8> signs{};
   quality.scaled_jacobian = std::numeric_limits<double>::infinity();

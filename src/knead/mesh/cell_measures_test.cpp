@@ -130,6 +130,60 @@ TEST(Cells, WithoutSizeHaveNoOrientation) {
   }
 }
 
+// The cell of a kind, written as a hexahedron (or wedge) with corners given twice.
+struct Collapsed {
+  CellKind kind;
+  CellKind written_as;
+  std::vector<std::size_t> corners;  // of the cell that is meant
+};
+
+const Collapsed kCollapsed[] = {
+    {CellKind::wedge, CellKind::hexahedron, {0, 2, 1, 1, 3, 5, 4, 4}},
+    {CellKind::wedge, CellKind::hexahedron, {2, 2, 1, 0, 5, 5, 4, 3}},
+    {CellKind::pyramid, CellKind::hexahedron, {0, 1, 2, 3, 4, 4, 4, 4}},
+    {CellKind::pyramid, CellKind::hexahedron, {4, 4, 4, 4, 0, 3, 2, 1}},
+    {CellKind::pyramid, CellKind::wedge, {0, 1, 4, 3, 2, 4}},
+    {CellKind::tetrahedron, CellKind::hexahedron, {0, 1, 2, 2, 3, 3, 3, 3}},
+    {CellKind::tetrahedron, CellKind::hexahedron, {0, 0, 1, 2, 3, 3, 3, 3}},
+    {CellKind::tetrahedron, CellKind::wedge, {0, 2, 1, 3, 3, 3}},
+};
+
+TEST(Cells, WithCornersGivenTwiceAreTheCellsThatAreMeant) {
+  for (std::size_t i = 0; i < std::size(kCollapsed); ++i) {
+    const Collapsed& c = kCollapsed[i];
+    for (const double side : {1.0, -1.0}) {
+      std::vector<Vec3d> meant = regular(c.kind);
+      for (Vec3d& p : meant) p = {side * p.x + 0.1 * p.y, 1.5 * p.y, p.z - 0.2 * p.x};
+      std::vector<Vec3d> written;
+      for (const std::size_t k : c.corners) written.push_back(meant[k]);
+      const CellQuality expected = cell_quality(c.kind, meant);
+      const CellQuality quality = cell_quality(c.written_as, written);
+      EXPECT_NEAR(quality.volume, expected.volume, 1e-14) << i;
+      EXPECT_NEAR(quality.scaled_jacobian, expected.scaled_jacobian, 1e-14) << i;
+      EXPECT_EQ(quality.orientation, expected.orientation) << i;
+      EXPECT_EQ(quality.orientation, side) << i;
+    }
+  }
+}
+
+TEST(Cells, WithOneEdgeCollapsedAreJudgedByTheOtherCorners) {
+  std::vector<Vec3d> corners = regular(CellKind::hexahedron);
+  corners[7] = corners[6];
+  EXPECT_EQ(cell_quality(CellKind::hexahedron, corners).orientation, 1);
+  EXPECT_GT(cell_quality(CellKind::hexahedron, corners).scaled_jacobian, 0.1);
+  for (Vec3d& p : corners) p.x = -p.x;
+  EXPECT_EQ(cell_quality(CellKind::hexahedron, corners).orientation, -1);
+}
+
+TEST(Cells, WithCornersGivenTwiceHaveNoBoundaryWhereTheyAreCollapsed) {
+  Cells cells;  // two wedges as hexahedra, side by side: together a cube with the corners of its faces 0 1 2 3, 4 5 6 7
+  cells.add(CellKind::hexahedron, std::vector<std::uint32_t>{0, 1, 2, 2, 4, 5, 6, 6});
+  cells.add(CellKind::wedge, std::vector<std::uint32_t>{0, 3, 2, 4, 7, 6});
+  const std::vector<CellBoundaryFace> faces = boundary_faces(cells, 8);
+  EXPECT_EQ(faces.size(), 8u);  // four quadrilaterals, four triangles
+  EXPECT_EQ(std::count_if(faces.begin(), faces.end(), [](const auto& f) { return f[3] == kNoCorner; }), 4);
+}
+
 TEST(Cells, RefuseWhatIsNoCell) {
   std::vector<Vec3d> corners = regular(CellKind::wedge);
   EXPECT_THROW(cell_quality(CellKind::hexahedron, corners), InvalidInput);

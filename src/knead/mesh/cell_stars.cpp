@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -24,17 +25,25 @@ CellStars stars_of(const Cells& cells, std::size_t points) {
 
 namespace {
 
+// Returns the points of a face, ascending, and kNoCorner where it is a triangle; nothing if fewer than three differ, as
+// in a cell with corners given twice.
+std::optional<CellBoundaryFace> key_of(const CellFace& face, std::span<const std::uint32_t> corners) {
+  CellBoundaryFace key{corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]};
+  std::sort(key.begin(), key.end());
+  const auto end = std::unique(key.begin(), key.end());
+  if (end - key.begin() < 3) return std::nullopt;
+  std::fill(end, key.end(), kNoCorner);
+  return key;
+}
+
 // Returns the faces at the point that belong to one cell only, or to more than two.
 std::vector<CellBoundaryFace> unpaired_faces(const Cells& cells, const CellStars& stars, std::uint32_t point) {
   std::vector<CellBoundaryFace> faces;
   for (const std::uint32_t cell : stars.of(point)) {
     const std::span<const std::uint32_t> corners = cells.corners_of(cell);
     for (const CellFace& face : shape_of(cells.kinds[cell]).faces) {
-      CellBoundaryFace key{corners[face[0]], corners[face[1]], corners[face[2]], corners[face[3]]};
-      if (std::find(key.begin(), key.end(), point) == key.end()) continue;
-      if (face[3] == face[0]) key[3] = kNoCorner;
-      std::sort(key.begin(), key.end());
-      faces.push_back(key);
+      const std::optional<CellBoundaryFace> key = key_of(face, corners);
+      if (key && std::find(key->begin(), key->end(), point) != key->end()) faces.push_back(*key);
     }
   }
   std::sort(faces.begin(), faces.end());

@@ -105,7 +105,7 @@ std::string counted(std::size_t count, const char* one, const char* many) {
 }
 
 VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
-  const Box box = bounding_box(positions);
+  const Box box = shape_box(mesh, positions);
   const Vec3d origin = box.empty() ? Vec3d{} : box.center();
   double volume6 = 0;
   double area2 = 0;
@@ -121,7 +121,7 @@ VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions
 
 // Adds what depends on the positions to the measures of the faces.
 Measures with_sizes(const Mesh& mesh, Measures m) {
-  m.box = bounding_box(mesh.positions);
+  m.box = shape_box(mesh);
   count_triangles(mesh, m);
   const VolumeAndArea sums = volume_and_area(mesh, mesh.positions);
   m.volume = sums.volume;

@@ -14,6 +14,37 @@
 
 namespace knead {
 
+// Finds the box of a point cloud from its points in any order, with little memory. A few points may lie astray: up to
+// 5% of them, at most 64 on each side of each axis, are left out if they lie more than 10 times the extent of all
+// others from these. Clouds of fewer than 20 points have no such points.
+class CloudBox {
+ public:
+  // Adds points, whose coordinates are finite.
+  void add(std::span<const Vec3d> points);
+
+  // Returns the box of all points that do not lie astray; empty without points.
+  Box box() const;
+
+  // Returns the box of all points.
+  const Box& whole() const { return whole_; }
+
+ private:
+  static constexpr std::size_t kMost = 64;
+
+  std::size_t points_ = 0;
+  Box whole_;
+  std::array<std::vector<double>, 6> ends_;  // heaps of the lowest and of the highest coordinates on each axis
+};
+
+// Returns the box of the vertices that faces use; of a mesh without faces that of its points as CloudBox finds it.
+// Time: linear. Lengths that are relative to a shape refer to the diagonal of this box. `positions` takes the place of
+// the mesh's own and has one for each vertex.
+Box shape_box(const Mesh& mesh);
+Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions);
+
+// Returns a sentence about vertices further outside of shape_box() than its diagonal; empty if there are none.
+std::string stray_note(const Mesh& mesh);
+
 // What measure() finds. An edge is an unordered pair of different vertices that are consecutive in a face. A face that
 // uses an edge twice counts as two faces there.
 struct Measures {
@@ -33,7 +64,7 @@ struct Measures {
   double volume = 0;       // signed; positive if the faces point outward. Meaningful for a closed mesh only
   double area = 0;
   std::optional<double> smallest_angle_deg;  // of the triangles that are not degenerate
-  Box box;                                   // of all vertices, also unused ones
+  Box box;                                   // of the vertices that faces use (see shape_box)
 
   // Returns whether there are faces, and no edge has only one.
   bool closed() const { return faces > 0 && boundary_edges == 0; }

@@ -7,6 +7,7 @@ knead_test(knead_mesh_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/normals_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/predicates_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/self_intersections_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/shape_box_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/surface_tree_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/triangulate_test.cpp)
 find_package(CGAL 5.5 QUIET)

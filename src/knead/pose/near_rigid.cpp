@@ -25,7 +25,11 @@ constexpr std::size_t kComponents = 2;
 constexpr int kOfNode = static_cast<int>(kComponents);
 constexpr std::size_t kMaxUnknowns = 60'000;
 constexpr std::size_t kRowNumbers = kComponents * kCellNodes;
-constexpr std::size_t kRowsAtOnce = 6;  // those of a sample's strain
+// The middle of each cell is a sample, too, so that the field goes on beyond the body as it is within it: the body may
+// move there, and nodes that reach hardly a sample would be free.
+constexpr double kStiffnessAround = 1e-3;
+constexpr std::uint32_t kCellMiddle = 1;  // in the place of a list
+constexpr std::size_t kRowsAtOnce = 6;    // those of a sample's strain
 // So many cells are assembled side by side before their sums are added up, in order.
 constexpr std::size_t kCellsAtOnce = 32;
 
@@ -95,7 +99,7 @@ std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& po
   return runs;
 }
 
-Vec3d middle_of(const std::vector<Vec3d>& points) {
+Vec3d mean_of(const std::vector<Vec3d>& points) {
   Vec3d sum{0, 0, 0};
   for (const Vec3d& p : points) sum += p - points.front();
   return points.front() + sum / static_cast<double>(points.size());
@@ -126,19 +130,20 @@ class Assembly {
         wanted.push_back(point_at(rows[list].points[i], list, i));
       }
     }
+    for (const auto* list : {&samples, &wanted}) {
+      for (const CellPoint& point : *list) cells_.push_back(point.cell);
+    }
+    for (const Vec3d& p : body.around) cells_.push_back(point_at(p, 0, 0).cell);
+    std::sort(cells_.begin(), cells_.end());
+    cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      samples.push_back({cells_[i], kCellMiddle, static_cast<std::uint32_t>(i)});
+    }
     samples_ = sorted_by_cells(std::move(samples));
     wanted_ = sorted_by_cells(std::move(wanted));
   }
 
-  LatticeNodes find_nodes() const {
-    std::vector<LatticeCell> cells;
-    for (const auto* list : {&samples_, &wanted_}) {
-      for (const CellPoint& point : *list) {
-        if (cells.empty() || cells.back() != point.cell) cells.push_back(point.cell);
-      }
-    }
-    return LatticeNodes(std::move(cells));
-  }
+  LatticeNodes find_nodes() const { return LatticeNodes(cells_); }
 
   // Returns the matrix without the ridge; sets the mean diagonal of the strain.
   SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
@@ -220,10 +225,18 @@ class Assembly {
   }
 
   void append_strain(const CellPoint& point, std::vector<DenseRow>& rows) const {
-    const double stiffness = body_.stiffness.empty() ? 1.0 : body_.stiffness[point.number];
+    const bool is_middle = point.list == kCellMiddle;
+    const double stiffness = is_middle                 ? kStiffnessAround
+                             : body_.stiffness.empty() ? 1.0
+                                                       : body_.stiffness[point.number];
     const double by = std::sqrt(stiffness / static_cast<double>(body_.points.size()));
-    const SplineBasis basis(body_.points[point.number] - lattice_.origin, lattice_.spacing);
+    const SplineBasis basis(is_middle ? middle_of(point.cell) : body_.points[point.number] - lattice_.origin,
+                            lattice_.spacing);
     for (const SplineRow& row : basis.strain()) rows.push_back(dense(row, by));
+  }
+
+  Vec3d middle_of(const LatticeCell& cell) const {
+    return Vec3d(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5) * lattice_.spacing;
   }
 
   void append_velocity(const CellPoint& point, std::vector<DenseRow>& rows) const {
@@ -304,7 +317,7 @@ class Assembly {
   // Of a patch with the velocity w x d besides that of its middle: the rows get -(w x d).
   void add_spin(std::size_t list) {
     const VelocityRows& patch = rows_[list];
-    const Vec3d middle = middle_of(patch.points);
+    const Vec3d middle = mean_of(patch.points);
     for (const Vec3d& p : patch.points) {
       const Vec3d d = p - middle;
       const double weight = patch.weight * unit_;
@@ -334,6 +347,7 @@ class Assembly {
   std::span<const VelocityRows> rows_;
   int threads_;
   const Progress* progress_;
+  std::vector<LatticeCell> cells_;  // of all points, ascending
   std::vector<CellPoint> samples_;
   std::vector<CellPoint> wanted_;
   const LatticeNodes* nodes_ = nullptr;
@@ -379,7 +393,7 @@ PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
   std::vector<double> right(first + kComponents * e.nodes.size());
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const VelocityRows& list = rows[k];
-    const Vec3d middle = list.spins ? middle_of(list.points) : Vec3d{};
+    const Vec3d middle = list.spins ? mean_of(list.points) : Vec3d{};
     for (std::size_t i = 0; i < list.points.size(); ++i) {
       const SplineBasis basis(list.points[i] - e.lattice.origin, e.lattice.spacing);
       const std::array<SplineRow, 3> v = basis.velocity();

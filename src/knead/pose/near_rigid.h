@@ -23,7 +23,10 @@ namespace knead::detail {
 // Points of the body, evenly spread.
 struct BodySamples {
   std::vector<Vec3d> points;
-  std::vector<double> stiffness;  // as many weights above 0; empty: all 1
+  std::vector<double> stiffness{};  // as many weights above 0; empty: all 1
+  // Where the body also is, or comes to while the field acts: the field is whole there, and goes on from the body as
+  // nearly rigidly as it can.
+  std::vector<Vec3d> around{};
 };
 
 // Points where velocities are wanted.

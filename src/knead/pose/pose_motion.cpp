@@ -1,11 +1,13 @@
 #include "knead/pose/pose_motion.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "knead/flow/advect.h"
-#include "knead/math/mat3.h"
+#include "knead/math/error.h"
 
 namespace knead::detail {
 
@@ -18,6 +20,8 @@ constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 20;
 constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
+constexpr double kMargin = 0.25;  // of the spacing, about all points
+constexpr int kMaxSegments = 2000;
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
 constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
@@ -77,10 +81,13 @@ class Schedule {
     if (pieces_ == 0 || !together_) pieces_ = 1;
     times_.push_back(0);
     for (std::size_t piece = 0; piece < pieces_; ++piece) {
-      const std::size_t count = segments_in(piece);
-      for (std::size_t k = 1; k <= count; ++k) {
-        times_.push_back(static_cast<double>(piece) + static_cast<double>(k) / static_cast<double>(count));
+      const double count = segments_in(piece);
+      if (count + static_cast<double>(times_.size()) > kMaxSegments) {
+        throw InvalidInput(fmt::format(
+            "\"parts\" move so far that the pose takes more than {} steps; move them less, or give a larger \"detail\"",
+            kMaxSegments));
       }
+      for (double k = 1; k <= count; ++k) times_.push_back(static_cast<double>(piece) + k / count);
     }
   }
 
@@ -98,8 +105,8 @@ class Schedule {
   }
 
  private:
-  // 1 or more, so that a piece is one line of the time.
-  std::size_t segments_in(std::size_t piece) const {
+  // A whole number, 1 or more.
+  double segments_in(std::size_t piece) const {
     const double share = 1 / static_cast<double>(pieces_);
     double most = 1;
     for (const PosedPart& part : problem_.parts) {
@@ -115,7 +122,7 @@ class Schedule {
       const double distance = together_ ? norm(pin.path[piece + 1] - pin.path[piece]) : length_of(pin.path);
       most = std::max(most, distance / (kMaxDistance * problem_.spacing));
     }
-    return static_cast<std::size_t>(std::ceil(most * (1 - 1e-9)));
+    return std::ceil(most * (1 - 1e-9));
   }
 
   const PoseProblem& problem_;
@@ -151,6 +158,7 @@ class Motion {
   void step(double from, double to) {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
+    find_surroundings();
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
@@ -162,6 +170,28 @@ class Motion {
     outcome_.stopped = !apply_(grid);
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
+  }
+
+  // Where points are within the step: where they are, where they would come to as they moved before, and near there.
+  void find_surroundings() {
+    std::vector<Vec3d>& around = problem_.body.around;
+    around.clear();
+    const auto add = [&](const Vec3d& p) {
+      const double off = kMargin * problem_.spacing;
+      for (const double x : {-off, off}) {
+        for (const double y : {-off, off}) {
+          for (const double z : {-off, off}) around.push_back(p + Vec3d{x, y, z});
+        }
+      }
+    };
+    for (std::size_t i = 0; i < problem_.body.points.size(); ++i) {
+      add(problem_.body.points[i]);
+      if (!before_.empty()) add(problem_.body.points[i] * 2.0 - before_[i]);
+    }
+    for (const VelocityRows& list : rows_) {
+      for (std::size_t k = 0; k < list.points.size(); ++k) add(list.points[k] + list.wanted[k]);
+    }
+    before_ = problem_.body.points;
   }
 
   bool is_part(std::size_t list) const { return list < problem_.parts.size(); }
@@ -240,6 +270,7 @@ class Motion {
   Lattice lattice_;
   std::vector<std::vector<Vec3d>> starts_;  // of the parts' points
   std::vector<VelocityRows> rows_;          // of all parts, then of all pins
+  std::vector<Vec3d> before_;               // where the body's points were a step ago
   PoseOutcome outcome_;
 };
 

@@ -48,8 +48,8 @@ struct PoseOutcome {
   std::vector<Vec3d> places;   // as many: where they should be
 };
 
-// Returns how many grids the pose becomes: none turns a part by more than 10 degrees, or moves it by more than half the
-// spacing. A path that goes on only adds grids.
+// Returns how many grids the pose becomes: none turns a part by more than 8 degrees, or moves it by more than half the
+// spacing. A path that goes on only adds grids. Throws InvalidInput if they are more than 2000.
 std::size_t pose_segments(const PoseProblem& problem);
 
 // Calls apply(grid) with each grid of the flow, in order, until it returns false. Throws InvalidInput where the

@@ -56,10 +56,21 @@ FreeVertices::FreeVertices(const JudgedCells& judged, std::span<const Vec3d> who
     if (judged.is_moved(i, whole)) active_.push_back(i);
   }
   stars_ = stars_of(judged.cells(), active_, whole.size());
+  for (const std::uint32_t cell : active_) fix_collapsed(cell);
   for (std::size_t v = 0; v < whole.size(); ++v) {
     const bool is_fixed = !options.fixed.empty() && options.fixed[v] != 0;
     if (is_fixed || whole[v] == judged.before()[v]) freedom_[v] = 0;
   }
+}
+
+// The vertices of cells with corners at one place stay where the deformation moves them.
+void FreeVertices::fix_collapsed(std::uint32_t cell) {
+  const std::span<const std::uint32_t> numbers = judged_.cells().corners_of(cell);
+  std::array<Vec3d, 8> corners;
+  for (std::size_t k = 0; k < numbers.size(); ++k) corners[k] = judged_.before()[numbers[k]];
+  if (!is_collapsed(shape_of(judged_.cells().kinds[cell]), std::span<const Vec3d>(corners).first(numbers.size())))
+    return;
+  for (const std::uint32_t v : numbers) freedom_[v] = 0;
 }
 
 double FreeVertices::quality_of(std::size_t cell, std::span<const Vec3d> points) const {

@@ -24,6 +24,7 @@ class FreeVertices {
 
  private:
   double quality_of(std::size_t cell, std::span<const Vec3d> points) const;
+  void fix_collapsed(std::uint32_t cell);
   void measure(std::span<const Vec3d> points);
   void find_freedom(std::uint32_t vertex);
   std::vector<std::uint32_t> free_corners(const std::vector<std::uint32_t>& cells, int rings);

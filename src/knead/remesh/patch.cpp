@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "knead/math/scalar.h"
+#include "knead/mesh/measures.h"
 #include "knead/remesh/face_samples.h"
 
 namespace knead::remesh_detail {
@@ -17,13 +18,31 @@ bool same_bits(const Vec3d& a, const Vec3d& b) {
   return bit_cast<Bits>(a) == bit_cast<Bits>(b);
 }
 
-bool is_sound(std::span<const std::uint32_t> face) {
+// Returns whether a mask holds all vertices of the face.
+bool stays(std::span<const std::uint32_t> face, const RemeshOptions& options) {
+  return !options.held.empty() &&
+         std::all_of(face.begin(), face.end(), [&](std::uint32_t v) { return options.held[v] != 0; });
+}
+
+bool repeats_a_vertex(std::span<const std::uint32_t> face) {
   for (std::size_t i = 0; i < face.size(); ++i) {
     for (std::size_t j = i + 1; j < face.size(); ++j) {
-      if (face[i] == face[j]) return false;
+      if (face[i] == face[j]) return true;
     }
   }
-  return face.size() >= 3;
+  return false;
+}
+
+// Returns whether the face can be cut into triangles with an area. One that runs round a hole passes the ends of a
+// bridge twice; there its triangles meet.
+bool is_sound(std::span<const Vec3d> positions, std::span<const std::uint32_t> face) {
+  if (face.size() < 3) return false;
+  if (!repeats_a_vertex(face)) return true;
+  std::vector<Triangle> parts;
+  triangulate_polygon(positions, face, parts);
+  return std::none_of(parts.begin(), parts.end(), [&](const Triangle& t) {
+    return repeats_a_vertex(t) || is_degenerate(positions[t[0]], positions[t[1]], positions[t[2]]);
+  });
 }
 
 // Returns a flag for each face of the mesh: true if the patch holds it.
@@ -58,7 +77,8 @@ std::vector<bool> find_faces(const Mesh& before, const std::vector<bool>& moved,
   std::vector<bool> held(faces, false);
   for (std::size_t f = 0; f < faces; ++f) {
     const auto face = before.face(f);
-    held[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return near[v]; }) && is_sound(face);
+    const bool is_near = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return near[v]; });
+    held[f] = is_near && !stays(face, options) && is_sound(before.positions, face);
   }
   return held;
 }
@@ -124,8 +144,9 @@ void take_faces(const Mesh& mesh, const std::vector<std::uint32_t>& number, cons
   }
 }
 
-// Fixes vertices that faces outside the patch use, and locks edges between two of them.
-void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patch& patch) {
+// Fixes vertices that faces outside the patch use, and locks edges between two of them. Fixes those that are held.
+void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, std::span<const std::uint8_t> held,
+                Patch& patch) {
   Surface& s = patch.surface;
   std::vector<bool> on_border(s.vertex_count(), false);
   for (std::size_t f = 0; f < mesh.face_count(); ++f) {
@@ -135,7 +156,8 @@ void fix_border(const Mesh& mesh, const std::vector<std::uint32_t>& number, Patc
     }
   }
   for (std::size_t v = 0; v < on_border.size(); ++v) {
-    if (on_border[v]) s.set(static_cast<std::uint32_t>(v), kFixed);
+    const bool is_held = !held.empty() && held[patch.vertex_source[v]] != 0;
+    if (on_border[v] || is_held) s.set(static_cast<std::uint32_t>(v), kFixed);
   }
   for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
     if (on_border[s.origin(h)] && on_border[s.target(h)]) s.set_edge(h, kLocked);
@@ -179,7 +201,7 @@ Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deforma
   stop_if_cancelled(options.progress);
   connect(s, options.progress);
   stop_if_cancelled(options.progress);
-  fix_border(before, number, patch);
+  fix_border(before, number, options.held, patch);
   stop_if_cancelled(options.progress);
   mark_region(moved, options.whole, patch);
   mark_features(before, options, number, patch);

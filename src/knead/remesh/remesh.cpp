@@ -10,6 +10,7 @@
 #include "knead/remesh/compensate.h"
 #include "knead/remesh/crossing_guard.h"
 #include "knead/remesh/deadline.h"
+#include "knead/remesh/limit_edges.h"
 #include "knead/remesh/patch.h"
 #include "knead/remesh/refine.h"
 #include "knead/remesh/remesh_with.h"
@@ -53,6 +54,7 @@ class Remesher {
     end_step();
     improve_without_crossings();
     counts_.splits += refinement_.splits();
+    limit_edges_of_result();
     stop_if_cancelled(options_.progress);
     normalise_normals(before_, patch_.surface);
     counts_.out_of_time = deadline_.has_ended_work();
@@ -63,6 +65,24 @@ class Remesher {
   }
 
  private:
+  // Splits edges that improving has made longer than the limit. Takes that back if it makes triangles cross, as the
+  // rounding of the new vertices may.
+  void limit_edges_of_result() {
+    if (!counts_.complete || deadline_.is_over()) return;
+    Surface saved = surface();
+    const std::size_t outside = before_.vertex_count() - patch_.vertex_source.size();
+    const LimitedEdges done = limit_edges(surface(), options_.targets, options_.whole, outside, options_.progress);
+    counts_.complete = done.met;
+    if (done.splits == 0) return;
+    const Crossings found = search_.find(patch_);
+    if (found.pairs > counts_.crossings) {
+      surface() = std::move(saved);
+      counts_.complete = false;
+    } else {
+      counts_.splits += done.splits;
+    }
+  }
+
   Surface& surface() { return patch_.surface; }
 
   // More steps are counted where crossings must be avoided: the fraction then begins again.
@@ -358,6 +378,9 @@ Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> a
   const auto wrong = options.assume_valid ? after.end() : std::find_if(after.begin(), after.end(), is_wrong);
   if (wrong != after.end()) {
     throw InvalidInput("position " + std::to_string(wrong - after.begin()) + " after the deformation is not finite");
+  }
+  if (!options.held.empty() && options.held.size() != before.vertex_count()) {
+    throw InvalidInput("say for each vertex whether it is held");
   }
   if (std::isnan(options.seconds)) throw InvalidInput("give the seconds of a remesh as a number");
   if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {

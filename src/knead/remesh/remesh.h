@@ -114,6 +114,9 @@ struct RemeshOptions {
   bool assume_valid = false;
   // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
   double seconds = std::numeric_limits<double>::infinity();
+  // 1 for each vertex that a mask holds, or empty. Such vertices keep their places, and the faces among them stay as
+  // they are. The deformation must not move them.
+  std::span<const std::uint8_t> held{};
   // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.
   Progress* progress = nullptr;
 };

@@ -51,6 +51,61 @@ TEST(Remesh, AStrongPullKeepsVolumeTopologyAndGoodTriangles) {
   EXPECT_GT(result.counts.splits, 1000U);
 }
 
+// A plate of 4 x 4 x 1 with a square hole of 2 x 2; the polygons above and below run round it, and pass the two ends of
+// a bridge twice.
+Mesh plate_with_hole() {
+  Mesh mesh;
+  for (const double z : {0.0, 1.0}) {
+    for (const Vec3d& p : {Vec3d{0, 0, z}, Vec3d{4, 0, z}, Vec3d{4, 4, z}, Vec3d{0, 4, z}, Vec3d{1, 1, z},
+                           Vec3d{3, 1, z}, Vec3d{3, 3, z}, Vec3d{1, 3, z}}) {
+      mesh.positions.push_back(p);
+    }
+  }
+  mesh.add_face(std::vector<std::uint32_t>{8, 9, 10, 11, 8, 12, 15, 14, 13, 12});
+  mesh.add_face(std::vector<std::uint32_t>{4, 5, 6, 7, 4, 0, 3, 2, 1, 0});
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t j = (i + 1) % 4;
+    mesh.add_face(std::vector<std::uint32_t>{i, j, j + 8, i + 8});
+    mesh.add_face(std::vector<std::uint32_t>{i + 4, i + 12, j + 12, j + 4});
+  }
+  return mesh;
+}
+
+// Improving triangles moves vertices, and so may make edges longer.
+TEST(Remesh, IsCompleteWhereEveryMovedEdgeIsWithinItsLimit) {
+  for (const double limit : {0.1, 0.15, 0.3}) {
+    RemeshSettings settings;
+    settings.max_edge = limit;
+    const Remeshed result = pulled_ball(642).remeshed({}, settings);
+    ASSERT_TRUE(result.counts.complete);
+    double longest = 0;
+    for (std::size_t f = 0; f < result.mesh.face_count(); ++f) {
+      const auto face = result.mesh.face(f);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t a = face[i];
+        const std::uint32_t b = face[(i + 1) % 3];
+        if (!result.moved[a] && !result.moved[b]) continue;
+        longest = std::max(longest, norm(result.mesh.positions[b] - result.mesh.positions[a]));
+      }
+    }
+    EXPECT_LE(longest, limit);
+    EXPECT_GT(longest, 0.5 * limit);
+  }
+}
+
+TEST(Remesh, FacesThatRunRoundAHoleAreSplit) {
+  const Deformed plate(plate_with_hole(), TwistStroke{{2, 2, 0.5}, {1, 0, 0}, 20, -3, 3});
+  const Remeshed result = plate.remeshed();
+  const Measures before = measure(plate.mesh());
+  const Measures after = measure(result.mesh);
+  EXPECT_NEAR(before.volume, 12, 1e-12);
+  EXPECT_GT(result.counts.splits, 100U);
+  EXPECT_TRUE(result.counts.complete);
+  EXPECT_TRUE(after.closed() && after.manifold() && after.oriented());
+  EXPECT_EQ(after.euler, before.euler);
+  EXPECT_NEAR(after.volume, before.volume, 1e-3 * before.volume);
+}
+
 TEST(Remesh, EndsWhenItsSecondsAreOverWithASoundMesh) {
   const Deformed ball = pulled_ball();
   const Remeshed whole = ball.remeshed();

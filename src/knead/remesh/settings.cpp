@@ -3,9 +3,9 @@
 #include <numbers>
 #include <string>
 
-#include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/mesh/edges.h"
+#include "knead/mesh/measures.h"
 #include "knead/remesh/remesh.h"
 
 namespace knead {
@@ -64,7 +64,7 @@ void validate(const RemeshSettings& settings) {
 RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
   validate(settings);
   validate(mesh);
-  const double diagonal = bounding_box(mesh.positions).diagonal();
+  const double diagonal = shape_box(mesh).diagonal();
   RemeshTargets targets;
   targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;
   targets.max_chord = settings.max_chord.value_or(kDefaultMaxChord) * diagonal;

@@ -6,14 +6,23 @@
 #include <cmath>
 #include <iterator>
 #include <numbers>
+#include <optional>
+
+#include "knead/mesh/measures.h"
 
 namespace knead::render {
 namespace {
 
-void extend_by_finite(Box& box, const std::vector<Vec3d>& points) {
-  for (const Vec3d& p : points) {
-    if (is_finite(p)) box.extend(p);
+// Returns the finite positions of a mesh but those that lie astray (see shape_box).
+std::vector<Vec3d> seen_points(const Mesh& mesh) {
+  const bool all_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite);
+  std::optional<Box> box;
+  if (all_finite) box = shape_box(mesh);
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : mesh.positions) {
+    if (is_finite(p) && (!box || contains(*box, p))) points.push_back(p);
   }
+  return points;
 }
 
 }  // namespace
@@ -65,7 +74,8 @@ std::optional<Background> background_named(std::string_view name) {
 Box shapes_box(const Scene& scene) {
   Box box;
   for (const Shape& shape : scene.shapes) {
-    if (shape.mesh != nullptr) extend_by_finite(box, shape.mesh->positions);
+    if (shape.mesh == nullptr) continue;
+    for (const Vec3d& p : seen_points(*shape.mesh)) box.extend(p);
   }
   return box;
 }
@@ -82,7 +92,7 @@ std::vector<Vec3d> scene_points(const Scene& scene) {
     std::copy_if(some.begin(), some.end(), std::back_inserter(points), [](const Vec3d& p) { return is_finite(p); });
   };
   for (const Shape& shape : scene.shapes) {
-    if (shape.mesh != nullptr) add(shape.mesh->positions);
+    if (shape.mesh != nullptr) add(seen_points(*shape.mesh));
   }
   for (const TranslucentSurface& surface : scene.surfaces) add(surface.mesh.positions);
   for (const Line& line : scene.lines) add(line.points);

@@ -180,7 +180,7 @@ void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& cert
 }  // namespace
 
 CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
-    : mesh_(mesh), options_(options), length_(reference_length(mesh.positions)) {
+    : mesh_(mesh), options_(options), length_(reference_length(mesh)) {
   advect_options(options.motion, length_);
 }
 

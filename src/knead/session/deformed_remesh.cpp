@@ -255,6 +255,15 @@ Provenance after_remesh(const Provenance& before, const Remeshed& remeshed, cons
   return after;
 }
 
+// 1 for each vertex that the mask holds; empty without a mask.
+std::vector<std::uint8_t> held_vertices(const Mask& mask, std::span<const Vec3d> positions) {
+  std::vector<std::uint8_t> held;
+  if (mask.is_empty()) return held;
+  held.reserve(positions.size());
+  for (const Vec3d& p : positions) held.push_back(mask.holds(p) ? 1 : 0);
+  return held;
+}
+
 }  // namespace
 
 std::optional<RemeshSettings> DeformedShape::settings_of(const SessionStroke& stroke) const {
@@ -345,6 +354,8 @@ RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const Re
   const double cost = cost_of(part.flow);
   const std::vector<std::uint32_t> labels = labels_of(*provenance_, policy_->face_labels);
   RemeshOptions options = remesh_options(settings, labels);
+  const std::vector<std::uint8_t> held = held_vertices(mask_, mesh.positions);
+  options.held = held;
   CarryBudget budget;
   Deformation deformation;
   deformation.points_left = [&] { return budget.points_left(halving.spent); };

@@ -9,6 +9,7 @@
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
+#include "knead/mesh/measures.h"
 #include "knead/session/carried_normals.h"
 
 namespace knead {
@@ -41,13 +42,15 @@ bool MotionOptions::is_standard() const {
          precision == standard.precision && !backend;
 }
 
-double reference_length(std::span<const Vec3d> positions) {
-  const Box box = bounding_box(positions);
+namespace {
+
+// Of a shape with that box, which has points in all of `whole`.
+double reference_length(const Box& whole, const Box& box) {
   if (box.empty()) return 1;
   double farthest = 0;
   double extent = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    farthest = std::max({farthest, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    farthest = std::max({farthest, std::abs(whole.min[axis]), std::abs(whole.max[axis])});
     extent = std::max(extent, box.max[axis] - box.min[axis]);
   }
   if (!(farthest <= kLargestShape)) {
@@ -61,6 +64,16 @@ double reference_length(std::span<const Vec3d> positions) {
         "the shape is only {:.3g} long, too small to compute with; scale it to at least {:g}", extent, kSmallestShape));
   }
   return extent > 0 ? box.diagonal() : 1;
+}
+
+}  // namespace
+
+double reference_length(const Mesh& mesh) { return reference_length(bounding_box(mesh.positions), shape_box(mesh)); }
+
+double reference_length(std::span<const Vec3d> positions) {
+  CloudBox cloud;
+  cloud.add(positions);
+  return reference_length(cloud.whole(), cloud.box());
 }
 
 AdvectOptions advect_options(const MotionOptions& options, double reference_length) {
@@ -94,7 +107,7 @@ DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions mot
       mesh_(start_),
       motion_(std::move(motion)),
       policy_(std::make_shared<const RemeshPolicy>(std::move(remesh))),
-      reference_length_(motion_.diagonal.value_or(knead::reference_length(start_->positions))) {
+      reference_length_(motion_.diagonal.value_or(knead::reference_length(*start_))) {
   advect_options(motion_, reference_length_);
   if (policy_->settings) validate(*policy_->settings);
   if (!policy_->face_labels.empty() && policy_->face_labels.size() != start_->face_count()) {

@@ -39,8 +39,9 @@ struct MotionOptions {
 };
 
 // Returns the length that relative tolerances and distances refer to, if MotionOptions::diagonal does not give another:
-// the diagonal of the box of the positions, or 1 for a single point. Throws InvalidInput if a coordinate is above 1e18,
-// or the shape is shorter than 1e-15.
+// the diagonal of shape_box(), or 1 for a single point; of positions alone that of a cloud. Throws InvalidInput if a
+// coordinate is above 1e18, or the shape is shorter than 1e-15.
+double reference_length(const Mesh& mesh);
 double reference_length(std::span<const Vec3d> positions);
 
 // Returns the options of advect() for a shape with this reference length. Throws InvalidInput if the tolerance is not

@@ -108,7 +108,7 @@ std::uint64_t fit_work(const Mesh& source, const ShapeFitOptions& options) {
 
 ShapeFit fit_shape(const Mesh& source, const Mesh& target, const ShapeFitOptions& options) {
   validate(source);
-  const double unit = reference_length(source.positions);
+  const double unit = reference_length(source);
   ShapeFit fit;
   FitReport& report = fit.report;
   report.before = scaled(distance_between(source, target, options.threads, options.progress), 1 / unit);

@@ -75,6 +75,46 @@ TEST(SessionMask, MaskedVerticesKeepTheirBitsUnderEveryStroke) {
   EXPECT_EQ(result.strokes, 5u);
 }
 
+TEST(SessionMask, RemeshingLeavesMaskedVerticesAndTheFacesAmongThemAsTheyAre) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 642);
+  MaskStroke mask;
+  mask.width = 0.4;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) {
+    if (norm(mesh.positions[v] - Vec3d{0, 1, 0}) < 0.3) mask.vertices.push_back({v, v});
+  }
+  ASSERT_GT(mask.vertices.size(), 10u);
+  const auto is_masked = [&](const Vec3d& p) { return norm(p - Vec3d{0, 1, 0}) < 0.3; };
+  Session session = session_of({mask, kPull});
+  ReplayOptions options;
+  options.remesh.settings = RemeshSettings{};
+  options.remesh.settings->max_edge = 0.12;
+  const ReplayResult result = replay(mesh, session, options);
+  ASSERT_EQ(result.status, AdvectStatus::done);
+  const Mesh after = result.shape.to_mesh();
+  EXPECT_GT(after.vertex_count(), mesh.vertex_count());
+  const auto faces_among = [&](const Mesh& of) {
+    std::vector<std::array<double, 9>> faces;
+    for (std::size_t f = 0; f < of.face_count(); ++f) {
+      std::array<double, 9> places{};
+      bool all = true;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const Vec3d& p = of.positions[of.face(f)[c]];
+        all = all && is_masked(p);
+        for (std::size_t i = 0; i < 3; ++i) places[3 * c + i] = p[i];
+      }
+      if (all) faces.push_back(places);
+    }
+    std::sort(faces.begin(), faces.end());
+    return faces;
+  };
+  const auto kept = faces_among(after);
+  const auto faces = faces_among(mesh);
+  EXPECT_GT(faces.size(), 5u);
+  EXPECT_TRUE(std::includes(kept.begin(), kept.end(), faces.begin(), faces.end()));
+  EXPECT_TRUE(result.shape.provenance()->counts.complete);
+  EXPECT_EQ(count_flipped(after, after.positions, after.positions), 0u);
+}
+
 TEST(SessionMask, ResolvedItNamesNoVertexAndGivesTheSameBits) {
   const Mesh mesh = ball();
   MaskStroke soft = half(mesh);

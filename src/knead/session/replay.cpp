@@ -233,7 +233,7 @@ ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Se
   plain.on_stroke = {};
   plain.frames = {};
   plain.part.direction = Direction::backwards;
-  plain.motion.diagonal = options.motion.diagonal.value_or(reference_length(mesh->positions));
+  plain.motion.diagonal = options.motion.diagonal.value_or(reference_length(*mesh));
   const auto last = std::make_shared<const Mesh>(result.shape.to_mesh());
   const ReplayResult back = Replay(last, flows, plain).run();
   result.status = back.status;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <exception>
 #include <filesystem>
 
@@ -33,22 +35,66 @@ void apply(HandlesStroke stroke, const LiveSurface& surface, std::vector<std::st
   surface.apply(stroke);
 }
 
-void apply(const MaskStroke& stroke, const LiveSurface& surface) {
+// Masked points, and how much each is masked.
+struct MaskedPoints {
   std::vector<Vec3d> points;
   std::vector<double> values;
+};
+
+double longest_edge(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  return std::sqrt(std::max({norm2(b - a), norm2(c - b), norm2(a - c)}));
+}
+
+// Adds points inside the triangles whose three corners are masked, so close that the mask's grid has no gap between
+// them: a large face would bend between its corners, which stay. `level`: of each vertex, how much it is masked.
+void add_points_between(const LiveSurface& surface, const std::vector<double>& level, double width,
+                        MaskedPoints& masked) {
+  constexpr double kSpacing = 1.0 / 16;  // of the width: half a cell of the grid
+  constexpr double kMost = 4e6;          // with more points, they lie further apart
+  std::vector<Triangle> among;
+  double squares = 0;
+  for (const Triangle& t : surface.triangles) {
+    if (std::min({level[t[0]], level[t[1]], level[t[2]]}) == 0) continue;
+    among.push_back(t);
+    squares += norm2(surface.positions[t[1]] - surface.positions[t[0]]);
+  }
+  const double spacing = std::max(kSpacing * width, std::sqrt(squares / kMost));
+  for (const auto& [i, j, k] : among) {
+    const Vec3d& a = surface.positions[i];
+    const Vec3d& b = surface.positions[j];
+    const Vec3d& c = surface.positions[k];
+    const auto pieces = static_cast<int>(std::min(1e3, std::ceil(longest_edge(a, b, c) / spacing)));
+    for (int v = 0; v <= pieces && pieces > 1; ++v) {
+      for (int w = 0; w + v <= pieces; ++w) {
+        const double s = static_cast<double>(v) / pieces;
+        const double r = static_cast<double>(w) / pieces;
+        if (std::max({s, r, 1 - s - r}) == 1) continue;  // a corner
+        masked.points.push_back(a + (b - a) * s + (c - a) * r);
+        masked.values.push_back(level[i] + (level[j] - level[i]) * s + (level[k] - level[i]) * r);
+      }
+    }
+  }
+}
+
+void apply(const MaskStroke& stroke, const LiveSurface& surface) {
+  MaskedPoints masked;
+  std::vector<double> level(surface.positions.size(), 0);
   for (std::size_t i = 0; i < stroke.vertices.size(); ++i) {
     const VertexRange& range = stroke.vertices[i];
     require_vertex("vertices", surface.positions, range.last);
     for (std::size_t vertex = range.first; vertex <= range.last; ++vertex) {
-      points.push_back(surface.positions[vertex]);
-      if (!stroke.values.empty()) values.push_back(stroke.values[i]);
+      const double value = stroke.values.empty() ? 1 : stroke.values[i];
+      masked.points.push_back(surface.positions[vertex]);
+      masked.values.push_back(value);
+      level[vertex] = std::max(level[vertex], value);
     }
   }
+  add_points_between(surface, level, *stroke.width, masked);
   MaskStroke named;
   named.width = stroke.width;
-  for (const std::uint32_t i : telling_points(points, values, *stroke.width)) {
-    named.points.push_back(points[i]);
-    if (!values.empty()) named.values.push_back(values[i]);
+  for (const std::uint32_t i : telling_points(masked.points, masked.values, *stroke.width)) {
+    named.points.push_back(masked.points[i]);
+    if (!stroke.values.empty()) named.values.push_back(std::clamp(masked.values[i], 0.0, 1.0));
   }
   if (named.points.empty()) named.width.reset();  // all values are 0
   surface.apply(named);

@@ -13,8 +13,6 @@ namespace knead::tool_detail {
 
 namespace {
 
-constexpr double kMostDegrees = 360000;
-
 void require(bool good, std::string_view key, const std::string& expected, double got) {
   if (!good) throw InvalidInput(fmt::format("\"{}\" must be {}, got {}", key, expected, got));
 }

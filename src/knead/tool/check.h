@@ -23,6 +23,8 @@ void require_factor(std::string_view key, double value);
 // Finite, and not the zero vector.
 void require_direction(std::string_view key, const Vec3d& value);
 
+inline constexpr double kMostDegrees = 360000;
+
 // A number of degrees whose sine the evaluation can take: at most 360,000 either way.
 void require_angle(std::string_view key, double degrees);
 

@@ -87,7 +87,7 @@ struct Image {
     }
   }
   void operator()(double* number) const {
-    if (quantity == Quantity::angle && map.turns_round()) *number = -*number;
+    if ((quantity == Quantity::angle || quantity == Quantity::rate) && map.turns_round()) *number = -*number;
   }
   void operator()(std::vector<std::uint32_t>* vertices) const {
     if (vertices->empty()) return;

@@ -132,6 +132,19 @@ void validate_turn(const PinsStroke& stroke) {
   }
 }
 
+// A pin that moves through more of its radii takes long, and the equations have no digits left for the others.
+void require_near(const PinsStroke& stroke, double radius) {
+  constexpr double most = 1e6;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    const double distance = norm(motion_of(stroke, i));
+    if (distance <= most * radius) continue;
+    throw InvalidInput(
+        fmt::format("\"to\": pin {} moves by {:.3g}, {:.2g} times \"radius\", and at most {:g} are possible; "
+                    "correct its place, or make \"radius\" larger",
+                    i, distance, distance / radius, most));
+  }
+}
+
 void validate(const PinsStroke& stroke) {
   require_count("points", stroke.points.size(), 1, "points");
   if (stroke.points.size() > kMostPins) {
@@ -148,6 +161,7 @@ void validate(const PinsStroke& stroke) {
     throw InvalidInput("\"radius\" cannot be \"auto\" for one pin that is held, got \"auto\"; give a number");
   }
   require_finite("radius", radius);
+  require_near(stroke, radius);
   require_solvable(stroke, radius);
 }
 

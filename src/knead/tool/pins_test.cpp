@@ -208,5 +208,13 @@ TEST(PinsTool, WarnsOfAStrongStretchOfManyPins) {
   }
 }
 
+TEST(PinsStroke, ThatGoBeyondAllBoundsAreRefusedAtOnce) {
+  PinsStroke stroke;
+  stroke.points = {{0, 0, 1}, {0, 0, -1}};
+  stroke.to = {{0, 0, 1e30}, {0, 0, -1}};
+  stroke.radius = 0.5;
+  EXPECT_TRUE(refusal(stroke).starts_with("\"to\": pin 0 moves by 1e+30")) << refusal(stroke);
+}
+
 }  // namespace
 }  // namespace knead

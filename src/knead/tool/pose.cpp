@@ -27,7 +27,6 @@ constexpr double kSpoiledStretch = 10;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
 constexpr double kSamePlace = 1e-6;  // of the diagonal
-constexpr std::size_t kMaxSegments = 2000;
 
 std::vector<Vec3d> points_of(const PosePart& part, std::span<const Vec3d> positions) {
   std::vector<Vec3d> all = part.points;
@@ -194,12 +193,6 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   validate(stroke);
   PoseResult result;
   PoseProblem problem = problem_of(stroke, surface, threads, result.warnings);
-  if (const std::size_t segments = pose_segments(problem); segments > kMaxSegments) {
-    throw InvalidInput(
-        fmt::format("\"parts\" move so far that the pose takes {} steps, and {} are allowed; move them "
-                    "less, or give a larger \"detail\"",
-                    segments, kMaxSegments));
-  }
   const double diagonal = problem.diagonal;
   Flow flow;
   const PoseOutcome outcome = pose(std::move(problem), [&](const PotentialGrid& grid) {

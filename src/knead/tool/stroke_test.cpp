@@ -116,6 +116,19 @@ TEST(TwistStroke, TurnsByTheRateTimesTheHeight) {
   EXPECT_EQ(moved(stroke, {1, 0, 7}), Vec3d(1, 0, 7));
 }
 
+TEST(TwistStroke, OfAThinHairTurnsAsThatOfAThickOne) {
+  const double scale = 0x1p-20;
+  const TwistStroke thick{{0, 0, 1}, {0, 0, 3}, 30, -4, 5};
+  const TwistStroke thin{{0, 0, scale}, {0, 0, 3}, 30 / scale, -4 * scale, 5 * scale};
+  std::vector<Vec3d> points{Vec3d{1, 0, 3} * scale};
+  AdvectOptions options;
+  options.tolerance = 1e-10 * scale;
+  options.precision = Precision::float64;
+  EXPECT_EQ(advect(flow_of(thin), points, options).status, AdvectStatus::done);
+  expect_near(points.front() * (1 / scale), moved(thick, {1, 0, 3}), 1e-9);
+  expect_refused(TwistStroke{{0, 0, 0}, {0, 0, 1}, 1e12, -1e-6, 1e-6}, "\"rate_deg\" turns by 2e+06 degrees");
+}
+
 TEST(TwistStroke, HasItsNormalAndBarrel) {
   TwistStroke stroke{{0, 0, 1}, {0, 0, 3}, 30, -1, 1};
   stroke.normal = Vec3d{0, -2, 0};

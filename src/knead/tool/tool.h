@@ -41,7 +41,8 @@ using KeyValue =
 enum class Quantity {
   finite,        // a number or a place: any finite value
   positive,      // a number greater than 0
-  angle,         // degrees, whole or for a length; changes its sign in a mirror
+  angle,         // degrees; changes its sign in a mirror
+  rate,          // degrees for a length, of any size; changes its sign in a mirror
   direction,     // a vector of any length but 0
   displacement,  // a difference of two places: any finite vector
   falloff,       // a whole number from 3 to 7

@@ -12,6 +12,7 @@
 #include "knead/io/atomic_file.h"
 #include "knead/io/binary_floats.h"
 #include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 
 namespace knead::io_detail {
 
@@ -67,8 +68,7 @@ std::string prim(const Mesh& mesh) {
     text += "    uniform token subdivisionScheme = \"none\"\n";
   }
   if (mesh.face_count() == 0) {  // spheres of about half the distance between points on a surface
-    const double width =
-        bounding_box(mesh.positions).diagonal() / std::sqrt(1.0 + static_cast<double>(mesh.vertex_count()));
+    const double width = shape_box(mesh).diagonal() / std::sqrt(1.0 + static_cast<double>(mesh.vertex_count()));
     text += fmt::format("    float[] widths = [{}] (\n        interpolation = \"constant\"\n    )\n", 0.5 * width);
   }
   const std::vector<float> colors = colors_of(mesh);

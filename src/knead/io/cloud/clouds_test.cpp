@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -52,6 +53,42 @@ TEST(Pcd, BinaryPackedColorsAndPointsWithoutAPlace) {
   std::string expected = bytes;
   expected[begin + 32 + 3] = '\xc0';
   EXPECT_EQ(serialize_shape("pcd", shape, positions), expected);
+}
+
+std::string pcd_with_color(const std::string& field, const std::string& type, const std::string& rows) {
+  return "VERSION 0.7\nFIELDS x y z " + field + "\nSIZE 4 4 4 4\nTYPE F F F " + type +
+         "\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n" + rows;
+}
+
+std::vector<double> colors_of(const std::string& bytes) {
+  return parse_shape(bytes, "pcd", "a.pcd").mesh.find_attribute("color")->values;
+}
+
+TEST(Pcd, ColorsOfTypeFAreBitsOrWholeNumbers) {
+  const std::vector<double> three{255, 0, 0, 0, 255, 0, 0, 0, 255};
+  EXPECT_EQ(colors_of(pcd_with_color("rgb", "F", "0 0 0 16711680\n1 0 0 65280\n0 1 0 255\n")), three);
+  EXPECT_EQ(colors_of(pcd_with_color("rgb", "F", "0 0 0 4294901760\n1 0 0 4278255360\n0 1 0 4278190335\n")), three);
+  EXPECT_EQ(colors_of(pcd_with_color("rgb", "F", "0 0 0 -65536\n1 0 0 -16711936\n0 1 0 -16776961\n")), three);
+  EXPECT_EQ(colors_of(pcd_with_color("rgb", "U", "0 0 0 16711680\n1 0 0 65280\n0 1 0 255\n")), three);
+  // The floats whose bits are 00ff0000, 0000ff00 and 000000ff.
+  EXPECT_EQ(colors_of(pcd_with_color("rgb", "F", "0 0 0 2.3418052e-38\n1 0 0 9.1476764e-41\n0 1 0 3.57331e-43\n")),
+            three);
+  EXPECT_EQ(colors_of(pcd_with_color("rgba", "F", "0 0 0 2164195328\n1 0 0 65280\n0 1 0 4278190335\n")),
+            (std::vector<double>{255, 0, 0, 128, 0, 255, 0, 0, 0, 0, 255, 255}));
+}
+
+TEST(Pcd, BinaryColorsOfTypeF) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 2, 3}};
+  mesh.attributes.push_back({"color", Domain::vertex, NumberType::uint8, 4, {1, 2, 3, 255, 254, 5, 6, 255}});
+  const std::string packed = replaced(serialize_mesh("pcd", mesh), "TYPE F F F U", "TYPE F F F F");
+  EXPECT_EQ(colors_of(packed), mesh.attributes[0].values);
+  std::string whole = packed;
+  const float numbers[2] = {16711680.0F, 65280.0F};
+  for (std::size_t i = 0; i < 2; ++i) {
+    std::memcpy(&whole[whole.find("DATA binary\n") + 12 + 16 * i + 12], &numbers[i], sizeof(float));
+  }
+  EXPECT_EQ(colors_of(whole), (std::vector<double>{255, 0, 0, 0, 0, 255, 0, 0}));
 }
 
 std::string uint32_bytes(std::size_t value) {
@@ -132,6 +169,71 @@ TEST(PointFiles, Extensions) {
   EXPECT_NE(std::find(all.begin(), all.end(), "asc"), all.end());
 }
 
+ShapeFile parse_points(const std::string& bytes) { return parse_shape(bytes, "xyz", "a.csv"); }
+
+TEST(PointFiles, ColumnsAreTakenByTheirNames) {
+  const std::vector<Vec3d> points{{0, 1, 2}, {3.5, 4, 5}};
+  for (const char* text : {
+           "id,x,y,z\n101,0,1,2\n102,3.5,4,5\n",
+           ",x,y,z\n0,0.0,1.0,2.0\n1,3.5,4.0,5.0\n",
+           "\"\",\"x\",\"y\",\"z\"\r\n\"a, b\",\"0\",\"1\",\"2\"\r\n\"c\",\"3.5\",\"4\",\"5\"\r\n",
+           "time;Z;Y;X\n2026-11-25 10:00:00;2;1;0\n2026-11-25 10:00:01;5;4;3.5\n",
+           "t\tX [m]\tY [m]\tZ [m]\n0.1\t0\t1\t2\n0.2\t3.5\t4\t5\n",
+           "//Intensity,X,Y,Z\n7,0,1,2\n8,3.5,4,5\n",
+           "//X Y Z R\n0 1 2 7\n3.5 4 5 8\n",
+           "# id x y z\n1 0 1 2\n2 3.5 4 5\n",
+           "2\nid x y z\n1 0 1 2\n2 3.5 4 5\n",
+           "Point,Northing,Easting,Height\nP1,1,0,2\nP2,4,3.5,5\n",
+           "\"x\" \"y\" \"z\"\n\"1\" 0 1 2\n\"2\" 3.5 4 5\n",
+           "\"Points:2\",\"Points:0\",\"Points:1\"\n2,0,1\n5,3.5,4\n",
+           "2\na molecule\nO 0 1 2\nH 3.5 4 5\n",
+           "2\n\n8 0 1 2\n1 3.5 4 5\n",
+           "2\nLattice=\"5 0 0 0 5 0 0 0 5\" Properties=id:I:1:species:S:1:pos:R:3\n1 O 0 1 2\n2 H 3.5 4 5\n",
+       }) {
+    EXPECT_EQ(parse_points(text).mesh.positions, points) << text;
+  }
+}
+
+TEST(PointFiles, OtherColumnsKeepTheirNames) {
+  const ShapeFile shape =
+      parse_points("id,x,y,z,B,G,R,nx,ny,nz,what\n5,0,0,0,1,2,3,0,0,1,wall\n,1,0,0,4,5,6,0,1,0,door\n");
+  EXPECT_EQ(shape.mesh.find_attribute("id")->values, (std::vector<double>{5, 0}));
+  EXPECT_EQ(shape.mesh.find_attribute("color")->values, (std::vector<double>{3, 2, 1, 6, 5, 4}));
+  EXPECT_EQ(vertex_normals_of(shape), (std::vector<Vec3d>{{0, 0, 1}, {0, 1, 0}}));
+  EXPECT_EQ(shape.mesh.find_attribute("what"), nullptr);
+  EXPECT_EQ(shape.notes[0], "a line names the columns: x y z are the columns 2, 3 and 4");
+}
+
+TEST(PointFiles, OnlyNumbersOfTheTableAreReplaced) {
+  const std::string text = "nz,\"z\",id, y ,x,nx,ny\n1,\"2\",7, 1.50 ,0,0,0\n0,,8,,,0,1\n0,5,9,4,3,1,0\n";
+  const ShapeFile shape = parse_points(text);
+  EXPECT_EQ(shape.mesh.positions, (std::vector<Vec3d>{{0, 1.5, 2}, {3, 4, 5}}));
+  EXPECT_EQ(serialize_shape("xyz", shape, shape.mesh.positions), text);
+  const std::vector<Vec3d> positions{{0, 1.5, 2.25}, {3.5, 4, 5}};
+  const std::vector<Vec3d> normals{{0, 0, 1}, {0, 0, 1}};
+  std::string expected = replaced(text, "\"2\"", "\"2.25\"");
+  expected = replaced(expected, "0,5,9,4,3,1,0", "1,5,9,4,3.5,0,0");
+  EXPECT_EQ(serialize_shape("xyz", shape, positions, {.normals = normals}), expected);
+}
+
+TEST(PointFiles, ColumnsWithoutNamesAreTakenByPositionAndANoteSaysWhich) {
+  EXPECT_EQ(parse_points("101,0,1,2\n102,3,4,5\n").notes[0],
+            "x y z are the columns 1, 2 and 3; a line with names can say otherwise");
+  EXPECT_EQ(parse_points("\"7\",\"0\",\"1\"\n").mesh.positions, (std::vector<Vec3d>{{7, 0, 1}}));
+}
+
+TEST(PointFiles, NamesOfOtherColumnsAreRefused) {
+  const auto error_of = [](const char* text) { return refusal(text, "xyz", "a.csv"); };
+  EXPECT_EQ(error_of("id,lon,lat,height\n1,8.1,50.2,300\n")
+                .find("a.csv:1: longitude and latitude are angles, not lengths; project the points"),
+            0u);
+  EXPECT_NE(error_of("Longitude;Latitude\n8.1;50.2\n").find("longitude and latitude are angles"), std::string::npos);
+  EXPECT_NE(error_of("id,x,y\n1,2,3\n").find("none is 'z'"), std::string::npos);
+  EXPECT_NE(error_of("id,u,v,w\n1,2,3,4\n").find("no three columns are named x, y and z"), std::string::npos);
+  EXPECT_NE(error_of("x;y;z\n0,5;1;2\n").find("write decimals with points, not commas"), std::string::npos);
+  EXPECT_NE(error_of("id,x,y,z\n1,2,3\n").find("a.csv:2: the line has no column 4"), std::string::npos);
+}
+
 TEST(PointFiles, DecimalCommasAreRefusedWithASentence) {
   for (const char* text : {"0,0 1,5 0,0\n", "1 2 3\n0,5\t1,5\t2,5\n"}) {
     EXPECT_NE(refusal(text, "xyz", "a.txt").find("write decimals with points, not commas"), std::string::npos) << text;
@@ -199,6 +301,8 @@ TEST(CloudPieces, GiveThePointsAndTheBytesOfTheWhole) {
   expect_the_whole("head.xyz",
                    "# a scan\r\n3\r\nX Y Z I\r\n0 0 0 7\r\n1.25 0 1 8\r\n\r\n# between\r\n0.5 -1 3 9\r\n\r\n\r\n");
   expect_the_whole("comma.csv", "x,y,z\n450000.125,5400000.25,300.5\n450001.125,5400000.25,301.5\n");
+  expect_the_whole("id.csv", "2\nid,x,y,z\n1,450000.125,5400000.25,300.5\n2,450001.125,5400000.25,301.5\n");
+  expect_the_whole("quotes.csv", "\"\",\"z\",\"y\",\"x\"\n\"1\",\"5\",\"4\",\"3\"\n\"2\",\"1\",\"2\",\"0\"\n");
   expect_the_whole("normals.xyz", "0 0 0 0 0 1\n1.25 0 1 1 0 0\n0.5 -1 3 0 1 0\n9 8 7 0.6 0 0.8\n");
   expect_the_whole("labels.txt",
                    "a 0 0 0 red and long enough to stand in a piece of its own\nb nan 0 0 blue\nc 2 2 2 red\n",

@@ -3,7 +3,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
+
+#include "knead/io/cloud/table.h"
 
 namespace knead::io_detail::xyz {
 
@@ -13,6 +16,8 @@ struct Layout {
   bool labels = false;                  // some words after x y z are no numbers
   bool has_names = false;               // a line before the points names the columns
   bool columns_read = true;             // the numbers after x y z, if any, are attributes of the mesh
+  std::optional<Columns> table;         // of files whose columns have names, and of molecules (table.h)
+  std::vector<std::size_t> normal;      // the three columns of the normals in a table, if it has any
   std::vector<std::uint32_t> unplaced;  // lines, counted with all points, of points that the mesh lacks (unplaced.h)
 };
 

@@ -39,6 +39,7 @@ class Reader {
     } else {
       read_binary_rows();
     }
+    put_real_colors();
     remove_unplaced(unplaced_, shape_.mesh);
     if (shape_.mesh.positions.empty()) {
       throw InvalidInput(Place{name_}, "no point has finite coordinates; there is no shape in it");
@@ -61,6 +62,11 @@ class Reader {
     attribute_.assign(layout_.fields.size(), kNone);
     for (std::size_t f = 0; f < layout_.fields.size(); ++f) plan_field(f);
     shape_.mesh.positions.resize(layout_.points);
+    real_colors_.resize(layout_.fields.size());
+    for (std::size_t f = 0; f < layout_.fields.size(); ++f) {
+      const bool is_real = layout_.fields[f].role == Role::color && !is_integer(layout_.fields[f].type);
+      if (is_real && attribute_[f] != kNone) real_colors_[f].resize(layout_.points);
+    }
     for (Attribute& attribute : shape_.mesh.attributes) {
       attribute.values.resize(layout_.points * static_cast<std::size_t>(attribute.components));
     }
@@ -111,11 +117,28 @@ class Reader {
     for (std::size_t c = 0; c < n; ++c) color.values[row * n + c] = (bits >> shifts[c]) & 0xffu;
   }
 
+  // Colors of type F have two spellings: the bits of the float are the color, or its value is the color as a whole
+  // number, as PCL writes it in text. Bits with an alpha of 0 or 255 make floats that are tiny, huge or NaN.
+  void put_real_colors() {
+    const auto is_whole = [](double v) { return v == std::floor(v) && v >= -0x1p31 && v <= 0x1p32 - 1; };
+    for (std::size_t f = 0; f < layout_.fields.size(); ++f) {
+      const std::vector<double>& reals = real_colors_[f];
+      const bool are_whole = std::all_of(reals.begin(), reals.end(), is_whole);
+      if (!are_whole && !layout_.ascii) continue;  // the bits are read already
+      for (std::size_t row = 0; row < reals.size(); ++row) {
+        put_color(f, row, color_bits(are_whole ? StoredType::int64 : StoredType::float32, reals[row]));
+      }
+    }
+  }
+
   void read_binary_rows() {
     const char* row = shape_.bytes.data() + layout_.body_begin;
     for (std::size_t i = 0; i < layout_.points; ++i, row += layout_.row_size) {
       for (std::size_t f = 0; f < layout_.fields.size(); ++f) {
         const Field& field = layout_.fields[f];
+        if (!real_colors_[f].empty()) {
+          real_colors_[f][i] = read_binary(row + field.offset, field.type, kSwapped);
+        }
         if (field.role == Role::color) {
           std::uint32_t bits = 0;
           std::memcpy(&bits, row + field.offset, sizeof bits);
@@ -136,7 +159,9 @@ class Reader {
         const Field& field = layout_.fields[f];
         for (std::size_t c = 0; c < field.count; ++c, word = text.next_on_line()) {
           const double value = text.real(word, "a number");
-          if (field.role == Role::color) {
+          if (!real_colors_[f].empty()) {
+            real_colors_[f][i] = value;
+          } else if (field.role == Role::color) {
             put_color(f, i, color_bits(field.type, value));
           } else if (field.count == 1) {
             put(f, i, value, text.word_begin());
@@ -173,7 +198,8 @@ class Reader {
   const std::string& name_;
   Layout layout_;
   Unplaced unplaced_;
-  std::vector<std::size_t> attribute_;  // of each field
+  std::vector<std::size_t> attribute_;            // of each field
+  std::vector<std::vector<double>> real_colors_;  // of each field: its numbers, if they are colors of type F
   std::size_t not_finite_ = 0;
 };
 

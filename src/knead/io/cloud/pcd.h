@@ -43,8 +43,9 @@ Layout parse_header(std::string_view bytes, const std::string& name);
 bool uncompress(std::string& bytes, const std::string& name);
 
 // Points whose coordinates are not finite, which organised scans have, are left out of the mesh. "normal" (fields
-// normal_x, normal_y, normal_z), "color" (3, of rgb; 4, of rgba), other fields of one number under their names. The
-// pose of the viewpoint is not applied. A compressed file is kept, and written, uncompressed; a note says so.
+// normal_x, normal_y, normal_z), "color" (3, of rgb; 4, of rgba; of type F as bits or as whole numbers), other fields
+// of one number under their names. The pose of the viewpoint is not applied. A compressed file is kept, and written,
+// uncompressed; a note says so.
 ShapeFile parse(std::string bytes, const std::string& name);
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options);

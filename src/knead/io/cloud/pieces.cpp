@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "knead/io/cloud/table.h"
 #include "knead/io/ply/header.h"
 #include "knead/io/shape_file.h"
 #include "knead/io/text.h"
@@ -19,11 +20,12 @@ constexpr std::size_t kLargestHead = std::size_t{1} << 20;
 
 // Returns whether a line of an XYZ file is a row: it has three numbers or more.
 bool is_row(std::string_view line) {
+  constexpr std::string_view gaps = " \t\r,;\"";
   std::size_t numbers = 0;
   for (std::size_t i = 0; i < line.size();) {
-    const std::size_t begin = line.find_first_not_of(" \t\r,;", i);
+    const std::size_t begin = line.find_first_not_of(gaps, i);
     if (begin == std::string_view::npos) break;
-    i = std::min(line.find_first_of(" \t\r,;", begin), line.size());
+    i = std::min(line.find_first_of(gaps, begin), line.size());
     const std::string_view word = line.substr(begin, i - begin);
     if (numbers == 0 && (word[0] == '#' || word[0] == '%' || word.starts_with("//"))) return false;
     double value = 0;
@@ -50,6 +52,7 @@ struct CloudPieces::Reader {
   std::ifstream file;
   std::uintmax_t size = 0;
   std::string head;
+  std::string names;  // the line that names the columns of an XYZ file, if any; each piece is read with it
   std::string tail;
   std::size_t stride = 0;       // of a PLY file
   std::size_t count_begin = 0;  // of the number of vertices in its head
@@ -95,6 +98,10 @@ struct CloudPieces::Reader {
 
   void open_xyz() {
     const std::string begin = read(0, static_cast<std::size_t>(std::min<std::uintmax_t>(size, kLargestHead)));
+    if (const auto table = io_detail::xyz::find_table(begin, path.string())) {
+      if (table->names_begin == table->names_end) refuse("it is a molecule or has its numbers in quotes");
+      names = begin.substr(table->names_begin, table->names_end - table->names_begin);
+    }
     std::size_t line = 0;
     while (line < begin.size()) {
       const std::size_t line_end = std::min(begin.find_first_of("\r\n", line), begin.size());
@@ -143,7 +150,7 @@ struct CloudPieces::Reader {
 
   // The size of the head that a piece has of its own: that of the file with another count, or none.
   std::size_t head_size(std::string_view piece) const {
-    if (format == "xyz") return 0;
+    if (format == "xyz") return names.size();
     const std::size_t after = piece.find_first_not_of("0123456789", count_begin);
     return after + (head.size() - count_end);
   }
@@ -164,6 +171,9 @@ CloudPieces::CloudPieces(const std::filesystem::path& path, std::size_t piece_by
   reader.piece_bytes = std::max<std::size_t>(piece_bytes, 1);
   reader.format = format_of(path);
   std::error_code error;
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error)) {
+    reader.refuse("it is no plain file but a pipe, a folder or a device");
+  }
   reader.size = std::filesystem::file_size(path, error);
   reader.file.open(path, std::ios::binary);
   if (error || !reader.file) {
@@ -186,7 +196,7 @@ CloudPieces& CloudPieces::operator=(CloudPieces&&) noexcept = default;
 std::optional<ShapeFile> CloudPieces::next() {
   Reader& reader = *reader_;
   if (reader.position >= reader.end) return std::nullopt;
-  std::string bytes = reader.format == "ply" ? reader.next_rows() : reader.next_lines();
+  std::string bytes = reader.format == "ply" ? reader.next_rows() : reader.names + reader.next_lines();
   std::string name = reader.path.string();
   if (reader.position > reader.head.size()) name += fmt::format(" (from byte {} on)", reader.position);
   reader.position += bytes.size() - reader.head_size(bytes);

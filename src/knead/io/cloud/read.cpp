@@ -135,8 +135,19 @@ class Reader {
     shape_.mesh.attributes.push_back(std::move(attribute));
   }
 
+  // Says which columns are the coordinates, where it could be others.
+  void add_columns_note() {
+    const std::vector<Attribute>& attributes = shape_.mesh.attributes;
+    const bool has_others = !layout_.columns_read || width_ > 0 || layout_.labels || layout_.label_first;
+    if (!has_others || (!attributes.empty() && attributes[0].name == "normal")) return;
+    shape_.notes.emplace_back(layout_.label_first
+                                  ? "x y z are the columns 2, 3 and 4; a line with names can say otherwise"
+                                  : "x y z are the columns 1, 2 and 3; a line with names can say otherwise");
+  }
+
   void add_notes() {
     if (layout_.has_names) shape_.notes.emplace_back("a line names the columns; it is kept but not read");
+    add_columns_note();
     if (layout_.label_first || layout_.labels) {
       shape_.notes.emplace_back("words that are no numbers stand beside the coordinates; they are kept but not read");
     }
@@ -170,7 +181,8 @@ ShapeFile parse(std::string bytes, const std::string& name) {
   ShapeFile shape;
   shape.format = "xyz";
   shape.bytes = std::move(bytes);
-  set_layout(shape, Reader(shape, name).run());
+  const std::optional<TableStart> table = find_table(shape.bytes, name);
+  set_layout(shape, table ? read_table(shape, *table, name) : Reader(shape, name).run());
   return shape;
 }
 

@@ -1,5 +1,6 @@
 #include "knead/io/cloud/xyz.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -20,6 +21,50 @@ std::string_view next_number(Words& words) {
   return word;
 }
 
+// Calls visit(row's fields, number of the point) for each point of a table that the mesh has.
+template <class Visit>
+void for_each_point(const ShapeFile& source, const Visit& visit) {
+  const Layout& layout = layout_of<Layout>(source);
+  Rows rows(source.bytes, layout.points_begin, layout.table->separator);
+  std::size_t point = 0;
+  for (std::size_t row = 0; rows.next(); ++row) {
+    const bool is_unplaced = row - point < layout.unplaced.size() && layout.unplaced[row - point] == row;
+    if (!is_unplaced) visit(rows.fields(), point++);
+  }
+}
+
+std::string rewrite_table(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                          const WriteOptions& options) {
+  const Layout& layout = layout_of<Layout>(source);
+  struct Change {
+    std::string_view word;
+    double from = 0;
+    double to = 0;
+    bool is_normal = false;
+  };
+  Splice splice(source.bytes, options.decimals);
+  const Attribute* normal = normals.empty() ? nullptr : source.mesh.find_attribute("normal");
+  for_each_point(source, [&](const std::vector<std::string_view>& fields, std::size_t point) {
+    std::vector<Change> changes;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double from = source.mesh.positions[point][axis];
+      changes.push_back({fields[layout.table->position[axis]], from, positions[point][axis]});
+    }
+    for (std::size_t axis = 0; axis < layout.normal.size() && normal != nullptr; ++axis) {
+      if (layout.normal[axis] >= fields.size() || fields[layout.normal[axis]].empty()) continue;
+      const double from = normal->values[3 * point + axis];
+      changes.push_back({fields[layout.normal[axis]], from, normals[point][axis], true});
+    }
+    const auto is_before = [](const Change& a, const Change& b) { return a.word.data() < b.word.data(); };
+    std::sort(changes.begin(), changes.end(), is_before);
+    for (const Change& change : changes) {
+      if (change.is_normal) splice.replace_component(change.word, change.from, change.to);
+      if (!change.is_normal) splice.replace_coordinate(change.word, change.from, change.to);
+    }
+  });
+  return splice.finish();
+}
+
 // The one attribute that can stand after x y z.
 std::optional<Attribute> held_attribute(const Mesh& mesh) {
   if (std::optional<Attribute> normal = vertex_attribute(mesh, "normal", 3)) return normal;
@@ -32,6 +77,7 @@ std::optional<Attribute> held_attribute(const Mesh& mesh) {
 std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
                     const WriteOptions& options) {
   const Layout& layout = layout_of<Layout>(source);
+  if (layout.table) return rewrite_table(source, positions, normals, options);
   Splice splice(source.bytes, options.decimals);
   Words words(source.bytes, source.format);
   words.go_to(layout.points_begin);
@@ -55,6 +101,12 @@ std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, s
 
 void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
   const Layout& layout = layout_of<Layout>(source);
+  if (layout.table) {
+    for_each_point(source, [&](const std::vector<std::string_view>& fields, std::size_t) {
+      for (const std::size_t column : layout.table->position) visit(fields[column]);
+    });
+    return;
+  }
   Words words(source.bytes, source.format);
   words.go_to(layout.points_begin);
   for (std::size_t i = source.mesh.vertex_count() + layout.unplaced.size(); i > 0; --i, words.next_line()) {

@@ -64,7 +64,7 @@ TEST(Xyz, ColorsAndOtherColumns) {
   ASSERT_EQ(columns.mesh.attributes.size(), 3u);
   EXPECT_EQ(columns.mesh.attributes[1].name, "column5");
   EXPECT_EQ(columns.mesh.attributes[1].values, (std::vector<double>{0.5, 0}));
-  EXPECT_EQ(columns.notes[0], "1 attribute value is not finite and is read as 0");
+  EXPECT_EQ(columns.notes[1], "1 attribute value is not finite and is read as 0");
   EXPECT_EQ(parse("0 0 0 9\n1 1 1 8").mesh.attributes[0].name, "column4");
 }
 

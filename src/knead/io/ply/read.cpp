@@ -234,7 +234,8 @@ bool reads_floats(const ShapeFile& source) {
   return false;
 }
 
-// Which vertices without a place are used, only the faces tell.
+// Which vertices without a place are used, only the faces tell. Files with vertices astray (see shape_box) are read as
+// a whole, too.
 std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name) {
   const Layout layout = parse_header(bytes, name);
   if (layout.encoding == Encoding::ascii) return std::nullopt;
@@ -250,12 +251,17 @@ std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string&
     read_element(body, layout.elements[e], plan.sinks[e], target);
   }
   if (vertices == 0 || !target.unplaced().rows.empty()) return std::nullopt;
+  const Box box = target.box().whole();
+  const bool is_cloud = target.faces().faces() == 0;
+  const bool has_stray =
+      is_cloud ? target.box().box().diagonal() != box.diagonal() : target.faces().used_vertices() != vertices;
+  if (has_stray) return std::nullopt;
   ShapeSummary summary;
   summary.format = "ply";
   summary.vertices = vertices;
   summary.faces = target.faces().faces();
   summary.triangles = target.faces().corners() - 2 * summary.faces;
-  summary.box = target.box();
+  summary.box = box;
   add_notes(body, layout, plan, target, summary.notes);
   for (const Attribute& attribute : block.attributes) summary.attributes.push_back(attribute.name);
   return summary;

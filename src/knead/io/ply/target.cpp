@@ -32,7 +32,7 @@ void Target::check_coordinates(Rows rows, std::size_t position, std::size_t stri
     if (!is_finite(p)) {
       unplaced_.add(rows.first + i, position + i * stride);
     } else if (is_one_block_) {
-      box_.extend(p);
+      box_.add(std::span(&p, 1));
     }
   }
 }

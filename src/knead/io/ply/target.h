@@ -11,7 +11,7 @@
 #include "knead/io/face_builder.h"
 #include "knead/io/ply/plan.h"
 #include "knead/io/unplaced.h"
-#include "knead/math/box.h"
+#include "knead/mesh/measures.h"
 
 namespace knead::io_detail::ply {
 
@@ -35,7 +35,7 @@ class Target {
     mesh_.attributes = std::move(attributes);
   }
   bool is_one_block() const { return is_one_block_; }
-  const Box& box() const { return box_; }  // of the vertices, if one block is kept
+  const CloudBox& box() const { return box_; }  // of the vertices, if one block is kept
 
   Mesh& mesh() { return mesh_; }
   std::size_t vertices() const { return vertices_; }
@@ -88,7 +88,7 @@ class Target {
   Unplaced unplaced_;
   bool is_one_block_ = false;
   std::size_t first_ = 0;  // row of the block
-  Box box_;
+  CloudBox box_;
   bool strips_ = false;
   bool corner_uv_complete_ = true;
 };
