@@ -1,7 +1,8 @@
 // Poses beside the other ways to move a part of a shape: what each does to volume, crossings and triangles.
 //   pose_bench [--detail D] [--export FOLDER] [MESH...]   procedural shapes, and closed meshes
-// In a scene "turn" a part turns as a rigid body while another holds; in "drag" one of eight pins goes round an arc of
-// 50 degrees. --export writes the scenes for bench/pose_igl.py, which measures the deformations of libigl.
+// In a scene "turn" a part turns as a rigid body while another holds; in "tip" a pin takes its tip there while pins at
+// the other ends hold; in "drag" one of eight pins goes round an arc of 50 degrees. --export writes the scenes for
+// bench/pose_igl.py, which measures the deformations of libigl.
 #include <fmt/format.h>
 
 #include <algorithm>

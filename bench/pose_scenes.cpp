@@ -183,8 +183,22 @@ Limb limb_at(const Mesh& mesh, std::uint32_t tip, double diagonal) {
   return limb;
 }
 
-// The end of the thinnest limb turns; everything far away along the surface stays.
-PoseScene turn_of_end(const std::string& name, const Mesh& mesh) {
+// A pin takes the tip of a limb to where the turn takes it, and pins at the other ends hold.
+PoseScene drag_of_tip(const std::string& name, const Mesh& mesh, const Limb& limb, const HandlesRotation& turn) {
+  constexpr double kApart = 0.1;  // of the diagonal: ends of the same limb
+  PoseScene scene{name + ", tip", mesh};
+  scene.moving = {limb.tip};
+  for (const std::uint32_t end : ends_of(mesh)) {
+    if (limb.distance[end] > kApart) scene.fixed.push_back(end);
+  }
+  for (int i = 1; i <= kPlaces; ++i) {
+    scene.path.push_back(turned(mesh.positions[limb.tip], turn, static_cast<double>(i) / kPlaces));
+  }
+  return scene;
+}
+
+// The end of the thinnest limb turns, and everything far away stays; or a pin takes its tip there.
+std::vector<PoseScene> scenes_of_limb(const std::string& name, const Mesh& mesh) {
   constexpr double kPart = 0.17;  // of the diagonal, along the surface from the tip
   constexpr double kStays = 0.5;  // and farther than this from the tip in space: not its neighbours
   PoseScene scene{name + ", turn", mesh};
@@ -201,7 +215,7 @@ PoseScene turn_of_end(const std::string& name, const Mesh& mesh) {
     if (is_far && d > kStays && d < HUGE_VAL) scene.fixed.push_back(v);
   }
   scene.turn = freest_turn(scene, mesh.positions[thinnest.tip], thinnest.hinge);
-  return scene;
+  return {scene, drag_of_tip(name, mesh, thinnest, *scene.turn)};
 }
 
 // The index finger turns towards the palm, and the wrist holds.
@@ -278,7 +292,9 @@ std::vector<PoseScene> procedural_scenes() {
 }
 
 std::vector<PoseScene> scenes_of(const std::string& name, const Mesh& mesh) {
-  return {turn_of_end(name, mesh), drag(name, mesh)};
+  std::vector<PoseScene> scenes = scenes_of_limb(name, mesh);
+  scenes.push_back(drag(name, mesh));
+  return scenes;
 }
 
 }  // namespace knead

@@ -30,7 +30,8 @@ struct PoseScene {
 // Returns the procedural scenes: a bar, a cylinder, a hand and an animal with a trunk.
 std::vector<PoseScene> procedural_scenes();
 
-// Returns the scenes of a closed mesh: the end of its thinnest limb turns, and an end is dragged.
+// Returns the scenes of a closed mesh: the end of its thinnest limb turns, a pin takes its tip there, and one of eight
+// ends is dragged.
 std::vector<PoseScene> scenes_of(const std::string& name, const Mesh& mesh);
 
 }  // namespace knead
