@@ -393,6 +393,12 @@ class Script {
     reference.in_every_view = member_or(line, "every_view", false).flag();
   }
 
+  void require_shape(const char* what) {
+    settle();
+    if (studio_.shown().opened != 0) return;
+    fail(fmt::format("there is no shape to {}; open one before, or make one: {{\"new\": \"sphere\"}}", what));
+  }
+
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
@@ -408,8 +414,10 @@ class Script {
     } else if (line.has("reference")) {
       add_reference(line);
     } else if (line.has("save")) {
+      require_shape("save");
       studio_.save(path("save"));
     } else if (line.has("export")) {
+      require_shape("export");
       studio_.export_shape(path("export"), true);
     } else if (line.has("picture")) {
       if (!host_.picture) fail("pictures cannot be written here");
