@@ -18,6 +18,7 @@ namespace {
 constexpr double kFirstRadius = 0.12;  // of the diagonal
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
+constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
 
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
@@ -122,6 +123,7 @@ void Studio::refresh() {
   remember_view();
   refresh_mask();
   refresh_pins();
+  rest();
   const bool has_barrel = placed_.placement && placed_.placement->barrel;
   if (has_barrel && !gesture_ && !worker_->is_busy() && shown_.state.mesh != barrel_mesh_) find_barrel(false);
 }
@@ -271,6 +273,17 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (masking_) move_masking();
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
+  send_live();
+  moved_ = std::chrono::steady_clock::now();
+}
+
+// A pose that waits for the pointer is computed with all its detail.
+void Studio::rest() {
+  auto* const pins = gesture_ ? std::get_if<PinsGesture>(&gesture_->kind) : nullptr;
+  const std::chrono::duration<double> waits = std::chrono::steady_clock::now() - moved_;
+  const bool is_due = pins != nullptr && !pins->rests && !worker_->is_busy() && waits.count() > kRest;
+  if (!is_due || settings_.pose == PoseMode::exact) return;
+  pins->rests = true;
   send_live();
 }
 

@@ -4,6 +4,7 @@
 // when its work is done, as scripts and tests need it.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -256,6 +257,7 @@ class Studio {
   void stop_adjusting(bool is_kept);
   void begin();
   void send_live();
+  void rest();
   void end(bool is_kept);
   bool begin_handle_drag();
   void move_handle();
@@ -297,6 +299,7 @@ class Studio {
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
   std::optional<Gesture> gesture_;
+  std::chrono::steady_clock::time_point moved_{};  // when the gesture last was
   std::string typed_;
   PlanePick picking_ = PlanePick::none;
   std::uint64_t sent_ = 0;  // number of the last live job

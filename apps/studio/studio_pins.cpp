@@ -8,13 +8,13 @@ namespace knead::studio {
 
 double Studio::radius() const {
   const std::vector<Pin>& pins = placed_.pins;
-  const bool is_auto = settings_.tool->use == ToolUse::pins && settings_.auto_radius && !pins.empty();
+  const bool is_auto = has_exact_pins(settings_) && settings_.auto_radius && !pins.empty();
   if (!is_auto) return settings_.radius;
   return radius_of(pins_stroke(pins, 0, pins.front().place, settings_)).value_or(settings_.radius);
 }
 
 void Studio::fix_radius() {
-  if (settings_.tool->use != ToolUse::pins) return;
+  if (!has_exact_pins(settings_)) return;
   settings_.radius = radius();
   settings_.auto_radius = false;
 }
@@ -30,7 +30,7 @@ bool Studio::change_pin(const Event& event) {
   const auto* const button = std::get_if<ButtonChanged>(&event);
   const bool is_meant = button != nullptr && button->down && button->button == MouseButton::left &&
                         (button->modifiers.alt || button->modifiers.shift || button->is_double);
-  if (!is_meant || settings_.tool->use != ToolUse::pins || shown_.opened == 0 || shown_.looked_at) return false;
+  if (!is_meant || settings_.tool->use != ToolUse::pose || shown_.opened == 0 || shown_.looked_at) return false;
   place_pointer(button->x, button->y, button->modifiers);
   const std::optional<std::size_t> pin = pin_at(pointer_, surroundings(), placed_.pins);
   if (!pin) return false;
@@ -66,7 +66,20 @@ void Studio::remove_pin(std::size_t pin) {
 
 void Studio::move_pin(std::size_t pin, const Vec3d& to) {
   if (gesture_ || masking_ || shown_.looked_at) return;
-  SessionStroke stroke{pins_stroke(placed_.pins, pin, to, settings_)};
+  SessionStroke stroke;
+  if (has_exact_pins(settings_)) {
+    stroke.stroke = pins_stroke(placed_.pins, pin, to, settings_);
+  } else {
+    PinsGesture gesture;
+    gesture.drag.start = placed_.pins[pin].place;
+    gesture.pins = placed_.pins;
+    gesture.dragged = pin;
+    gesture.to = to;
+    gesture.rests = true;
+    const std::optional<PoseStroke> pose = pose_stroke(gesture, shown_.state, settings_);
+    if (!pose) return;
+    stroke.stroke = *pose;
+  }
   if (settings_.remesh) stroke.remesh = settings_.remesh_settings;
   for (const PinGoal& goal : pin_goals(placed_.pins, pin, to, settings_)) placed_.pins[goal.pin].place = goal.to;
   apply({std::move(stroke)});
@@ -78,7 +91,7 @@ void Studio::clear_pins() {
 }
 
 std::optional<std::size_t> Studio::pointed_pin() const {
-  if (settings_.tool->use != ToolUse::pins || shown_.opened == 0 || shown_.looked_at) return std::nullopt;
+  if (settings_.tool->use != ToolUse::pose || shown_.opened == 0 || shown_.looked_at) return std::nullopt;
   if (const auto* const pins = gesture_ ? std::get_if<PinsGesture>(&gesture_->kind) : nullptr) return pins->dragged;
   if (placed_.lit_pin || !pointer_is_over_view_) return placed_.lit_pin;
   return pin_at(pointer_, surroundings(), placed_.pins);

@@ -81,7 +81,7 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
       return made(begin_draw(pointer, around));
     case ToolUse::handles:
       return begin_any_handles(pointer, around, placed);
-    case ToolUse::pins:
+    case ToolUse::pose:
       return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
     case ToolUse::turn:
@@ -129,12 +129,15 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
-    const bool is_of_pins = around.settings.tool->use == ToolUse::pins;
+    const bool is_of_pins = around.settings.tool->use == ToolUse::pose;
     if (lasso->selects) select_pins(around, lasso->line, placed.pins);
     if (is_of_pins && !lasso->selects) end_pin_lasso(around, lasso->line, placed);
     if (!is_of_pins) end_lasso(around, *lasso, placed);
   }
-  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, around, placed);
+  if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
+    pins->rests = true;
+    end_pins(*pins, around, placed);
+  }
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
   if (auto* stamp = std::get_if<StampGesture>(&gesture.kind)) {
@@ -178,6 +181,10 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
   const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
   if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
   if (const auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
+    if (settings.pose != PoseMode::exact) {
+      const std::optional<PoseStroke> pose = pose_stroke(*pins, gesture.start, settings);
+      return pose ? std::vector<Stroke>{*pose} : std::vector<Stroke>{};
+    }
     if (pins->to == pins->drag.start) return {};
     return {pins_stroke(pins->pins, pins->dragged, pins->to, settings)};
   }

@@ -140,8 +140,10 @@ struct PinsGesture {
   Drag drag;
   std::vector<Pin> pins;  // as they were
   std::size_t dragged = 0;
-  Vec3d to;               // of the dragged pin
-  bool has_gone = false;  // farther than a click may
+  Vec3d to;                   // of the dragged pin
+  std::vector<Vec3d> path{};  // of the dragged pin, but for its start; where the pointer went back, it does, too
+  bool has_gone = false;      // farther than a click may
+  bool rests = false;         // the pointer does: the pose has all its detail
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -222,6 +224,12 @@ std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings);
 std::optional<double> radius_of(const PinsStroke& stroke);
+
+// Returns the pose that takes the pins of a gesture along its path while those that hold stay, with all images. It
+// names vertices of the state, or points where remeshing has changed the vertices' numbers. While the pointer moves,
+// its detail is coarse. Nothing moves before the pointer does.
+std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);

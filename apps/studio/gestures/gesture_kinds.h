@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gestures/gesture.h"
+#include "gestures/symmetry.h"
 #include "knead/math/box.h"
 
 namespace knead::studio {
@@ -51,6 +52,12 @@ void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& 
 // Nothing where either set is empty.
 std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture);
+
+inline constexpr double kOneImage = 0.1;  // of the radius: images that are nearer to a pin are no pins of their own
+
+// Lets a path that begins at `start` go to another place than its last one. It keeps what is before that in pieces of
+// `step` or more; where it comes near an earlier place it goes back there.
+void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path);
 
 // Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed);

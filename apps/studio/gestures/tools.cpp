@@ -161,9 +161,9 @@ const std::vector<StudioTool> kTools{
               {disc, {-0.45F, -0.3F, 0.26F}},
               {circle, {0.45F, 0.45F, 0.4F}},
               {line, {0.17F, 0.73F, 0.73F, 0.17F}}}},
-    {.name = "Pins",
+    {.name = "Pose",
      .key = "P",
-     .use = ToolUse::pins,
+     .use = ToolUse::pose,
      .hint = "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.",
      .second_hint =
          "Drag a pin: the others hold. Alt+click removes, Shift+click selects, a double click frees or holds it.",
@@ -257,6 +257,16 @@ const char* name_of(MaskMode mode) {
   return "";
 }
 
+const char* name_of(PoseMode mode) {
+  switch (mode) {
+    case PoseMode::pins:
+      return "Pins";
+    case PoseMode::exact:
+      return "Exact points";
+  }
+  return "";
+}
+
 namespace {
 
 std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
@@ -283,7 +293,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
                          (tool.use == ToolUse::handles && settings.handle == HandleMode::move) ||
-                         (tool.use == ToolUse::pins && !placed.pins.empty()) ||
+                         (tool.use == ToolUse::pose && !placed.pins.empty()) ||
                          (tool.use == ToolUse::mask && settings.mask_mode != MaskMode::paint);
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;

@@ -36,6 +36,12 @@ enum class HandleMode { full, zero, erase, move };
 // paint: a brush; lasso: a line drawn round; box: a rectangle.
 enum class MaskMode { paint, lasso, box };
 
+// What clicks and drags do with the pose.
+//   pins   set and drag pins: what is near a pin turns as the shape takes it, and the shape stays as nearly rigid as it
+//          can
+//   exact  set and drag pins, each to its exact place, with what is within their radius
+enum class PoseMode { pins, exact };
+
 struct Placed;
 struct ToolSettings;
 
@@ -89,7 +95,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
-  pins,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
+  pose,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
   mask,     // drags paint, or go round, what stays as it is
 };
 
@@ -155,7 +161,7 @@ std::string word_of(const StudioTool& tool);
 const StudioTool* studio_tool(std::string_view word);
 
 // Returns whether the tool moves the shape, and its falloff counts.
-inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pins; }
+inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pose; }
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
@@ -164,6 +170,7 @@ const char* name_of(DragMode mode);
 const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
 const char* name_of(MaskMode mode);
+const char* name_of(PoseMode mode);
 
 // How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
 enum class TurnDrag {
@@ -179,7 +186,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
   double radius = 1;              // the outer threshold, > 0
-  bool auto_radius = true;        // of pins: from their distances, instead of `radius`
+  bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
   int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field/blend.h)
   DragMode drag = DragMode::view;
@@ -193,6 +200,8 @@ struct ToolSettings {
   HandleMode handle = HandleMode::full;
   bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
+  PoseMode pose = PoseMode::pins;
+  double pose_detail = PoseStroke{}.detail;
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
@@ -204,6 +213,11 @@ struct ToolSettings {
   bool remesh = false;          // when a drag ends
   RemeshSettings remesh_settings;
 };
+
+// Returns whether the tool poses with exact pins, which have a radius.
+inline bool has_exact_pins(const ToolSettings& settings) {
+  return settings.tool->use == ToolUse::pose && settings.pose == PoseMode::exact;
+}
 
 // A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.
 struct Pin {

@@ -15,7 +15,9 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
+constexpr float kEdge = 7;              // points at the left of the panel that can be dragged
+constexpr double kFinestDetail = 0.03;  // of a pose
+constexpr double kCoarsestDetail = 0.15;
 constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
 // In font sizes: before the places in that list, and before and after them.
 constexpr float kBeforeNumbers = 3.2F;
@@ -114,6 +116,18 @@ bool draw_pin(Studio& studio, std::size_t number) {
   return !is_removed;
 }
 
+void draw_pose(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  for (const PoseMode mode : {PoseMode::pins, PoseMode::exact}) {
+    if (mode != PoseMode::pins) ImGui::SameLine();
+    if (ImGui::RadioButton(name_of(mode), settings.pose == mode)) settings.pose = mode;
+  }
+  if (settings.pose != PoseMode::exact) {
+    slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
+          "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer");
+  }
+}
+
 void draw_pins(Studio& studio) {
   ImGui::Checkbox("Lasso", &studio.settings().lasso_selects);
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
@@ -173,7 +187,10 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
-  if (tool.use == ToolUse::pins) draw_pins(studio);
+  if (tool.use == ToolUse::pose) {
+    draw_pose(studio);
+    draw_pins(studio);
+  }
   if (tool.use == ToolUse::mask) draw_mask(studio);
 }
 
@@ -265,7 +282,7 @@ float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& 
 void draw_radius(Studio& studio) {
   ToolSettings& settings = studio.settings();
   const double diagonal = studio.shown().diagonal;
-  if (settings.tool->use == ToolUse::pins) {
+  if (has_exact_pins(settings)) {
     bool is_auto = settings.auto_radius;
     if (ImGui::Checkbox("Automatic radius", &is_auto)) {
       studio.fix_radius();
@@ -277,6 +294,7 @@ void draw_radius(Studio& studio) {
     if (is_auto) return ImGui::TextDisabled("%.4g", studio.radius());
     ImGui::NewLine();
   }
+  if (settings.tool->use == ToolUse::pose && !has_exact_pins(settings)) return;
   slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
 }
 

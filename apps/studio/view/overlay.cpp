@@ -96,8 +96,8 @@ std::vector<Stroke> hovering(const Studio& studio) {
     case ToolUse::curve:
       stroke = placed_points(studio, around);
       break;
-    case ToolUse::pins:
-      stroke = hovering_pins(studio);
+    case ToolUse::pose:
+      if (has_exact_pins(settings)) stroke = hovering_pins(studio);
       return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
     case ToolUse::turn:
       if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
@@ -125,6 +125,8 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
     }
     return strokes;
   }
+  const bool poses = studio.settings().tool->use == ToolUse::pose && !has_exact_pins(studio.settings());
+  if (poses) return {};  // a pose is seen by its pins
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
   const std::size_t sides = images_of(studio.settings()).size() + 1;
@@ -267,7 +269,7 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.settings().tool->use;
-  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pins;
+  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pose;
   return !has_cursor || studio.view().region || studio.shown().looked_at.has_value();
 }
 
