@@ -21,7 +21,7 @@ say() { printf 'gallery: %s\n' "$*" >&2; }
 # shape NAME: makes the procedural NAME.ply, where NAME is a kind of `knead make`, perhaps followed by _ and a variant.
 shape() {
   local -A vertices=([sphere]=40000 [sphere_64k]=64000 [sphere_fine]=160000 [sphere_coarse]=2562 [box]=51202
-    [cylinder]=40000 [hand]=36000 [hand_coarse]=8000 [crater]=60000 [knot]=20000 [letter-y]=20000 [torus]=20000
+    [cylinder]=40000 [hand]=36000 [hand_coarse]=8000 [crater]=60000 [knot]=20000 [letter-y]=20000 [figure]=30000 [torus]=20000
     [torus_coarse]=6000)
   [[ -f $out/$1.ply ]] || "$knead" make "${1%%_*}" -n "${vertices[$1]}" -q -o "$out/$1.ply"
 }
@@ -42,7 +42,7 @@ provide() {
     hand | hand_coarse) shape "$name" && return ;;
   esac
   case ${name%%_*} in
-    sphere | box | cylinder | torus | crater | knot | letter-y) shape "$name" ;;
+    sphere | box | cylinder | torus | crater | knot | letter-y | figure) shape "$name" ;;
     *) take "$1" ;;
   esac
 }
@@ -254,7 +254,7 @@ intro() {
 
 \`./dev gallery\` writes this page. It takes some minutes and needs no display; every picture, number and session line below
 is its output. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations",
-SIGGRAPH 2006; pins follow them. The sessions are in examples/gallery. Afterwards \`out/gallery\` holds them with
+SIGGRAPH 2006; pins and poses follow them. The sessions are in examples/gallery. Afterwards \`out/gallery\` holds them with
 their shapes, so you can change and try them:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
@@ -362,6 +362,13 @@ pins_figures() {
   figure mesh_pins_face --until 0,1 --tools none --size 1000x480 --view 0,0 --close-up 0,-5,100,210
 }
 
+pose_figures() {
+  title "Pose: a hand counts to five"
+  figure fig_pose_count --until 4,3,2,1,0 --tools none --size 1600x420 --view 25,5
+  title "Pose: a figure bows, waves and sits"
+  figure fig_pose_figure --until 0,1,3,4,6 --tools none --size 1600x480 --view 35,8
+}
+
 fit_figures() {
   title "Fits: a hand in another pose"
   # shellcheck disable=SC2016  # backquotes of Markdown
@@ -443,6 +450,7 @@ tools() {
   tool twist --size 900x220 --view 15,18
   tool bend --size 900x440 --view 40,10
   tool pins --size 900x420 --view 8,6
+  tool pose --size 900x420 --view 48,8 --tools none
   tool turn --size 900x340 --view 0,75
 }
 
@@ -482,6 +490,7 @@ main() {
   session_figures
   remeshing_figures
   pins_figures
+  pose_figures
   fit_figures
   deform mesh19_dragon || true
   volume_errors

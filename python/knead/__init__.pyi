@@ -294,6 +294,24 @@ class Pins(Stroke):
         duration: float | None = None,
     ) -> None: ...
 
+class Pose(Stroke):
+    detail: float | None
+    parts: Sequence[Mapping[str, Any]]
+    stiffness: Sequence[Mapping[str, Any]] | None
+    exact: bool | None
+    def __init__(
+        self,
+        *,
+        parts: Sequence[Mapping[str, Any]],
+        detail: float | None = None,
+        stiffness: Sequence[Mapping[str, Any]] | None = None,
+        exact: bool | None = None,
+        name: str | None = None,
+        off: bool | None = None,
+        strength: float | None = None,
+        duration: float | None = None,
+    ) -> None: ...
+
 class Grid(Stroke):
     origin: Vector
     spacing: float

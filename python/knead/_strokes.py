@@ -1,7 +1,11 @@
 """Strokes: one class for each tool, made from the library's description of the tools."""
 
+import base64
 import inspect
 import json
+import textwrap
+
+import numpy as np
 
 from . import _knead
 from ._knead import InvalidInput
@@ -18,7 +22,49 @@ def _plain(value):
     raise TypeError(f"a stroke cannot hold a {type(value).__name__}")
 
 
+def _ranges(vertices):
+    """Returns numbers of vertices, or a mask of them, as sorted ranges [first, last]; anything else as it is."""
+    if isinstance(vertices, (set, frozenset, range)) or (
+        isinstance(vertices, (list, tuple)) and vertices and all(isinstance(v, (bool, np.bool_)) for v in vertices)
+    ):
+        vertices = np.array(list(vertices))
+    if not hasattr(vertices, "__array__"):
+        return vertices
+    vertices = np.asarray(vertices)
+    if vertices.ndim != 1 or vertices.dtype.kind not in "biu":
+        return vertices.tolist()
+    numbers = np.flatnonzero(vertices) if vertices.dtype.kind == "b" else np.unique(vertices)
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1)
+    return [[int(run[0]), int(run[-1])] for run in runs if len(run)]
+
+
+def _regions(regions):
+    """Returns regions or parts, whose "vertices" may be arrays, as lists of JSON objects."""
+    if not isinstance(regions, (list, tuple)):
+        return regions
+    return [
+        {**region, "vertices": _ranges(region["vertices"])} if isinstance(region, dict) and "vertices" in region else region
+        for region in regions
+    ]
+
+
+def _coefficients(vectors):
+    """Returns an array of vectors as base64 of float64, as a session file holds them; text as it is."""
+    if isinstance(vectors, str):
+        return vectors
+    return base64.b64encode(np.ascontiguousarray(vectors, "<f8").tobytes()).decode()
+
+
+# The keys of a tool that may be arrays where a session file has something shorter.
+_SHORTER = {
+    "pose": {"parts": _regions, "stiffness": _regions},
+    "grid": {"coefficients": _coefficients, "end_coefficients": _coefficients},
+}
+
+
 def _to_json(name, keys):
+    shorter = _SHORTER.get(keys["tool"], {}) if isinstance(keys.get("tool"), str) else {}
+    keys = {key: shorter[key](value) if key in shorter else value for key, value in keys.items()}
     try:
         return json.dumps(keys, default=_plain, allow_nan=False)
     except ValueError:
@@ -126,11 +172,54 @@ _COMMON = (
 )
 
 
+# What the docstring of a tool says besides its keys.
+_DETAILS = {
+    "pose": """
+    Parts and pins go to their places, and the body between follows as nearly rigidly as a motion that keeps the volume
+    can. Each item of `parts` is a dict: a part, or a pin.
+
+        vertices: the part's vertices when the stroke begins: an integer array (k,), a boolean mask (n,), or a list of
+            numbers and ranges [first, last]; or points: an array (k, 3) of coordinates in their place
+        hold: True: the part stays; or it moves by rotate (an axis (3,)), center (3,) and angle_deg (degrees), by
+            translate (3,), or by both at once, as a screw
+
+        pin: the number of a vertex; or pin_point: a point (3,)
+        hold: True: the pin stays; or to: the place (3,) that it goes to; or path: places (k, 3), one after the other
+        size: radius of the patch that moves rigidly with the pin, a fraction of the shape's diagonal in (0, 0.5], 0.025
+        turn: None: the patch keeps its direction; {"axis": (3,), "angle_deg": degrees}: it turns by that; left out: it
+            turns as the body takes it
+
+    Each item of `stiffness` is a dict of vertices, as above, and value: how stiff they are, in [0.01, 100]; elsewhere 1.
+    detail is in [0.01, 0.5]; exact: True takes parts and pins to their places exactly, by a last stroke of pins.
+
+    It reads the surface, so deform() needs `faces`. Also raises InvalidInput for a vertex in two parts, more than 1000
+    pins, and parts of which none moves; deform() does for vertices that the shape does not have, and for a pose that
+    would stretch the shape more than 10 times. Nothing has moved then.
+
+        tip = int(np.argmax(vertices[:, 1]))
+        wrist = vertices[:, 1] < 0.1
+        pose = knead.Pose(parts=[{"vertices": wrist, "hold": True}, {"pin": tip, "to": vertices[tip] + [0.1, 0, 0]}])
+        moved = knead.deform(vertices, pose, faces)
+""",
+    "grid": """
+    The flow of v = curl A over one unit of time. A is a cubic B-spline with the vectors `coefficients` at the nodes
+    origin + spacing (i, j, k), of which there are counts = (nx, ny, nz). More than two cells beyond the nodes nothing
+    moves. A pose becomes such strokes: Session([pose]).resolve(vertices, faces).
+
+        coefficients: an array of the nodes' vectors, x the fastest: (nz, ny, nx, 3) or (nx ny nz, 3); or base64 of them
+            as little-endian float64, as session files have it and as the attribute returns it:
+            np.frombuffer(base64.b64decode(grid.coefficients)).reshape(*grid.counts[::-1], 3)
+        end_coefficients: the same at the stroke's end, if they change linearly in time
+""",
+}
+
+
 def _make_class(tool, is_event, keys):
     keys = (*keys, *_COMMON)
     doc = [f"A stroke of the tool {tool}. The keys, as in a session file (lengths in the shape's units, angles in degrees):", ""]
     for key, required, text, kind in keys:
         doc.append(f"    {key}: {kind}" + (", required" if required else "") + (f"; {text}" if text else ""))
+    doc += textwrap.dedent(_DETAILS.get(tool, "")).rstrip().split("\n")
     doc += ["", "Raises InvalidInput for a missing or unknown key, or a value that the tool cannot use."]
     order = sorted(keys, key=lambda k: not k[1])
     parameters = [

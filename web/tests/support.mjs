@@ -56,6 +56,9 @@ export const sessions = {
   pins: '{"knead": 1}\n{"tool": "points", "points": [[0.2, 1, 0], [-0.2, 1, 0]], "outer": 0.3, "displacements": [[0, 0.1, 0]]}\n',
   handles:
     '{"knead": 1}\n{"tool": "handles", "full": [[0, 1, 0]], "zero": [[0, -1, 0]], "motion": {"translate": [0, 0.3, 0]}}\n',
+  pose:
+    '{"knead": 1}\n{"tool": "pose", "detail": 0.15, "parts": [{"points": [[0, -1, 0], [0.3, -0.95, 0], [-0.3, -0.95, 0]], ' +
+    '"hold": true}, {"pin_point": [0, 1, 0], "to": [0.2, 1.2, 0]}]}\n',
   remeshed:
     '{"knead": 1}\n{"remesh": {}}\n{"tool": "implicit", "path": [[0, 1, 0], [0, 1.8, 0]], "inner": 0.1, "outer": 0.5}\n',
 };

@@ -12,17 +12,18 @@
 namespace knead {
 namespace {
 
-constexpr std::array<std::string_view, 8> kNames{"sphere", "box",    "cylinder", "torus",
-                                                 "hand",   "crater", "knot",     "letter-y"};
+constexpr std::array<std::string_view, 9> kNames{"sphere", "box",  "cylinder", "torus", "hand",
+                                                 "crater", "knot", "letter-y", "figure"};
 constexpr std::size_t kMost = 20'000'000;
-constexpr std::array<ShapeCounts, 8> kCounts{{{12, 10'242, kMost},
+constexpr std::array<ShapeCounts, 9> kCounts{{{12, 10'242, kMost},
                                               {28, 10'000, kMost},
                                               {100, 10'000, kMost},
                                               {60, 10'000, kMost},
                                               {4'000, 36'000, kMost},
                                               {100, 40'000, kMost},
                                               {600, 20'000, kMost},
-                                              {1'000, 20'000, kMost}}};
+                                              {1'000, 20'000, kMost},
+                                              {4'000, 30'000, kMost}}};
 
 // Searches for the cell size that gives this number of vertices, by counting the vertices of unrelaxed surfaces; then
 // makes the surface.
@@ -54,6 +55,8 @@ Mesh make(ShapeKind kind, std::size_t vertices) {
       return shapes_detail::make_crater(vertices);
     case ShapeKind::knot:
       return shapes_detail::make_knot(vertices);
+    case ShapeKind::figure:
+      return make_solid(shapes_detail::figure_solid(), vertices);
     case ShapeKind::letter_y:
       break;
   }

@@ -19,6 +19,7 @@ enum class ShapeKind {
   crater,    // a block of ground: x and y from -5 to 5, bottom at z = -1.5, hilly surface near z = 0 with a crater
   knot,      // a trefoil on the torus of radii 2 and 1 about the z axis, tube of radius 0.45
   letter_y,  // x and y from -0.4 to 0.4, z from -0.1 to 0.1, flat in front and behind, edges rounded by 0.02
+  figure,    // a person who stands with the arms apart, facing +z; y from about -0.99 to 0.99
 };
 
 // Returns the names, in the order of ShapeKind: "sphere", ..., "letter-y".
@@ -41,7 +42,8 @@ ShapeCounts shape_counts(ShapeKind kind);
 // sphere of fewer than 1000 has the nearest of 12, 42, 92, 162, 252, 362, 492, 642, 812 and 1002. The same arguments
 // give the same bits. Throws InvalidInput for a number outside shape_counts(kind).
 //
-// Cost: about 0.1 us per vertex (letter-y 4 us, hand 20 us); memory 70 bytes per vertex (letter-y and hand 220).
+// Cost: about 0.1 us per vertex (letter-y 4 us, hand and figure 20 us); memory 70 bytes per vertex (letter-y, hand and
+// figure 220).
 Mesh make_shape(ShapeKind kind, std::size_t vertices = 0);
 
 // A finger of the hand. On the tip's side of the plane through `base` orthogonal to `axis`, the finger is within

@@ -10,41 +10,13 @@
 namespace knead {
 namespace {
 
+using shapes_detail::Ball;
 using shapes_detail::blend_max;
 using shapes_detail::blend_min;
-
-struct Ball {
-  Vec3d center;
-  double radius = 0;
-};
+using shapes_detail::Cone;
+using shapes_detail::distance;
 
 constexpr double kFar = 1e9;
-
-// The convex hull of two balls; neither contains the other.
-struct Cone {
-  Ball a;
-  Ball b;
-};
-
-// Returns the exact distance (Quilez, "Round cone").
-double distance(const Cone& cone, const Vec3d& p) {
-  const Vec3d ba = cone.b.center - cone.a.center;
-  const double l2 = norm2(ba);
-  const double rr = cone.a.radius - cone.b.radius;
-  const double a2 = l2 - rr * rr;
-  const Vec3d pa = p - cone.a.center;
-  const double y = dot(pa, ba);
-  const double z = y - l2;
-  const double x2 = norm2(pa * l2 - ba * y);
-  const double y2 = y * y * l2;
-  const double z2 = z * z * l2;
-  const double k = (rr < 0 ? -1.0 : 1.0) * rr * rr * x2;
-  if ((z < 0 ? -1.0 : 1.0) * a2 * z2 > k) return std::sqrt(x2 + z2) / l2 - cone.b.radius;
-  if ((y < 0 ? -1.0 : 1.0) * a2 * y2 < k) return std::sqrt(x2 + y2) / l2 - cone.a.radius;
-  return (std::sqrt(x2 * a2 / l2) + y * rr) / l2 - cone.a.radius;
-}
-
-double distance(const Ball& ball, const Vec3d& p) { return norm(p - ball.center) - ball.radius; }
 
 // The joints of a finger from knuckle to tip, and its radius at each.
 using Joints = std::array<Ball, 4>;

@@ -64,7 +64,8 @@ TEST_P(EveryShape, MeetsTheDocumentedExtent) {
                             {{-0.5, -0.95, -0.2}, {0.75, 0.95, 0.3}},
                             {{-5, -5, -1.5}, {5, 5, 0.5}},
                             {{-kKnot, -kKnot, -1.45}, {kKnot, kKnot, 1.45}},
-                            {{-0.4, -0.4, -0.1}, {0.4, 0.4, 0.1}}};
+                            {{-0.4, -0.4, -0.1}, {0.4, 0.4, 0.1}},
+                            {{-0.93, -1, -0.2}, {0.93, 1, 0.25}}};
   const Box outer = documented[static_cast<std::size_t>(kind)];
   const Box box = bounding_box(make_shape(kind).positions);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -81,7 +82,7 @@ INSTANTIATE_TEST_SUITE_P(Kinds, EveryShape, testing::ValuesIn(shape_names().begi
                          });
 
 TEST(Shapes, NamesGiveKinds) {
-  EXPECT_EQ(shape_names().size(), 8U);
+  EXPECT_EQ(shape_names().size(), 9U);
   EXPECT_EQ(shape_kind("letter-y"), ShapeKind::letter_y);
   EXPECT_EQ(shape_kind("hand"), ShapeKind::hand);
   EXPECT_THROW(shape_kind("teapot"), InvalidInput);
