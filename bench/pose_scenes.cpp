@@ -139,27 +139,68 @@ PoseScene drag(const std::string& name, const Mesh& mesh) {
   return scene;
 }
 
-// The end of a limb turns; everything far away along the surface stays.
+// Of the axes across a limb, the one that takes its tip farthest from what stays.
+HandlesRotation freest_turn(const PoseScene& scene, const Vec3d& tip, const Vec3d& hinge) {
+  constexpr int kAxes = 16;
+  const HandlesRotation about{tip - hinge, hinge, 360.0 / kAxes};
+  HandlesRotation best;
+  double most = -1;
+  for (int k = 0; k < kAxes; ++k) {
+    const Vec3d axis = turned(hinge + across(tip - hinge), about, k) - hinge;
+    const HandlesRotation turn{axis, hinge, kTurnDegrees};
+    const Vec3d place = turned(tip, turn);
+    double least = HUGE_VAL;
+    for (const std::uint32_t v : scene.fixed) least = std::min(least, norm(scene.mesh.positions[v] - place));
+    if (least > most) std::tie(most, best) = std::pair(least, turn);
+  }
+  return best;
+}
+
+// An end of a shape, and the ring around its limb.
+struct Limb {
+  std::uint32_t tip = 0;
+  std::vector<double> distance;  // of each vertex along the surface, of the diagonal
+  Vec3d hinge{0, 0, 0};          // the middle of the ring
+  double radius = HUGE_VAL;      // of the ring
+};
+
+Limb limb_at(const Mesh& mesh, std::uint32_t tip, double diagonal) {
+  constexpr double kHinge = 0.24;
+  constexpr double kHalfRing = 0.01;
+  Limb limb;
+  limb.tip = tip;
+  limb.distance = edge_distances(mesh, tip);
+  std::vector<Vec3d> ring;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    limb.distance[v] /= diagonal;
+    if (std::abs(limb.distance[v] - kHinge) < kHalfRing) ring.push_back(mesh.positions[v]);
+  }
+  const auto count = static_cast<double>(ring.size());
+  for (const Vec3d& p : ring) limb.hinge += p / count;
+  if (ring.empty()) return limb;
+  limb.radius = 0;
+  for (const Vec3d& p : ring) limb.radius += norm(p - limb.hinge) / count;
+  return limb;
+}
+
+// The end of the thinnest limb turns; everything far away along the surface stays.
 PoseScene turn_of_end(const std::string& name, const Mesh& mesh) {
   constexpr double kPart = 0.17;  // of the diagonal, along the surface from the tip
-  constexpr double kHinge = 0.24;
-  constexpr double kStays = 0.5;
+  constexpr double kStays = 0.5;  // and farther than this from the tip in space: not its neighbours
   PoseScene scene{name + ", turn", mesh};
   const double diagonal = bounding_box(mesh.positions).diagonal();
-  const std::uint32_t tip = ends_of(mesh)[1];
-  const std::vector<double> distance = edge_distances(mesh, tip);
-  Vec3d hinge{0, 0, 0};
-  double count = 0;
-  for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
-    const double d = distance[v] / diagonal;
-    if (d < kPart) scene.moving.push_back(v);
-    if (d > kStays && d < HUGE_VAL) scene.fixed.push_back(v);
-    if (std::abs(d - kHinge) > 0.01) continue;
-    hinge += mesh.positions[v];
-    ++count;
+  Limb thinnest;
+  for (const std::uint32_t end : ends_of(mesh)) {
+    Limb limb = limb_at(mesh, end, diagonal);
+    if (limb.radius < thinnest.radius) thinnest = std::move(limb);
   }
-  hinge = hinge / count;
-  scene.turn = HandlesRotation{across(mesh.positions[tip] - hinge), hinge, kTurnDegrees};
+  for (std::uint32_t v = 0; v < mesh.positions.size(); ++v) {
+    const double d = thinnest.distance[v];
+    if (d < kPart) scene.moving.push_back(v);
+    const bool is_far = norm(mesh.positions[v] - mesh.positions[thinnest.tip]) > kStays * diagonal;
+    if (is_far && d > kStays && d < HUGE_VAL) scene.fixed.push_back(v);
+  }
+  scene.turn = freest_turn(scene, mesh.positions[thinnest.tip], thinnest.hinge);
   return scene;
 }
 

@@ -30,7 +30,7 @@ struct PoseScene {
 // Returns the procedural scenes: a bar, a cylinder, a hand and an animal with a trunk.
 std::vector<PoseScene> procedural_scenes();
 
-// Returns the scenes of a closed mesh: its second farthest end turns, and is dragged, as hand and animal are.
+// Returns the scenes of a closed mesh: the end of its thinnest limb turns, and an end is dragged.
 std::vector<PoseScene> scenes_of(const std::string& name, const Mesh& mesh);
 
 }  // namespace knead

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import stamps
+from . import poses, stamps, state
 from .native import knead
 
 _DEGREES_PER_PIXEL = 0.5
@@ -13,6 +13,10 @@ _SNAP_LENGTH = 0.1  # of the radius
 _STAND_OFF = 0.02  # of the stamp's size: from the surface
 _LEAST_PRESSURE = 0.05
 _PRESSURE_STEPS = 16  # of a pen's radius
+_LIVE_DETAIL = 0.12  # of a pose, while it is dragged
+_POSE_PIECE = 0.02  # of the mesh's diagonal: the shortest piece of a pin's path
+_PIN_SIZE = 0.025  # of the diagonal
+_MOST_POINTS = 200  # of a part that has a mirror image
 _MOST_RAYS = 400  # between two places of the pointer
 
 
@@ -44,6 +48,9 @@ class Gesture:
 
     def end(self):
         pass
+
+    def click(self):
+        """What a press without a drag does."""
 
     def ring_at(self):
         """Returns where the rings are drawn, and their radii."""
@@ -317,4 +324,68 @@ class Stamp(Gesture):
         return self.point, self.normal, (self._keys["outer"],)
 
 
-ALL = {cls.__name__.lower(): cls for cls in (Pull, Paint, Rotate, Stretch, Twist, Bend, Stamp)}
+class Pose(Gesture):
+    """A vertex along the pointer's path, in the plane that faces the viewer; what is pinned or masked stays.
+
+    Coarse while it is dragged, and in full detail at its end. A click pins the vertex, or frees it.
+    """
+
+    cls = knead.Pose
+    unit = ""
+
+    def begin(self):
+        vertices = self.live.vertices
+        self._obj = self.view.obj
+        self._vertex = int(np.linalg.norm(vertices - self.point, axis=1).argmin())
+        self._vertices = vertices
+        self.path = [vertices[self._vertex]]
+        self._offset = self.path[0] - self.view.on_plane(self.start.pixel, self.path[0])
+        self._detail = max(self.settings.pose_detail, _LIVE_DETAIL)
+
+    def move(self, pointer):
+        place = self.view.on_plane(pointer.pixel, self.path[0]) + self._offset
+        if pointer.typed is not None or pointer.ctrl:
+            way = place - self.path[0]
+            length = float(np.linalg.norm(way))
+            unit = way / length if length > 0 else self.normal
+            to = self.path[0] + unit * pointer.snapped(length, _SNAP_LENGTH * self.radius)
+            self.path = self.path[:1] if (to == self.path[0]).all() else [self.path[0], to]
+        elif np.linalg.norm(place - self.path[-1]) >= _POSE_PIECE * self.live.size:
+            self.path.append(place)
+
+    def end(self):
+        self._detail = self.settings.pose_detail
+
+    def click(self):
+        held = poses.pins(self._obj)
+        poses.set_pins(self._obj, set(held) ^ {self._vertex})
+
+    def amount(self):
+        return float(np.linalg.norm(self.path[-1] - self.path[0]))
+
+    def strokes(self):
+        if len(self.path) < 2:
+            return []
+        held = poses.held(self._obj, self.settings, [self._vertex])
+        if not held:
+            raise state.Refusal("Nothing holds: click on places that shall stay, or name a vertex group or paint a mask")
+        parts = [{"pin": self._vertex, "path": np.array(self.path[1:])}, *held]
+        if any(getattr(self._obj.data, f"use_mirror_{axis}") for axis in "xyz"):
+            parts = [self._by_places(part) for part in parts]
+        return [knead.Pose(parts=parts, detail=round(self._detail, 6))]
+
+    def _by_places(self, part):
+        """Returns the part by coordinates, which have mirror images."""
+        part = dict(part)
+        if "pin" in part:
+            part["pin_point"] = self._vertices[part.pop("pin")]
+        else:
+            numbers = part.pop("vertices")
+            part["points"] = self._vertices[numbers[:: len(numbers) // _MOST_POINTS + 1]]
+        return part
+
+    def ring_at(self):
+        return self.point + self.path[-1] - self.path[0], self.normal, (_PIN_SIZE * self.live.size,)
+
+
+ALL = {cls.__name__.lower(): cls for cls in (Pull, Paint, Rotate, Stretch, Twist, Bend, Stamp, Pose)}

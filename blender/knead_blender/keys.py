@@ -4,12 +4,12 @@ import json
 import re
 
 import numpy as np
-from bpy.props import EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, IntProperty, StringProperty
 
 from .native import knead
 
 _COMMON = {"name", "off", "duration"}
-_TEXT = {"samples", "path", "pose"}  # as JSON; too long for a panel
+_TEXT = {"samples", "path", "pose", "parts", "stiffness"}  # as JSON; too long for a panel
 
 
 def _property(key):
@@ -18,6 +18,8 @@ def _property(key):
         return FloatProperty(name=name, description=help_text, default=1, min=0, max=1.5)
     if kind.startswith("float"):
         return FloatProperty(name=name, description=help_text, precision=4)
+    if kind == "bool":
+        return BoolProperty(name=name, description=help_text)
     if kind == "int":
         return IntProperty(name=name, description=help_text)
     if kind == "Vector":
@@ -39,7 +41,7 @@ def properties(cls):
 
 def _is_text(cls, name):
     kind = next(key["type"] for key in _described(cls) if key["name"] == name)
-    return not (kind.startswith(("float", "Literal")) or kind in ("int", "Vector", "str"))
+    return not (kind.startswith(("float", "Literal")) or kind in ("bool", "int", "Vector", "str"))
 
 
 def _as_property(cls, name, value):

@@ -48,6 +48,11 @@ class Live:
         return self.frame.leave(self._bench.vertices, self.entered, self.base)
 
     @property
+    def vertices(self):
+        """The positions of now in the space of the session; a copy."""
+        return np.array(self._bench.vertices)
+
+    @property
     def surface(self):
         """The surface before the current stroke, in the space of the session."""
         if self._surface is None:

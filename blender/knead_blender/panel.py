@@ -2,6 +2,8 @@
 
 import bpy
 
+from . import poses
+
 
 class KNEAD_UL_strokes(bpy.types.UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index):
@@ -41,10 +43,21 @@ class KNEAD_PT_session(bpy.types.Panel):
         row = layout.row(align=True)
         row.operator("knead.add_mask")
         row.operator("knead.remove_mask")
+        self._pose_buttons(layout, obj)
         layout.operator("knead.bake")
         layout.operator("knead.check")
         for line in obj.knead.report.splitlines():
             layout.label(text=line)
+
+    @staticmethod
+    def _pose_buttons(layout, obj):
+        column = layout.column(align=True)
+        column.operator("knead.pose_part", icon="POSE_HLT")
+        row = column.row(align=True)
+        row.operator("knead.pose_pins", text="Pin at Cursor").at = "CURSOR"
+        row.operator("knead.pose_pins", text="Selected").at = "SELECTED"
+        clear = row.operator("knead.pose_pins", text=f"Unpin {len(poses.pins(obj))}")
+        clear.at, clear.replace = "NONE", True
 
     @staticmethod
     def _stroke_buttons(column, data):

@@ -1,7 +1,7 @@
 """What is set for the tools, with the scene."""
 
 import bpy
-from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 
 class KneadTools(bpy.types.PropertyGroup):
@@ -44,6 +44,16 @@ class KneadTools(bpy.types.PropertyGroup):
         name="Widen",
         description="Spread a twist or bend over more of the part where it would stretch that too much",
         default=True,
+    )
+    pose_hold: StringProperty(
+        name="Hold", description="The vertex group that stays while a place is posed; empty: what the sculpt mask covers"
+    )
+    pose_detail: FloatProperty(
+        name="Detail",
+        description="The finest motion of a pose: a fraction of the diagonal of the mesh",
+        default=0.075,
+        min=0.02,
+        max=0.3,
     )
     stamp: PointerProperty(
         name="Stamp",

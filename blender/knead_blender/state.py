@@ -49,6 +49,7 @@ def _list_strokes(self, _context=None):
 
 class KneadMesh(bpy.types.PropertyGroup):
     session: StringProperty(name="Session", description="The strokes, as the text of a .knead file", update=_list_strokes)
+    pins: StringProperty(name="Pins", description="The numbers of the vertices that stay in poses, as a JSON list")
     key: StringProperty(name="Shape key", description="The shape key that the strokes edit")
     space: StringProperty(name="Space", description="LOCAL, or WORLD: the strokes are in the frame below")
     frame: FloatVectorProperty(name="Frame", size=16, default=[float(i % 5 == 0) for i in range(16)])

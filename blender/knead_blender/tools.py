@@ -169,10 +169,11 @@ class Tool:
     def _finish(self, context, pointer):
         self._gesture.move(pointer)
         self._gesture.end()
-        strokes = self._gesture.strokes()
-        if not strokes:
-            return self._cancel(context)
         try:
+            strokes = self._gesture.strokes()
+            if not strokes:
+                self._gesture.click()
+                return self._cancel(context)
             self._live.set_strokes(self._with_images(strokes, self._live.size))
         except _ERRORS as error:
             self.report({"WARNING"}, str(error))
@@ -263,6 +264,7 @@ OPERATORS = (
     _operator("twist", "Twist", "Twist a part of the mesh"),
     _operator("bend", "Bend", "Bend a part of the mesh"),
     _operator("stamp", "Stamp", "Press a closed mesh into the surface"),
+    _operator("pose", "Pose", "Drag a place; what is pinned stays, the rest follows as if it had bones. A click pins or frees"),
 )
 _CLASSES = (*OPERATORS, KNEAD_OT_radius, KNEAD_OT_inner)
 

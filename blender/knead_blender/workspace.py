@@ -13,13 +13,14 @@ _OF_TOOL = {
     "paint": ("radius", "depth", "pressure"),
     "twist": ("radius", "whole_part", "widen_zone"),
     "bend": ("radius", "whole_part", "widen_zone"),
+    "pose": ("pose_hold", "pose_detail"),
     "stamp": ("radius", "stamp", "stamp_size"),
 }
 
 
 def _draw_settings(name):
     def draw_settings(context, layout, tool):
-        for setting in (*_OF_TOOL.get(name, ("radius", "inner_ratio")), "falloff"):
+        for setting in (*_OF_TOOL.get(name, ("radius", "inner_ratio")), *(() if name == "pose" else ("falloff",))):
             layout.prop(context.scene.knead, setting)
 
     return draw_settings
