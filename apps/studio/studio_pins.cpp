@@ -53,25 +53,27 @@ bool Studio::change_pin(const Event& event) {
   return true;
 }
 
-// Alt removes a part, a double click makes it hold or free; elsewhere a double click proposes a limb.
+// Alt removes a part; a double click proposes the limb there.
 bool Studio::change_part(const ButtonChanged& button) {
   if (has_exact_pins(settings_) || button.modifiers.shift) return false;
+  if (!button.modifiers.alt) return propose_limb(button);
   const std::optional<std::size_t> part = part_at(pointer_, surroundings(), placed_.parts);
-  if (!part) return button.is_double && !button.modifiers.alt && propose_limb(button);
-  if (button.modifiers.alt) {
-    remove_part(*part);
-  } else {
-    hold_part(*part, !placed_.parts.holds[*part]);
-  }
-  return true;
+  if (part) remove_part(*part);
+  return part.has_value();
 }
 
-// The drag that may follow turns the limb about its joint.
+// The drag that may follow turns the limb about its joint, also where its gizmo is.
 bool Studio::propose_limb(const ButtonChanged& button) {
+  if (!hit_at(pointer_, surroundings())) return false;
   withdraw(Subject::gesture);
   const std::string problem = add_limb(pointer_, surroundings(), placed_);
-  if (!problem.empty()) tell({true, problem, Subject::gesture});
-  if (problem.empty()) press({button.button, true, button.x, button.y, button.modifiers});
+  if (!problem.empty()) {
+    tell({true, problem, Subject::gesture});
+    return true;
+  }
+  press({button.button, true, button.x, button.y, button.modifiers});
+  auto* const part = gesture_ ? std::get_if<PartGesture>(&gesture_->kind) : nullptr;
+  if (part != nullptr) part->handle.reset();
   return true;
 }
 

@@ -12,6 +12,7 @@ namespace knead::studio {
 namespace {
 
 constexpr double kBrush = 0.5;  // of the radius
+constexpr double kShaft = 68;   // pixels of an arrow
 
 // The corner of the triangle that is nearest to the hit.
 std::uint32_t vertex_at(const SurfaceHit& hit, const Surroundings& around) {
@@ -25,7 +26,13 @@ Vec3d forward_of(const Surroundings& around) { return render::camera_frame(aroun
 
 std::optional<GizmoPart> gizmo_at(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
   if (!placed.parts.placement) return std::nullopt;
-  return gizmo_part_at(around.screen, *placed.parts.placement, pointer.x, pointer.y);
+  const Placement& at = *placed.parts.placement;
+  const auto handle = gizmo_part_at(around.screen, at, pointer.x, pointer.y);
+  const bool is_arrow = handle && !turns(*handle) && *handle != GizmoPart::center;
+  const auto middle = pixel_of(around.screen, at.center);
+  // One arrow lies along the limb, which can be taken hold of there: only its end is the arrow.
+  const bool is_shaft = is_arrow && middle && std::hypot(middle->x - pointer.x, middle->y - pointer.y) < kShaft;
+  return is_shaft ? std::nullopt : handle;
 }
 
 // The shortest rotation about the joint that takes the grabbed place towards the pointer, in the plane of the view. A
@@ -92,16 +99,12 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
     return "There is no limb here; draw a line round a part of the shape instead.";
   }
   PartMarks& parts = placed.parts;
-  const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end();
-  std::vector<bool> stays(positions.size());
-  for (const std::uint32_t v : limb.body) stays[v] = true;
-  std::vector<std::uint32_t> bending;
-  for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (!stays[v]) bending.push_back(v);
-  }
-  if (has_body) mark(bending, std::nullopt, around.state, parts);
+  const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end() ||
+                        std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
+  if (!parts.of_vertex.empty()) mark(limb.bending, std::nullopt, around.state, parts);
   if (!has_body) add_part(limb.body, around.state, parts);
-  add_part(limb.vertices, around.state, parts);
+  // Beside its neighbours a limb gives way.
+  if (const auto part = add_part(limb.vertices, around.state, parts)) parts.holds[*part] = false;
   return {};
 }
 
@@ -113,8 +116,9 @@ std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings
     const std::optional<std::size_t> part = part_at(pointer, around, placed.parts);
     if (!part) return std::nullopt;
     select_part(part, placed.parts);
-    gesture.grabbed = hit_at(pointer, around)->point;
   }
+  const auto hit = hit_at(pointer, around);
+  if (hit) gesture.grabbed = hit->point;
   if (!placed.parts.placement) return std::nullopt;
   gesture.parts = placed.parts;
   gesture.pins = placed.pins;
