@@ -262,7 +262,7 @@ class Script {
     } else if (key == "start") {
       to.start = static_cast<PullStart>(choice(value, {"inside", "surface", "plane"}));
     } else if (key == "pose") {
-      to.pose = static_cast<PoseMode>(choice(value, {"pins", "exact"}));
+      to.pose = static_cast<PoseMode>(choice(value, {"pins", "lasso", "brush", "exact"}));
     } else if (key == "detail") {
       to.pose_detail = value.number();
     } else if (key == "lasso") {

@@ -279,11 +279,11 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
 
 // A pose that waits for the pointer is computed with all its detail.
 void Studio::rest() {
-  auto* const pins = gesture_ ? std::get_if<PinsGesture>(&gesture_->kind) : nullptr;
+  bool* const rests = gesture_ ? rests_of(*gesture_) : nullptr;
   const std::chrono::duration<double> waits = std::chrono::steady_clock::now() - moved_;
-  const bool is_due = pins != nullptr && !pins->rests && !worker_->is_busy() && waits.count() > kRest;
+  const bool is_due = rests != nullptr && !*rests && !worker_->is_busy() && waits.count() > kRest;
   if (!is_due || settings_.pose == PoseMode::exact) return;
-  pins->rests = true;
+  *rests = true;
   send_live();
 }
 
@@ -298,7 +298,9 @@ void Studio::release(const ButtonChanged& button) {
 void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
   Surroundings around = surroundings();
+  const std::size_t pins = placed_.pins.size();
   end_gesture(pointer_, around, placed_, *gesture_);
+  set_pin_ = placed_.pins.size() == pins + 1 ? std::optional(pins) : std::nullopt;
   if (const auto* handles = std::get_if<HandlesGesture>(&gesture_->kind)) {
     const std::string refusal = refusal_of(*handles, settings_);
     if (!refusal.empty()) tell({true, refusal});
@@ -478,7 +480,9 @@ void Studio::clear_placed() {
   Placed kept;
   kept.stamp = std::move(placed_.stamp);
   select_pins(false);
+  select_part(std::nullopt);
   kept.pins = std::move(placed_.pins);
+  kept.parts = std::move(placed_.parts);
   placed_ = std::move(kept);
   picking_ = PlanePick::none;
 }

@@ -37,7 +37,9 @@ const char* word_of(PullStart start) {
   return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
 }
 
-const char* word_of(PoseMode mode) { return std::array{"pins", "exact"}[static_cast<std::size_t>(mode)]; }
+const char* word_of(PoseMode mode) {
+  return std::array{"pins", "lasso", "brush", "exact"}[static_cast<std::size_t>(mode)];
+}
 
 std::string settings_line(const ToolSettings& to) {
   std::string text = fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "capsule_length": {}, )",

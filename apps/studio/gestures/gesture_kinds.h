@@ -69,6 +69,21 @@ void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, P
 // Selects the pins within the line and no others.
 void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
 
+bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+// Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
+std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings& around, Placed& placed);
+void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& gesture);
+// Makes a part of the limb that the pointer is on, which is selected and free, and where no part and no pin holds yet
+// one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
+// one.
+std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed);
+// Makes a part of the vertices within the line, or frees them; the line of a click selects the part there.
+void end_part_lasso(const Pointer& pointer, const Surroundings& around, const LassoGesture& gesture, Placed& placed);
+// Paints onto the selected part, or a new one.
+std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const Surroundings& around, Placed& placed);
+void move_part_paint(const Pointer& pointer, const Surroundings& around, const PartPaintGesture& gesture,
+                     Placed& placed);
+
 // At most so many of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);
 

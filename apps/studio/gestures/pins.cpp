@@ -173,6 +173,7 @@ std::optional<double> radius_of(const PinsStroke& stroke) {
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
   PinsGesture gesture;
   gesture.pins = placed.pins;
+  gesture.parts = placed.parts;
   std::optional<std::size_t> pin = pin_at(pointer, around, gesture.pins);
   const auto hit = hit_at(pointer, around);
   if (!pin && !hit) return std::nullopt;

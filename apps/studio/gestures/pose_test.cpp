@@ -49,12 +49,13 @@ TEST_F(PoseTest, ADragBecomesOneStrokeThatTheCommandRepeats) {
   const PoseStroke stroke = last_pose(studio);
   EXPECT_EQ(stroke.detail, 0.1);
   ASSERT_EQ(stroke.parts.size(), 2u);
-  EXPECT_TRUE(pin_of(stroke, 0).hold);
-  EXPECT_EQ(positions_at_start(studio)[*pin_of(stroke, 0).vertex], before[0].place);
-  EXPECT_EQ(positions_at_start(studio)[*pin_of(stroke, 1).vertex], before[1].place);
-  EXPECT_LT(norm(pin_of(stroke, 1).path.back() - before[1].place - Vec3d{-0.2, 0.9, 0}), 0.02);
-  EXPECT_TRUE(pin_of(stroke, 1).turns_freely);
-  EXPECT_LT(norm(pins(studio)[1].place - pin_of(stroke, 1).path.back()), 0.005 * studio.shown().diagonal);
+  const PosePin& dragged = pin_of(stroke, 0);
+  EXPECT_TRUE(pin_of(stroke, 1).hold);
+  EXPECT_EQ(positions_at_start(studio)[*dragged.vertex], before[1].place);
+  EXPECT_EQ(positions_at_start(studio)[*pin_of(stroke, 1).vertex], before[0].place);
+  EXPECT_LT(norm(dragged.path.back() - before[1].place - Vec3d{-0.2, 0.9, 0}), 0.02);
+  EXPECT_TRUE(dragged.turns_freely);
+  EXPECT_LT(norm(pins(studio)[1].place - dragged.path.back()), 0.005 * studio.shown().diagonal);
   EXPECT_LT(norm(pins(studio)[0].place - before[0].place), 0.005 * studio.shown().diagonal);
   EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
 }

@@ -12,6 +12,7 @@
 #include "knead/math/mat3.h"
 #include "knead/mesh/mesh.h"
 #include "knead/remesh/remesh.h"
+#include "knead/session/deformed_shape.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
@@ -39,8 +40,10 @@ enum class MaskMode { paint, lasso, box };
 // What clicks and drags do with the pose.
 //   pins   set and drag pins: what is near a pin turns as the shape takes it, and the shape stays as nearly rigid as it
 //          can
+//   lasso  draw a line round a part of the shape, which then holds or is moved rigidly
+//   brush  paint such a part
 //   exact  set and drag pins, each to its exact place, with what is within their radius
-enum class PoseMode { pins, exact };
+enum class PoseMode { pins, lasso, brush, exact };
 
 struct Placed;
 struct ToolSettings;
@@ -232,6 +235,22 @@ struct Pin {
   bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
+// The parts of a pose, each with a number: gestures/parts.h. Each holds while another one, or a pin, is dragged; else
+// it is free, and goes with the surface.
+struct PartMarks {
+  std::vector<std::uint8_t> of_vertex;    // for each vertex the number of its part, from 1; 0: none; empty: none has
+  std::vector<bool> holds;                // of each part
+  std::optional<std::size_t> selected{};  // from 0
+  std::optional<Placement> placement{};   // of the gizmo of the selected part
+  ShapeState at{};                        // which shape's vertices these are
+  // The same on meshes that the shape has had.
+  struct Seat {
+    std::weak_ptr<const Mesh> mesh;
+    std::vector<std::uint8_t> of_vertex;
+  };
+  std::vector<Seat> seats{};
+};
+
 // What has been placed for the next drag.
 struct Placed {
   std::vector<Vec3d> points;
@@ -240,6 +259,7 @@ struct Placed {
   std::vector<std::uint8_t> handles;  // for each vertex: kFullHandle, kZeroHandle or 0; empty: none
   std::optional<StampShape> stamp;
   std::vector<Pin> pins;
+  PartMarks parts;
   std::optional<std::size_t> lit_pin;  // that the panel points to
   std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
 };

@@ -116,12 +116,38 @@ bool draw_pin(Studio& studio, std::size_t number) {
   return !is_removed;
 }
 
+void draw_parts(Studio& studio) {
+  for (std::size_t part = 0; part < studio.placed().parts.holds.size(); ++part) {
+    const PartMarks& parts = studio.placed().parts;
+    ImGui::PushID(static_cast<int>(part));
+    bool holds = parts.holds[part];
+    if (ImGui::Checkbox("##holds", &holds)) studio.hold_part(part, holds);
+    help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
+    ImGui::SameLine();
+    const bool is_selected = parts.selected == part;
+    if (is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
+    const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFontSize();
+    if (ImGui::Selectable(fmt::format("Part {}", part + 1).c_str(), is_selected, 0, {width, 0})) {
+      studio.select_part(is_selected ? std::nullopt : std::optional(part));
+    }
+    if (is_selected) ImGui::PopStyleColor();
+    ImGui::SameLine();
+    const bool is_removed = ImGui::SmallButton("x");
+    help_on_hover("Removes the part (Alt+click on it).");
+    ImGui::PopID();
+    if (!is_removed) continue;
+    studio.remove_part(part);
+    break;
+  }
+}
+
 void draw_pose(Studio& studio) {
   ToolSettings& settings = studio.settings();
-  for (const PoseMode mode : {PoseMode::pins, PoseMode::exact}) {
-    if (mode != PoseMode::pins) ImGui::SameLine();
-    if (ImGui::RadioButton(name_of(mode), settings.pose == mode)) settings.pose = mode;
-  }
+  constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
+  choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
+  help_on_hover(
+      "Pins: click to set a pin, drag it or a part. Lasso, Brush: mark a part, which holds, and moves by its gizmo. "
+      "Exact points: each pin goes to its place alone, with what is within its radius.");
   if (settings.pose != PoseMode::exact) {
     slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
           "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer");
@@ -131,7 +157,10 @@ void draw_pose(Studio& studio) {
 void draw_pins(Studio& studio) {
   ImGui::Checkbox("Lasso", &studio.settings().lasso_selects);
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
-  if (ImGui::Button("Clear")) studio.clear_pins();
+  if (ImGui::Button("Clear")) {
+    studio.clear_pins();
+    if (!has_exact_pins(studio.settings())) studio.clear_parts();
+  }
   const std::vector<Pin>& pins = studio.placed().pins;
   const std::size_t count = pins.size();
   const auto selected = std::count_if(pins.begin(), pins.end(), [](const Pin& pin) { return pin.is_selected; });
@@ -189,6 +218,7 @@ void draw_own_settings(Studio& studio) {
   if (tool.use == ToolUse::handles) draw_handles(studio);
   if (tool.use == ToolUse::pose) {
     draw_pose(studio);
+    if (!has_exact_pins(settings)) draw_parts(studio);
     draw_pins(studio);
   }
   if (tool.use == ToolUse::mask) draw_mask(studio);
@@ -294,7 +324,8 @@ void draw_radius(Studio& studio) {
     if (is_auto) return ImGui::TextDisabled("%.4g", studio.radius());
     ImGui::NewLine();
   }
-  if (settings.tool->use == ToolUse::pose && !has_exact_pins(settings)) return;
+  if (settings.tool->use == ToolUse::pose && settings.pose != PoseMode::exact && settings.pose != PoseMode::brush)
+    return;
   slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
 }
 
