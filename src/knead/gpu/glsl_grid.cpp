@@ -3,8 +3,8 @@
 namespace knead::gpu {
 
 // grid_view.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in n[]
-// as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Nothing loops, since some drivers
-// count the rounds of loops.
+// as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Lines of nodes loop: written out,
+// shaders take Mesa on the CPU half a minute to compile.
 const char* const kGlslGrid = R"(
 double per_spacing;
 
@@ -44,35 +44,16 @@ Weights weights_at(R u) {
                  R4(R(-3) * q2, u * (R(9) * u - R(12)), q * (R(12) - R(9) * q), R(3) * u2));
 }
 
-R along_line(int at, int stride, R4 by) {
-  return dot(R4(n[at], n[at + stride], n[at + 2 * stride], n[at + 3 * stride]), by);
+// The coefficient of the node whose numbers begin `offset` after those of the first one.
+R3 node_at(int offset, R t) {
+  R3 a = part(field_numbers(0) + offset);
+#ifdef GRID_CHANGES
+  a += (part(table[first_field + kEndNumbers] + offset) - a) * t;
+#endif
+  return a;
 }
 
-// Of a plane of 16 nodes, each line summed along its own axis: the sum and its derivative along the next one.
-R2 over_plane(int at, int own, int next, R4 by, Weights across) {
-  R4 lines = R4(along_line(at, own, by), along_line(at + next, own, by), along_line(at + 2 * next, own, by),
-                along_line(at + 3 * next, own, by));
-  return R2(dot(lines, across.value), dot(lines, across.slope));
-}
-
-// The derivatives of a component of A along the next axis and the last one.
-R2 slopes_of(int at, ivec3 strides, R4 own, Weights next, Weights last) {
-  R2 a = over_plane(at, strides.x, strides.y, own, next);
-  R2 b = over_plane(at + strides.z, strides.x, strides.y, own, next);
-  R2 c = over_plane(at + 2 * strides.z, strides.x, strides.y, own, next);
-  R2 d = over_plane(at + 3 * strides.z, strides.x, strides.y, own, next);
-  return R2(dot(R4(a.y, b.y, c.y, d.y), last.value), dot(R4(a.x, b.x, c.x, d.x), last.slope));
-}
-
-// v = curl A in the cell whose numbers begin at `at`.
-R3 curl(int at, Weights x, Weights y, Weights z) {
-  ivec3 strides = ivec3(3, 3 * table[first_field + kRow], 3 * table[first_field + kPlane]);
-  R2 of_x = slopes_of(at, strides.xyz, x.value, y, z);
-  R2 of_y = slopes_of(at + 1, strides.yzx, y.value, z, x);
-  R2 of_z = slopes_of(at + 2, strides.zxy, z.value, x, y);
-  return R3(of_z.y - of_y.x, of_x.y - of_z.x, of_y.y - of_x.x);
-}
-
+// v = curl A: each line of four nodes along x is summed, and its derivative.
 R3 grid_velocity(R3 at, R t) {
   R3 place = at * n[segment_numbers + kPerSpacing];
   ivec3 cell = cell_of(place);
@@ -82,10 +63,22 @@ R3 grid_velocity(R3 at, R t) {
   Weights x = weights_at(within.x);
   Weights y = weights_at(within.y);
   Weights z = weights_at(within.z);
-  R3 v = curl(field_numbers(0) + 3 * node, x, y, z);
-#ifdef GRID_CHANGES
-  v += (curl(table[first_field + kEndNumbers] + 3 * node, x, y, z) - v) * t;
-#endif
+  R3 v = R3(0);
+  for (int line = 0; line < 16; ++line) {
+    int j = line & 3;
+    int k = line >> 2;
+    int offset = 3 * (node + table[first_field + kRow] * j + table[first_field + kPlane] * k);
+    R3 a = node_at(offset, t);
+    R3 b = node_at(offset + 3, t);
+    R3 c = node_at(offset + 6, t);
+    R3 d = node_at(offset + 9, t);
+    R3 value = a * x.value.x + b * x.value.y + c * x.value.z + d * x.value.w;
+    R3 slope = a * x.slope.x + b * x.slope.y + c * x.slope.z + d * x.slope.w;
+    R3 by_z = value * (y.value[j] * z.slope[k]);
+    R3 by_y = value * (y.slope[j] * z.value[k]);
+    R3 by_x = slope * (y.value[j] * z.value[k]);
+    v += R3(by_y.z - by_z.y, by_z.x - by_x.z, by_x.y - by_y.x);
+  }
   return v;
 }
 

@@ -16,7 +16,10 @@ namespace {
 using namespace layout;
 using detail::GridCells;
 
-// Nodes to a call of a shader, with the empty ones around the grids: their numbers take 24 bytes each.
+// Segments to a call of a shader: some drivers stop loops after 65535 rounds, and an evaluation takes 16.
+constexpr std::size_t kMostGrids = 16;
+
+// Nodes to a call, with the empty ones around the grids: their numbers take 24 bytes each.
 constexpr std::size_t kMostNodes = std::size_t{1} << 21;
 
 std::size_t padded_nodes(const PotentialGrid& grid) {
@@ -146,7 +149,7 @@ PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions
 std::size_t count_packed_grids(std::span<const Segment> segments) {
   std::size_t nodes = 0;
   std::size_t length = 0;
-  while (length < segments.size()) {
+  while (length < std::min(segments.size(), kMostGrids)) {
     nodes += padded_nodes(segments[length].grid);
     if (length > 0 && nodes > kMostNodes) break;
     ++length;

@@ -11,7 +11,7 @@ namespace knead::gpu {
 // Packs segments with grids.
 PackedSegments pack_grids(std::span<const Segment> segments, const AdvectOptions& options);
 
-// Returns how many of the segments with grids, from the first on, are packed together: as much memory as one call of the
+// Returns how many of the segments with grids, from the first on, are packed together: as far as one call of the
 // shader should take, or one segment.
 std::size_t count_packed_grids(std::span<const Segment> segments);
 
