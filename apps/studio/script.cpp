@@ -182,7 +182,7 @@ class Script {
 
   bool settings(const Json& line) {
     if (line.has("tool")) {
-      studio_.perform(action_of(tool_named(line.at("tool").text())));
+      choose_tool(line.at("tool").text());
     } else if (line.has("pins")) {
       set_pins(line);
     } else if (line.has("set")) {
@@ -206,6 +206,12 @@ class Script {
       return false;
     }
     return true;
+  }
+
+  void choose_tool(const std::string& name) {
+    const bool is_pins = name == "pins";  // a tool of its own before pose came
+    studio_.perform(action_of(is_pins ? studio_tool(ToolUse::pose) : tool_named(name)));
+    if (is_pins) studio_.settings().pose = PoseMode::exact;
   }
 
   void set_pins(const Json& line) {
@@ -255,6 +261,10 @@ class Script {
       to.start = value.flag() ? PullStart::surface : PullStart::plane;
     } else if (key == "start") {
       to.start = static_cast<PullStart>(choice(value, {"inside", "surface", "plane"}));
+    } else if (key == "pose") {
+      to.pose = static_cast<PoseMode>(choice(value, {"pins", "lasso", "brush", "exact"}));
+    } else if (key == "detail") {
+      to.pose_detail = value.number();
     } else if (key == "lasso") {
       to.lasso = value.flag();
     } else if (key == "lasso_selects") {
@@ -393,6 +403,12 @@ class Script {
     reference.in_every_view = member_or(line, "every_view", false).flag();
   }
 
+  void require_shape(const char* what) {
+    settle();
+    if (studio_.shown().opened != 0) return;
+    fail(fmt::format("there is no shape to {}; open one before, or make one: {{\"new\": \"sphere\"}}", what));
+  }
+
   bool files(const Json& line) {
     const auto path = [&](const char* key) { return std::filesystem::path(line.at(key).text()); };
     if (line.has("open")) {
@@ -408,8 +424,10 @@ class Script {
     } else if (line.has("reference")) {
       add_reference(line);
     } else if (line.has("save")) {
+      require_shape("save");
       studio_.save(path("save"));
     } else if (line.has("export")) {
+      require_shape("export");
       studio_.export_shape(path("export"), true);
     } else if (line.has("picture")) {
       if (!host_.picture) fail("pictures cannot be written here");

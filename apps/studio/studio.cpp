@@ -18,6 +18,7 @@ namespace {
 constexpr double kFirstRadius = 0.12;  // of the diagonal
 constexpr double kWheelFactor = 1.1;
 constexpr double kRatioStep = 0.05;
+constexpr double kRest = 0.35;  // seconds without a move after which the pointer rests
 
 std::filesystem::path journals_of(const StudioOptions& options) { return options.state / "journals"; }
 
@@ -122,6 +123,7 @@ void Studio::refresh() {
   remember_view();
   refresh_mask();
   refresh_pins();
+  rest();
   const bool has_barrel = placed_.placement && placed_.placement->barrel;
   if (has_barrel && !gesture_ && !worker_->is_busy() && shown_.state.mesh != barrel_mesh_) find_barrel(false);
 }
@@ -272,6 +274,17 @@ void Studio::move(const PointerMoved& /*pointer_ has it*/) {
   if (!gesture_) return;
   move_gesture(pointer_, surroundings(), placed_, *gesture_);
   send_live();
+  moved_ = std::chrono::steady_clock::now();
+}
+
+// A pose that waits for the pointer is computed with all its detail.
+void Studio::rest() {
+  bool* const rests = gesture_ ? rests_of(*gesture_) : nullptr;
+  const std::chrono::duration<double> waits = std::chrono::steady_clock::now() - moved_;
+  const bool is_due = rests != nullptr && !*rests && !worker_->is_busy() && waits.count() > kRest;
+  if (!is_due || settings_.pose == PoseMode::exact) return;
+  *rests = true;
+  send_live();
 }
 
 void Studio::release(const ButtonChanged& button) {
@@ -285,7 +298,9 @@ void Studio::release(const ButtonChanged& button) {
 void Studio::accept() {
   // Nothing waits any more that could still be changed: what was sent is kept as it is.
   Surroundings around = surroundings();
+  const std::size_t pins = placed_.pins.size();
   end_gesture(pointer_, around, placed_, *gesture_);
+  set_pin_ = placed_.pins.size() == pins + 1 ? std::optional(pins) : std::nullopt;
   if (const auto* handles = std::get_if<HandlesGesture>(&gesture_->kind)) {
     const std::string refusal = refusal_of(*handles, settings_);
     if (!refusal.empty()) tell({true, refusal});
@@ -465,7 +480,9 @@ void Studio::clear_placed() {
   Placed kept;
   kept.stamp = std::move(placed_.stamp);
   select_pins(false);
+  select_part(std::nullopt);
   kept.pins = std::move(placed_.pins);
+  kept.parts = std::move(placed_.parts);
   placed_ = std::move(kept);
   picking_ = PlanePick::none;
 }

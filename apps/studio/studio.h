@@ -4,6 +4,7 @@
 // when its work is done, as scripts and tests need it.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -160,6 +161,11 @@ class Studio {
   void move_pin(std::size_t pin, const Vec3d& to);
   void remove_pin(std::size_t pin);
   void clear_pins();
+  // Parts of a pose, by their number. They stay through clear_placed, which selects none.
+  void hold_part(std::size_t part, bool holds);
+  void select_part(std::optional<std::size_t> part);
+  void remove_part(std::size_t part);
+  void clear_parts() { placed_.parts = {}; }
   void light_pin(std::optional<std::size_t> pin) { placed_.lit_pin = pin; }
   // Returns the pin that is dragged, or that the panel or the pointer points to.
   std::optional<std::size_t> pointed_pin() const;
@@ -256,6 +262,7 @@ class Studio {
   void stop_adjusting(bool is_kept);
   void begin();
   void send_live();
+  void rest();
   void end(bool is_kept);
   bool begin_handle_drag();
   void move_handle();
@@ -271,6 +278,8 @@ class Studio {
   void apply(std::vector<SessionStroke> strokes);
   void refresh_pins();
   bool change_pin(const Event& event);
+  bool change_part(const ButtonChanged& button);
+  bool propose_limb(const ButtonChanged& button);
   bool perform_mask(Action action);
   void drop_files(const std::vector<std::filesystem::path>& files);
   void after_opening();
@@ -297,6 +306,7 @@ class Studio {
   Pointer pointer_;
   bool pointer_is_over_view_ = true;
   std::optional<Gesture> gesture_;
+  std::chrono::steady_clock::time_point moved_{};  // when the gesture last was
   std::string typed_;
   PlanePick picking_ = PlanePick::none;
   std::uint64_t sent_ = 0;  // number of the last live job
@@ -310,6 +320,7 @@ class Studio {
   std::optional<Masking> masking_;
   std::shared_ptr<const Mesh> barrel_mesh_;  // of the shape when the barrel was looked for; a remesh may follow later
   HitTest hit_test_;
+  std::optional<std::size_t> set_pin_;  // that the last click has set
   std::optional<Adjusting> adjusting_;
   LayerEditor layers_;
   std::optional<LayerDrag> layer_drag_;

@@ -1,6 +1,7 @@
 // Studio without its window, driven by the events of a pointer.
 #include "studio.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -48,6 +49,15 @@ TEST_F(StudioTest, ExportsTheBytesThatTheCommandWouldWrite) {
   const ShapeFile source = read_shape(folder_ / "work_shape.ply");
   EXPECT_EQ(read_shape(folder_ / "out.ply").bytes,
             serialize_shape("ply", source, replayed.shape.positions(), {true, {}}));
+}
+
+TEST_F(StudioTest, AScriptWithoutAShapeSavesNothingAndSaysSo) {
+  Studio studio(options());
+  for (const char* what : {"save", "export"}) {
+    const std::string line = fmt::format(R"({{"{}": "{}"}})", what, (folder_ / "none.ply").string());
+    EXPECT_THROW(run(studio, line), InvalidInput) << what;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "none.ply"));
 }
 
 TEST_F(StudioTest, ExportsTheMotionAsOneFileOrSeveral) {

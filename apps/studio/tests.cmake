@@ -8,7 +8,9 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/masks_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/images_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/navigation_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gestures/parts_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/pins_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/gestures/pose_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/selected_pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/preferences_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/search_test.cpp

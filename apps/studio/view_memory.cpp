@@ -37,6 +37,10 @@ const char* word_of(PullStart start) {
   return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
 }
 
+const char* word_of(PoseMode mode) {
+  return std::array{"pins", "lasso", "brush", "exact"}[static_cast<std::size_t>(mode)];
+}
+
 std::string settings_line(const ToolSettings& to) {
   std::string text = fmt::format(R"({{"set": {{"radius": {}, "inner_ratio": {}, "depth": {}, "capsule_length": {}, )",
                                  to.radius, to.inner_ratio, to.depth, to.capsule_length);
@@ -48,6 +52,7 @@ std::string settings_line(const ToolSettings& to) {
   text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
                       to.symmetry.turns, text_of(to.symmetry.axis));
   text += fmt::format(R"(, "falloff": {}, "auto_radius": {})", to.falloff, to.auto_radius);
+  text += fmt::format(R"(, "pose": "{}", "detail": {})", word_of(to.pose), to.pose_detail);
   if (to.symmetry.plane) {
     text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),
                         text_of(to.symmetry.plane->normal));

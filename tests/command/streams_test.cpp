@@ -79,7 +79,7 @@ TEST_F(StreamsTest, DoublesForFloatsAreRefusedAtOnce) {
   write("cloud.ply", ply + std::string(24, '\0'));
   expect_error(knead({"deform", "cloud.ply", "s.knead", "--stream", "--precision", "double", "-o", "b.ply"}), 2,
                "--precision double writes other types");
-  knead_ok({"deform", "cloud.ply", "s.knead", "--stream", "-o", "b.ply"});
+  knead_ok({"deform", "cloud.ply", "s.knead", "--stream", "-q", "-o", "b.ply"});
 }
 
 TEST_F(StreamsTest, WhatIsRefused) {

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "gestures/gesture_kinds.h"
+#include "gestures/parts.h"
 #include "gestures/symmetry.h"
 
 namespace knead::studio {
@@ -57,7 +58,24 @@ std::optional<Gesture> begin_any_handles(const Pointer& pointer, const Surroundi
   return Gesture{gesture};
 }
 
-std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
+// Of a pose that has no exact pins, beside the pins.
+std::optional<Gesture> begin_pose(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+  const PoseMode mode = around.settings.pose;
+  const bool has_ctrl = pointer.modifiers.ctrl;
+  const bool is_gizmo = !has_ctrl && is_on_part_gizmo(pointer, around, placed);
+  if (is_gizmo || (mode == PoseMode::pins && !has_ctrl)) return made(begin_part(pointer, around, placed));
+  if (mode == PoseMode::brush) return made(begin_part_paint(pointer, around, placed));
+  const bool frees = mode == PoseMode::lasso && has_ctrl;
+  return Gesture{LassoGesture{frees ? std::uint8_t{0} : kZeroHandle, false, {{pointer.x, pointer.y}}}};
+}
+
+std::optional<Gesture> begin_any_pins(const Pointer& pointer, const Surroundings& around, Placed& placed) {
+  if (!has_exact_pins(around.settings) && !pin_at(pointer, around, placed.pins)) {
+    const bool is_lasso_of_pins =
+        around.settings.lasso_selects && around.settings.pose == PoseMode::pins && !pointer.modifiers.ctrl;
+    std::optional<Gesture> gesture = is_lasso_of_pins ? std::nullopt : begin_pose(pointer, around, placed);
+    if (gesture || around.settings.pose != PoseMode::pins) return gesture;
+  }
   const bool selects = !pointer.modifiers.ctrl && around.settings.lasso_selects;
   if ((pointer.modifiers.ctrl || selects) && !pin_at(pointer, around, placed.pins)) {
     return Gesture{LassoGesture{kZeroHandle, selects, {{pointer.x, pointer.y}}}};
@@ -81,7 +99,7 @@ std::optional<Gesture> begin_by_tool(const Pointer& pointer, const Surroundings&
       return made(begin_draw(pointer, around));
     case ToolUse::handles:
       return begin_any_handles(pointer, around, placed);
-    case ToolUse::pins:
+    case ToolUse::pose:
       return begin_any_pins(pointer, around, placed);
     case ToolUse::stamp:
     case ToolUse::turn:
@@ -118,6 +136,8 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
     void operator()(HandlesGesture& g) const { move_handles(pointer, around, g); }
     void operator()(PinsGesture& g) const { move_pins(pointer, around, g); }
     void operator()(RelaxGesture& g) const { move_relax(pointer, around, g); }
+    void operator()(PartGesture& g) const { move_part(pointer, around, g); }
+    void operator()(PartPaintGesture& g) const { move_part_paint(pointer, around, g, placed); }
     void operator()(GizmoGesture& g) const { placed.placement = move_gizmo(pointer, around, g); }
   };
   std::visit(Move{pointer, around, placed}, gesture.kind);
@@ -129,11 +149,15 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   if (auto* paint = std::get_if<PaintGesture>(&gesture.kind)) end_paint(paint->paint);
   if (auto* draw = std::get_if<DrawGesture>(&gesture.kind)) end_draw(*draw, placed);
   if (auto* lasso = std::get_if<LassoGesture>(&gesture.kind)) {
-    const bool is_of_pins = around.settings.tool->use == ToolUse::pins;
+    const bool is_of_pins = around.settings.tool->use == ToolUse::pose;
     if (lasso->selects) select_pins(around, lasso->line, placed.pins);
-    if (is_of_pins && !lasso->selects) end_pin_lasso(around, lasso->line, placed);
+    const bool is_of_part = is_of_pins && !has_exact_pins(around.settings) && !lasso->selects;
+    if (is_of_part) end_part_lasso(pointer, around, *lasso, placed);
+    if (is_of_pins && !is_of_part && !lasso->selects) end_pin_lasso(around, lasso->line, placed);
     if (!is_of_pins) end_lasso(around, *lasso, placed);
   }
+  if (bool* const rests = rests_of(gesture)) *rests = true;
+  if (std::holds_alternative<PartPaintGesture>(gesture.kind)) remove_empty_parts(placed.parts);
   if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, around, placed);
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);
@@ -167,6 +191,8 @@ struct StrokesOf {
   std::vector<Stroke> operator()(const HandlePaintGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const LassoGesture& /*g*/) const { return {}; }
   std::vector<Stroke> operator()(const GizmoGesture& /*g*/) const { return {}; }
+  std::vector<Stroke> operator()(const PartGesture& /*g*/) const { return {}; }
+  std::vector<Stroke> operator()(const PartPaintGesture& /*g*/) const { return {}; }
 };
 
 constexpr double kSameImage = 1e-9;  // of the radius: images that differ by less are one
@@ -177,7 +203,15 @@ std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& setti
   if (!gesture.trouble.empty()) return {};
   const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
   if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
+  if (const auto* part = std::get_if<PartGesture>(&gesture.kind)) {
+    const std::optional<PoseStroke> pose = pose_stroke(*part, gesture.start, settings);
+    return pose ? std::vector<Stroke>{*pose} : std::vector<Stroke>{};
+  }
   if (const auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
+    if (settings.pose != PoseMode::exact) {
+      const std::optional<PoseStroke> pose = pose_stroke(*pins, gesture.start, settings);
+      return pose ? std::vector<Stroke>{*pose} : std::vector<Stroke>{};
+    }
     if (pins->to == pins->drag.start) return {};
     return {pins_stroke(pins->pins, pins->dragged, pins->to, settings)};
   }
@@ -215,6 +249,11 @@ std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& sett
     Result operator()(const HandlePaintGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const LassoGesture& /*g*/) const { return std::nullopt; }
     Result operator()(const RelaxGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const PartPaintGesture& /*g*/) const { return std::nullopt; }
+    Result operator()(const PartGesture& g) const {
+      if (g.handle == GizmoPart::center) return std::nullopt;
+      return Amount{!g.handle || turns(*g.handle) ? AmountKind::angle : AmountKind::length, g.amount};
+    }
   };
   if (!gesture.trouble.empty()) return std::nullopt;
   return std::visit(Measure{settings}, gesture.kind);

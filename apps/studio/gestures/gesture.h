@@ -139,9 +139,41 @@ struct HandlesGesture {
 struct PinsGesture {
   Drag drag;
   std::vector<Pin> pins;  // as they were
+  PartMarks parts{};      // likewise
   std::size_t dragged = 0;
-  Vec3d to;               // of the dragged pin
+  Vec3d to;                   // of the dragged pin
+  std::vector<Vec3d> path{};  // of the dragged pin, but for its start; where the pointer went back, it does, too
+  bool has_gone = false;      // farther than a click may
+  bool rests = false;         // the pointer does: the pose has all its detail
+};
+
+// A rigid motion: a rotation about an axis through a point, and a translation.
+struct PartMotion {
+  Vec3d center{0, 0, 0};
+  Vec3d axis{0, 0, 1};
+  double angle_deg = 0;
+  Vec3d translation{0, 0, 0};
+
+  bool is_nothing() const { return angle_deg == 0 && translation == Vec3d{0, 0, 0}; }
+};
+
+// The selected part of a pose moved by its gizmo, or turned about its joint by the place where it was taken hold of;
+// the others and the pins held or carried along.
+struct PartGesture {
+  PartMarks parts;        // as they were
+  std::vector<Pin> pins;  // likewise
+  Pointer from;
+  std::optional<GizmoPart> handle{};  // nothing: it turns about its joint
+  Vec3d grabbed{};                    // then: the place that was taken hold of
+  PartMotion motion{};
+  double amount = 0;      // degrees or a length
   bool has_gone = false;  // farther than a click may
+  bool rests = false;     // the pointer does: the pose has all its detail
+};
+
+// A part of a pose painted onto vertices.
+struct PartPaintGesture {
+  std::optional<std::size_t> part{};  // nothing: frees them
 };
 
 // A part of the gizmo dragged: changes the placement, not the shape.
@@ -154,7 +186,7 @@ struct GizmoGesture {
 
 struct Gesture {
   std::variant<ImplicitGesture, PaintGesture, DrawGesture, PointsGesture, StampGesture, TurnGesture, HandlePaintGesture,
-               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture>
+               LassoGesture, HandlesGesture, PinsGesture, GizmoGesture, RelaxGesture, PartGesture, PartPaintGesture>
       kind;
   ShapeState start{};     // the shape as it was
   std::string trouble{};  // not empty: why this gesture is impossible, a sentence for the person
@@ -222,6 +254,23 @@ std::vector<PinGoal> pin_goals(const std::vector<Pin>& pins, std::size_t dragged
 PinsStroke pins_stroke(const std::vector<Pin>& pins, std::size_t dragged, const Vec3d& to,
                        const ToolSettings& settings);
 std::optional<double> radius_of(const PinsStroke& stroke);
+
+// Returns the pose that takes pins along the path of a gesture, or a part by its motion, while the pins and parts that
+// hold stay, with all images. It names vertices of the state, or points where remeshing has changed the vertices'
+// numbers. While the pointer moves, its detail is coarse. Nothing where nothing moves.
+std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings);
+std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings);
+
+// Returns where a motion takes a placement.
+Placement moved(const Placement& placement, const PartMotion& motion);
+
+// Returns whether the pose of a gesture has all its detail; null for another gesture.
+bool* rests_of(Gesture& gesture);
+
+// Returns the part of the pose that the pointer is on.
+std::optional<std::size_t> part_at(const Pointer& pointer, const Surroundings& around, const PartMarks& parts);
 
 // Returns the stroke of the placed stamp: its pose, size and orientation.
 StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, const Placement& placement);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "gestures/gesture.h"
+#include "gestures/symmetry.h"
 #include "knead/math/box.h"
 
 namespace knead::studio {
@@ -52,6 +53,12 @@ void end_lasso(const Surroundings& around, const LassoGesture& gesture, Placed& 
 std::optional<HandlesGesture> begin_handles(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_handles(const Pointer& pointer, const Surroundings& around, HandlesGesture& gesture);
 
+inline constexpr double kOneImage = 0.1;  // of the radius: images that are nearer to a pin are no pins of their own
+
+// Lets a path that begins at `start` go to another place than its last one. It keeps what is before that in pieces of
+// `step` or more; where it comes near an earlier place it goes back there.
+void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path);
+
 // Nothing where the pointer is neither on a pin nor on the surface, where it sets one.
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed);
 void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& gesture);
@@ -61,6 +68,21 @@ void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& pl
 void end_pin_lasso(const Surroundings& around, const std::vector<Pixel>& line, Placed& placed);
 // Selects the pins within the line and no others.
 void select_pins(const Surroundings& around, const std::vector<Pixel>& line, std::vector<Pin>& pins);
+
+bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const Placed& placed);
+// Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
+std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings& around, Placed& placed);
+void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& gesture);
+// Makes a part of the limb that the pointer is on, which is selected and free, and where no part and no pin holds yet
+// one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
+// one.
+std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed);
+// Makes a part of the vertices within the line, or frees them; the line of a click selects the part there.
+void end_part_lasso(const Pointer& pointer, const Surroundings& around, const LassoGesture& gesture, Placed& placed);
+// Paints onto the selected part, or a new one.
+std::optional<PartPaintGesture> begin_part_paint(const Pointer& pointer, const Surroundings& around, Placed& placed);
+void move_part_paint(const Pointer& pointer, const Surroundings& around, const PartPaintGesture& gesture,
+                     Placed& placed);
 
 // At most so many of the points, about evenly over space.
 std::vector<Vec3d> thinned(const std::vector<Vec3d>& points, std::size_t most);

@@ -90,14 +90,10 @@ std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& pl
 
 bool turns(GizmoPart part) { return part >= GizmoPart::turn_x; }
 
-namespace {
-
 Vec3d axis_of(const Placement& placement, GizmoPart part) {
   const GizmoPart first = turns(part) ? GizmoPart::turn_x : GizmoPart::move_x;
   return axes(placement)[static_cast<std::size_t>(part) - static_cast<std::size_t>(first)];
 }
-
-}  // namespace
 
 double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to) {
   const Vec3d axis = axis_of(start, part);

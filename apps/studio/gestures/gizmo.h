@@ -21,6 +21,9 @@ std::optional<GizmoPart> gizmo_part_at(const Screen& screen, const Placement& pl
 // Returns whether the part is a ring.
 bool turns(GizmoPart part);
 
+// Returns the direction of an arrow, or the axis of a ring.
+Vec3d axis_of(const Placement& placement, GizmoPart part);
+
 // Returns how far an arrow (a length) or a ring (degrees) was dragged from one pixel to another.
 double dragged_by(const Screen& screen, const Placement& start, GizmoPart part, const Pixel& from, const Pixel& to);
 

@@ -12,7 +12,7 @@ namespace knead::studio {
 namespace {
 
 constexpr double kHidden = 6;             // pixels that the surface may lie before a pin that is seen
-constexpr double kOneImage = 0.1;         // of the radius: images that are nearer to a pin are no pins of their own
+constexpr double kPathPiece = 2;          // snapping steps between two places of a path
 constexpr double kLonePinReach = 2;       // displacements of a single pin, at least, with an automatic radius
 constexpr double kLassoSpacing = 25;      // pixels between the pins that a lasso sets, at least
 constexpr std::size_t kMostOfLasso = 32;  // pins that a lasso sets
@@ -173,6 +173,7 @@ std::optional<double> radius_of(const PinsStroke& stroke) {
 std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings& around, const Placed& placed) {
   PinsGesture gesture;
   gesture.pins = placed.pins;
+  gesture.parts = placed.parts;
   std::optional<std::size_t> pin = pin_at(pointer, around, gesture.pins);
   const auto hit = hit_at(pointer, around);
   if (!pin && !hit) return std::nullopt;
@@ -196,6 +197,12 @@ void move_pins(const Pointer& pointer, const Surroundings& around, PinsGesture& 
   gesture.has_gone = gesture.has_gone || !is_click || pointer.typed;
   if (!gesture.has_gone) return;
   gesture.to = kept_by_images(gesture.drag.start, gesture.drag.at(pointer, around), around.settings);
+  gesture.rests = false;
+  if (pointer.typed || pointer.modifiers.ctrl || !(around.snap > 0)) {
+    gesture.path = {gesture.to};
+  } else {
+    extend_path(gesture.drag.start, gesture.to, kPathPiece * around.snap, gesture.path);
+  }
 }
 
 void end_pins(const PinsGesture& gesture, const Surroundings& around, Placed& placed) {

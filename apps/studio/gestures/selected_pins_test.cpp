@@ -176,7 +176,7 @@ TEST_F(PinsTest, PinsComeBackAfterACrash) {
         EXPECT_TRUE(is_on_vertex(next, pins(next)[i]));
       }
       EXPECT_EQ(next.radius(), radius);
-      EXPECT_EQ(next.settings().tool->use, ToolUse::pins);
+      EXPECT_EQ(next.settings().tool->use, ToolUse::pose);
       run(next, R"({"key": "Ctrl+Z"})");
       for (const Pin& pin : pins(next)) EXPECT_TRUE(is_on_vertex(next, pin));
       next.close();

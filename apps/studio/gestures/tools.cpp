@@ -161,10 +161,10 @@ const std::vector<StudioTool> kTools{
               {disc, {-0.45F, -0.3F, 0.26F}},
               {circle, {0.45F, 0.45F, 0.4F}},
               {line, {0.17F, 0.73F, 0.73F, 0.17F}}}},
-    {.name = "Pins",
+    {.name = "Pose",
      .key = "P",
-     .use = ToolUse::pins,
-     .hint = "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.",
+     .use = ToolUse::pose,
+     .hint = "Click to set pins that hold, then drag one; Ctrl and a drag draws round a part that holds.",
      .second_hint =
          "Drag a pin: the others hold. Alt+click removes, Shift+click selects, a double click frees or holds it.",
      .icon = {{line, {-0.7F, 0.85F, 0.05F, 0.1F}},
@@ -257,6 +257,20 @@ const char* name_of(MaskMode mode) {
   return "";
 }
 
+const char* name_of(PoseMode mode) {
+  switch (mode) {
+    case PoseMode::pins:
+      return "Pins";
+    case PoseMode::lasso:
+      return "Lasso";
+    case PoseMode::brush:
+      return "Brush";
+    case PoseMode::exact:
+      return "Exact points";
+  }
+  return "";
+}
+
 namespace {
 
 std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
@@ -276,14 +290,35 @@ std::string turning_hint(const StudioTool& tool, TurnDrag turning) {
 
 }  // namespace
 
+namespace {
+
+// Empty: as the tool says.
+std::string pose_hint(PoseMode mode, const Placed& placed) {
+  if (mode == PoseMode::exact && placed.pins.empty()) {
+    return "Click to set pins on the shape, or drag at once; Ctrl and a drag sets pins within a line.";
+  }
+  if (mode == PoseMode::exact) return {};
+  if (mode == PoseMode::lasso)
+    return "Draw round a part; Ctrl frees what is within the line. The gizmo moves the part.";
+  if (mode == PoseMode::brush) return "Paint a part; Ctrl frees. Escape, then paint: the next one. The gizmo moves it.";
+  if (placed.parts.selected) return "Drag the part about its joint, or its gizmo: arrows move it, rings turn it.";
+  return {};
+}
+
+}  // namespace
+
 std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
+  if (tool.use == ToolUse::pose) {
+    const std::string hint = pose_hint(settings.pose, placed);
+    if (!hint.empty()) return hint;
+  }
   const bool is_placed = (tool.use == ToolUse::paint && settings.paint_in) ||
                          (tool.use == ToolUse::points && !placed.points.empty()) ||
                          (tool.use == ToolUse::curve && !placed.curves.empty()) ||
                          ((tool.use == ToolUse::stamp || tool.use == ToolUse::turn) && placed.placement) ||
                          (tool.use == ToolUse::handles && settings.handle == HandleMode::move) ||
-                         (tool.use == ToolUse::pins && !placed.pins.empty()) ||
+                         (tool.use == ToolUse::pose && !placed.pins.empty()) ||
                          (tool.use == ToolUse::mask && settings.mask_mode != MaskMode::paint);
   if (is_placed && tool.use == ToolUse::turn) return turning_hint(tool, turning);
   return is_placed ? tool.second_hint : tool.hint;

@@ -12,6 +12,7 @@
 #include "knead/math/mat3.h"
 #include "knead/mesh/mesh.h"
 #include "knead/remesh/remesh.h"
+#include "knead/session/deformed_shape.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/strain.h"
 #include "knead/tool/stroke.h"
@@ -35,6 +36,14 @@ enum class HandleMode { full, zero, erase, move };
 
 // paint: a brush; lasso: a line drawn round; box: a rectangle.
 enum class MaskMode { paint, lasso, box };
+
+// What clicks and drags do with the pose.
+//   pins   set and drag pins: what is near a pin turns as the shape takes it, and the shape stays as nearly rigid as it
+//          can
+//   lasso  draw a line round a part of the shape, which then holds or is moved rigidly
+//   brush  paint such a part
+//   exact  set and drag pins, each to its exact place, with what is within their radius
+enum class PoseMode { pins, lasso, brush, exact };
 
 struct Placed;
 struct ToolSettings;
@@ -89,7 +98,7 @@ enum class ToolUse {
   stamp,    // a click places it; a drag of its middle presses it in
   turn,     // a click places it; a drag beside it turns it
   handles,  // drags paint what moves and what stays; then a drag moves it
-  pins,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
+  pose,     // a click sets a pin on the surface; a drag moves one or all that are selected, and the others hold
   mask,     // drags paint, or go round, what stays as it is
 };
 
@@ -155,7 +164,7 @@ std::string word_of(const StudioTool& tool);
 const StudioTool* studio_tool(std::string_view word);
 
 // Returns whether the tool moves the shape, and its falloff counts.
-inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pins; }
+inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pose; }
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
@@ -164,6 +173,7 @@ const char* name_of(DragMode mode);
 const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
 const char* name_of(MaskMode mode);
+const char* name_of(PoseMode mode);
 
 // How a drag beside the gizmo turns a tool of ToolUse::turn, as the axis is seen.
 enum class TurnDrag {
@@ -179,7 +189,7 @@ std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag
 struct ToolSettings {
   const StudioTool* tool = &studio_tools().front();
   double radius = 1;              // the outer threshold, > 0
-  bool auto_radius = true;        // of pins: from their distances, instead of `radius`
+  bool auto_radius = true;        // of exact pins: from their distances, instead of `radius`
   double inner_ratio = 0.35;      // inner over outer threshold, in [0.01, 0.95]
   int falloff = kDefaultFalloff;  // the shape of the blend, from 3 to 7 (knead/field/blend.h)
   DragMode drag = DragMode::view;
@@ -193,6 +203,8 @@ struct ToolSettings {
   HandleMode handle = HandleMode::full;
   bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
+  PoseMode pose = PoseMode::pins;
+  double pose_detail = PoseStroke{}.detail;
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0
@@ -204,6 +216,11 @@ struct ToolSettings {
   bool remesh = false;          // when a drag ends
   RemeshSettings remesh_settings;
 };
+
+// Returns whether the tool poses with exact pins, which have a radius.
+inline bool has_exact_pins(const ToolSettings& settings) {
+  return settings.tool->use == ToolUse::pose && settings.pose == PoseMode::exact;
+}
 
 // A place on the surface that can be moved: a vertex, so that a pin goes where the surface goes.
 struct Pin {
@@ -218,6 +235,22 @@ struct Pin {
   bool is_selected = false;  // a drag of a selected pin moves all selected pins
 };
 
+// The parts of a pose, each with a number: gestures/parts.h. Each holds while another one, or a pin, is dragged; else
+// it is free, and goes with the surface.
+struct PartMarks {
+  std::vector<std::uint8_t> of_vertex;    // for each vertex the number of its part, from 1; 0: none; empty: none has
+  std::vector<bool> holds;                // of each part
+  std::optional<std::size_t> selected{};  // from 0
+  std::optional<Placement> placement{};   // of the gizmo of the selected part
+  ShapeState at{};                        // which shape's vertices these are
+  // The same on meshes that the shape has had.
+  struct Seat {
+    std::weak_ptr<const Mesh> mesh;
+    std::vector<std::uint8_t> of_vertex;
+  };
+  std::vector<Seat> seats{};
+};
+
 // What has been placed for the next drag.
 struct Placed {
   std::vector<Vec3d> points;
@@ -226,6 +259,7 @@ struct Placed {
   std::vector<std::uint8_t> handles;  // for each vertex: kFullHandle, kZeroHandle or 0; empty: none
   std::optional<StampShape> stamp;
   std::vector<Pin> pins;
+  PartMarks parts;
   std::optional<std::size_t> lit_pin;  // that the panel points to
   std::vector<Vec3d> plane_points;     // picked so far, of a mirror's plane through three
 };

@@ -317,6 +317,32 @@ TEST_F(InterfaceTest, TheFalloffIsChosenForAToolAndForAnEntryOfTheHistory) {
   EXPECT_FALSE(seat.place_of(of_tool)) << "a mask blends nothing";
 }
 
+TEST_F(InterfaceTest, ACommaInAFieldIsAPointAndANumberBeyondItsSliderAsks) {
+  Seat seat(options(), 1280, 900);
+  open_ball(seat);
+  const ImGuiID radius = ImGui::FindWindowByName("Settings")->GetID("Radius");
+  const auto type = [&](const std::string& text) {
+    const auto place = seat.place_of(radius);
+    ASSERT_TRUE(place);
+    ImGui::GetIO().KeyCtrl = true;
+    seat.move(place->first, place->second);
+    ImGui::GetIO().KeyCtrl = true;
+    seat.press(place->first, place->second);
+    ImGui::GetIO().KeyCtrl = false;
+    seat.release(place->first, place->second);
+    seat.frame();
+    for (const char c : text) seat.type(std::string(1, c));
+    seat.key("Enter");
+    seat.frame();
+  };
+  type("0,25");
+  EXPECT_NEAR(seat.studio.settings().radius, 0.25, 1e-9);
+  EXPECT_FALSE(Seat::is_list_open());
+  type("55");
+  EXPECT_NEAR(seat.studio.settings().radius, 0.25, 1e-9) << "not before it is confirmed";
+  EXPECT_TRUE(Seat::is_list_open());
+}
+
 // However many settings there are, the history keeps its share of the panel, and its last line is seen.
 TEST_F(InterfaceTest, TheHistoryIsSeenBelowTheSettings) {
   Seat seat(options(), 1280, 800);

@@ -15,7 +15,9 @@ namespace knead::studio {
 
 namespace {
 
-constexpr float kEdge = 7;             // points at the left of the panel that can be dragged
+constexpr float kEdge = 7;              // points at the left of the panel that can be dragged
+constexpr double kFinestDetail = 0.03;  // of a pose
+constexpr double kCoarsestDetail = 0.15;
 constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
 // In font sizes: before the places in that list, and before and after them.
 constexpr float kBeforeNumbers = 3.2F;
@@ -114,10 +116,51 @@ bool draw_pin(Studio& studio, std::size_t number) {
   return !is_removed;
 }
 
+void draw_parts(Studio& studio) {
+  for (std::size_t part = 0; part < studio.placed().parts.holds.size(); ++part) {
+    const PartMarks& parts = studio.placed().parts;
+    ImGui::PushID(static_cast<int>(part));
+    bool holds = parts.holds[part];
+    if (ImGui::Checkbox("##holds", &holds)) studio.hold_part(part, holds);
+    help_on_hover("Checked: the part holds while others are dragged. Else it is free, and goes with the shape.");
+    ImGui::SameLine();
+    const bool is_selected = parts.selected == part;
+    if (is_selected) ImGui::PushStyleColor(ImGuiCol_Text, kSelected);
+    const float width = ImGui::GetContentRegionAvail().x - 2 * ImGui::GetFontSize();
+    if (ImGui::Selectable(fmt::format("Part {}", part + 1).c_str(), is_selected, 0, {width, 0})) {
+      studio.select_part(is_selected ? std::nullopt : std::optional(part));
+    }
+    if (is_selected) ImGui::PopStyleColor();
+    ImGui::SameLine();
+    const bool is_removed = ImGui::SmallButton("x");
+    help_on_hover("Removes the part (Alt+click on it).");
+    ImGui::PopID();
+    if (!is_removed) continue;
+    studio.remove_part(part);
+    break;
+  }
+}
+
+void draw_pose(Studio& studio) {
+  ToolSettings& settings = studio.settings();
+  constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
+  choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
+  help_on_hover(
+      "Pins: click to set a pin, drag it or a part. Lasso, Brush: mark a part, which holds, and moves by its gizmo. "
+      "Exact points: each pin goes to its place alone, with what is within its radius.");
+  if (settings.pose != PoseMode::exact) {
+    slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
+          "the finest motion, as a fraction of the shape's size: smaller numbers follow thin parts and take longer");
+  }
+}
+
 void draw_pins(Studio& studio) {
   ImGui::Checkbox("Lasso", &studio.settings().lasso_selects);
   help_on_hover("Draw a line round pins to select them (Shift+click selects one). Selected pins move together.");
-  if (ImGui::Button("Clear")) studio.clear_pins();
+  if (ImGui::Button("Clear")) {
+    studio.clear_pins();
+    if (!has_exact_pins(studio.settings())) studio.clear_parts();
+  }
   const std::vector<Pin>& pins = studio.placed().pins;
   const std::size_t count = pins.size();
   const auto selected = std::count_if(pins.begin(), pins.end(), [](const Pin& pin) { return pin.is_selected; });
@@ -173,7 +216,11 @@ void draw_own_settings(Studio& studio) {
   }
   if (tool.turning.takes_barrel) draw_barrel_settings(studio);
   if (tool.use == ToolUse::handles) draw_handles(studio);
-  if (tool.use == ToolUse::pins) draw_pins(studio);
+  if (tool.use == ToolUse::pose) {
+    draw_pose(studio);
+    if (!has_exact_pins(settings)) draw_parts(studio);
+    draw_pins(studio);
+  }
   if (tool.use == ToolUse::mask) draw_mask(studio);
 }
 
@@ -265,7 +312,7 @@ float draw_window(Studio& studio, const Gui& gui, const char* name, const Area& 
 void draw_radius(Studio& studio) {
   ToolSettings& settings = studio.settings();
   const double diagonal = studio.shown().diagonal;
-  if (settings.tool->use == ToolUse::pins) {
+  if (has_exact_pins(settings)) {
     bool is_auto = settings.auto_radius;
     if (ImGui::Checkbox("Automatic radius", &is_auto)) {
       studio.fix_radius();
@@ -277,6 +324,8 @@ void draw_radius(Studio& studio) {
     if (is_auto) return ImGui::TextDisabled("%.4g", studio.radius());
     ImGui::NewLine();
   }
+  if (settings.tool->use == ToolUse::pose && settings.pose != PoseMode::exact && settings.pose != PoseMode::brush)
+    return;
   slide("Radius", settings.radius, {1e-3 * diagonal, diagonal}, "how far the tool reaches (F, [ and ])");
 }
 

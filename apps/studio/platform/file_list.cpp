@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <filesystem>
 #include <system_error>
 
 namespace knead::studio {
@@ -50,7 +51,11 @@ FileList list_files(const fs::path& folder, std::span<const std::string> extensi
 
 std::string with_extension(const std::string& name, std::span<const std::string> extensions,
                            const std::string& extension) {
-  return !extensions.empty() && ends_in(name, extensions) ? name : name + extension;
+  const std::string own = std::filesystem::path(name).extension().string();
+  const bool are_letters = std::all_of(own.begin(), own.end(), [](char c) { return c == '.' || (c | 0x20) >= 'a'; });
+  // What looks like the extension of another kind of file is left for the message that there is none.
+  const bool is_meant = extensions.size() > 1 && own.size() >= 4 && own.size() <= 6 && are_letters;
+  return is_meant || (!extensions.empty() && ends_in(name, extensions)) ? name : name + extension;
 }
 
 std::string size_text(std::uintmax_t bytes) {

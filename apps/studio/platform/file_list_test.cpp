@@ -35,6 +35,7 @@ TEST(FileList, NamesGetTheExtensionThatTheyLack) {
   EXPECT_EQ(with_extension("hand", shapes, ".ply"), "hand.ply");
   EXPECT_EQ(with_extension("hand.OBJ", shapes, ".ply"), "hand.OBJ");
   EXPECT_EQ(with_extension("hand.v2", shapes, ".ply"), "hand.v2.ply");
+  EXPECT_EQ(with_extension("hand.xyzw", shapes, ".ply"), "hand.xyzw") << "there is no such format, which is said";
 }
 
 TEST(FileList, SizesAreShort) {

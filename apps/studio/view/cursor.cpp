@@ -35,8 +35,9 @@ std::optional<Radii> radii_of(const Studio& studio) {
     case ToolUse::points:
     case ToolUse::curve:
       return Radii{settings.radius, falloff_facts(settings.falloff).half * settings.radius};  // where the weight is 1/2
-    case ToolUse::pins:
-      if (settings.auto_radius) return std::nullopt;
+    case ToolUse::pose:
+      if (settings.pose == PoseMode::brush) return Radii{0.5 * settings.radius, 0};
+      if (settings.auto_radius || !has_exact_pins(settings)) return std::nullopt;
       return Radii{settings.radius, 0};
     case ToolUse::handles:
       if (settings.handle == HandleMode::move) return std::nullopt;

@@ -35,13 +35,12 @@ void extend(Box& box, const Vec3d& center, double radius) {
 // The equations of more pins take longer to solve than a picture may.
 constexpr std::size_t kMostPins = 100;
 
-// The GPU evaluates no mask and no grid.
+// The GPU evaluates no mask.
 bool can_preview(const PendingStrokes& pending) {
   return pending.start.mask.is_empty() &&
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
            const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
            return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke) ||
-                  std::holds_alternative<GridStroke>(stroke.stroke) ||
                   (pins != nullptr && pins->points.size() > kMostPins);
          });
 }
@@ -168,11 +167,17 @@ void GpuPreview::forget_strokes() {
   distance_ = 0;
 }
 
-// Balls and capsules move points in a bounded region only. Other regions move no point farther than twice the path of
+// Balls, capsules and grids move points in a bounded region only. Other regions move no point farther than twice the path of
 // the tool, and turn points about the shape.
 void GpuPreview::extend_reach(const Flow& flow) {
   const Box shape = state_box();
   for (const Segment& segment : flow.segments) {
+    const PotentialGrid& grid = segment.grid;
+    if (!grid.is_empty()) {
+      const Vec3d margin = Vec3d{2, 2, 2} * grid.spacing;
+      const Vec3d nodes{grid.counts[0] - 1.0, grid.counts[1] - 1.0, grid.counts[2] - 1.0};
+      extend(reach_, Box{grid.origin - margin, grid.origin + nodes * grid.spacing + margin});
+    }
     distance_ += norm(segment.displacement) * std::abs(segment.end - segment.begin);
     for (const Field& field : segment.fields) {
       const std::optional<double> reach = reach_of(field);

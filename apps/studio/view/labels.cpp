@@ -66,6 +66,7 @@ std::string with_sign(const std::string& number, AmountKind kind, LengthUnit uni
 std::optional<double> radius_of_gesture(const Studio& studio) {
   const auto* const pins = std::get_if<PinsGesture>(&studio.gesture()->kind);
   if (pins == nullptr) return studio.settings().radius;
+  if (!has_exact_pins(studio.settings())) return std::nullopt;
   return radius_of(pins_stroke(pins->pins, pins->dragged, pins->to, studio.settings()));
 }
 

@@ -27,6 +27,10 @@ constexpr double kInArrowRadius = 0.03;
 constexpr double kSameImage = 1e-9;               // of the radius: images that differ by less are one
 constexpr std::size_t kStretchedAtOnce = 60'000;  // vertices of a shape that is coloured at every step of a drag
 constexpr float kZeroHandleShade = 0.35f;         // shown in the outer region's green
+// Of the parts of a pose: the selected one, and in turn those that hold; free ones are fainter.
+constexpr float kSelectedShade = 1;
+constexpr std::array kPartShades{0.30f, 0.50f, 0.40f, 0.60f};
+constexpr float kFreePart = 0.6f;
 
 Box box_of(const DocumentState& shown) {
   Box box;
@@ -96,8 +100,8 @@ std::vector<Stroke> hovering(const Studio& studio) {
     case ToolUse::curve:
       stroke = placed_points(studio, around);
       break;
-    case ToolUse::pins:
-      stroke = hovering_pins(studio);
+    case ToolUse::pose:
+      if (has_exact_pins(settings)) stroke = hovering_pins(studio);
       return stroke ? std::vector<Stroke>{*stroke} : std::vector<Stroke>{};
     case ToolUse::turn:
       if (const auto& at = studio.placed().placement) stroke = turning_stroke(settings, *at, kNominalAngle);
@@ -125,6 +129,8 @@ std::vector<Stroke> strokes_to_draw(const Studio& studio) {
     }
     return strokes;
   }
+  const bool poses = studio.settings().tool->use == ToolUse::pose && !has_exact_pins(studio.settings());
+  if (poses) return {};  // a pose is seen by its pins
   std::vector<Stroke> strokes = studio.preview();
   if (strokes.empty()) return hovering(studio);
   const std::size_t sides = images_of(studio.settings()).size() + 1;
@@ -267,7 +273,7 @@ void add_symmetry(const Studio& studio, const Box& box, render::LiveScene& scene
 // The tools at the pointer and in a drag are seen by the cursor; their regions only on demand, and fainter in a drag.
 bool shows_region(const Studio& studio) {
   const ToolUse use = studio.settings().tool->use;
-  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pins;
+  const bool has_cursor = use == ToolUse::pull || use == ToolUse::paint || use == ToolUse::pose;
   return !has_cursor || studio.view().region || studio.shown().looked_at.has_value();
 }
 
@@ -327,6 +333,14 @@ std::optional<std::vector<float>> Overlay::mask(const Studio& studio) {
 
 namespace {
 
+bool poses_parts(const Studio& studio) {
+  return studio.settings().tool->use == ToolUse::pose && !has_exact_pins(studio.settings()) &&
+         !studio.shown().looked_at && studio.placed().parts.at.mesh == studio.shown().state.mesh &&
+         !studio.placed().parts.of_vertex.empty();
+}
+
+bool shows_parts(const Studio& studio) { return poses_parts(studio) && studio.view().stretch == StretchView::off; }
+
 // Nothing, seen and shaded as the person chose.
 render::LiveScene empty_scene(const Studio& studio) {
   const ViewSettings& view = studio.view();
@@ -341,8 +355,22 @@ render::LiveScene empty_scene(const Studio& studio) {
   }
   scene.wireframe = view.wireframe;
   scene.show_stretch = view.stretch != StretchView::off && studio.settings().tool->use != ToolUse::handles;
-  scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles;
+  scene.show_influence = view.influence || studio.settings().tool->use == ToolUse::handles || shows_parts(studio);
   return scene;
+}
+
+void add_part_gizmo(const Studio& studio, render::LiveScene& scene) {
+  const auto* const drag = studio.gesture() ? std::get_if<PartGesture>(&studio.gesture()->kind) : nullptr;
+  const std::optional<Placement>& placement = studio.placed().parts.placement;
+  if (!poses_parts(studio) || !placement || (studio.gesture() && drag == nullptr)) return;
+  const Pointer& at = studio.pointer();
+  std::optional<GizmoPart> lit = gizmo_part_at(studio.screen(), *placement, at.x, at.y);
+  Placement shown = *placement;
+  if (drag != nullptr) {
+    lit = drag->handle;
+    shown = moved(*placement, drag->motion);
+  }
+  draw_gizmo(studio.screen(), shown, lit, scene.arrows, scene.lines);
 }
 
 }  // namespace
@@ -387,6 +415,7 @@ render::LiveScene Overlay::scene(const Studio& studio) {
   const Placed& placed = studio.placed();
   add_placed_points(placed, 0.004 * shown.diagonal, scene.lines);
   add_pins(studio, scene.lines);
+  add_part_gizmo(studio, scene);
   const ToolUse use = studio.settings().tool->use;
   if (placed.placement && (use == ToolUse::turn || use == ToolUse::stamp)) {
     const Pointer& at = studio.pointer();
@@ -417,7 +446,31 @@ std::optional<std::vector<float>> Overlay::stretch(const Studio& studio) {
   return values;
 }
 
+std::optional<std::vector<float>> Overlay::parts(const Studio& studio) {
+  const PartMarks& parts = studio.placed().parts;
+  std::vector<float> of_part{0};
+  for (std::size_t part = 0; part < parts.holds.size(); ++part) {
+    const float shade = kPartShades[part % kPartShades.size()] * (parts.holds[part] ? 1 : kFreePart);
+    of_part.push_back(parts.selected == part ? kSelectedShade : shade);
+  }
+  std::vector<float> shades;
+  shades.reserve(parts.of_vertex.size());
+  for (const std::uint8_t number : parts.of_vertex) shades.push_back(of_part[number]);
+  const bool is_same = has_influence_ && part_mesh_ == studio.shown().state.mesh && shades == part_shades_;
+  if (is_same) return std::nullopt;
+  part_mesh_ = studio.shown().state.mesh;
+  part_shades_ = shades;
+  has_influence_ = true;
+  return shades;
+}
+
 std::optional<std::vector<float>> Overlay::influence(const Studio& studio) {
+  if (shows_parts(studio)) {
+    influencing_.clear();
+    stretched_ = StretchView::off;
+    return parts(studio);
+  }
+  part_mesh_.reset();
   const bool handles = studio.settings().tool->use == ToolUse::handles;
   if (handles) {
     std::vector<float> values(studio.shown().state.positions.size());

@@ -30,6 +30,7 @@ class Overlay {
 
  private:
   std::optional<std::vector<float>> stretch(const Studio& studio);
+  std::optional<std::vector<float>> parts(const Studio& studio);
 
   std::vector<Stroke> drawn_;  // strokes whose regions are in parts_
   render::Scene parts_;
@@ -43,6 +44,8 @@ class Overlay {
   Mask mask_;
   bool was_masking_ = false;
   bool has_mask_ = false;
+  std::vector<float> part_shades_;
+  std::shared_ptr<const Mesh> part_mesh_;
   StretchView stretched_ = StretchView::off;  // what has_influence_ is about, if not the tool
   bool knows_stretch_ = false;
 };

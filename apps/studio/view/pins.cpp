@@ -17,7 +17,7 @@ constexpr render::Color kFreePin{0.92f, 0.92f, 0.90f, 1};
 }  // namespace
 
 void add_pins(const Studio& studio, std::vector<render::Line>& lines) {
-  if (studio.settings().tool->use != ToolUse::pins || studio.shown().looked_at) return;
+  if (studio.settings().tool->use != ToolUse::pose || studio.shown().looked_at) return;
   const auto* const drag = studio.gesture() ? std::get_if<PinsGesture>(&studio.gesture()->kind) : nullptr;
   std::vector<Pin> pins = drag != nullptr ? drag->pins : studio.placed().pins;
   const std::optional<std::size_t> lit = studio.pointed_pin();

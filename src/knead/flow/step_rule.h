@@ -26,8 +26,9 @@ inline constexpr double kReach = 0.16;
 inline constexpr double kCapsuleReach = 0.06;
 inline constexpr double kHandlesReach = 0.3;
 
-// How much of the spacing of a potential grid a step may pass.
-inline constexpr double kGridReach = 0.5;
+// How much of the spacing of a potential grid a step may pass: the second derivatives of v jump between cells, which
+// the estimate misses where a step's last stages alone are beyond (docs/decisions/0028-grid-potentials.md).
+inline constexpr double kGridReach = 0.25;
 
 // How much of the width of a mask's border a step may pass: two cells of its spline. From a place that is farther from
 // the border a step may go up to the border.

@@ -105,6 +105,15 @@ std::string layout_defines() {
                                                {"kDegree", kDegree},
                                                {"kFirstTurn", kFirstTurn},
                                                {"kTurns", kTurns},
+                                               {"kPerSpacing", kPerSpacing},
+                                               {"kEndOfTime", kEndOfTime},
+                                               {"kRow", kRow},
+                                               {"kPlane", kPlane},
+                                               {"kFirstNode", kFirstNode},
+                                               {"kFirstCell", kFirstCell},
+                                               {"kLastCell", kLastCell},
+                                               {"kEndNumbers", kEndNumbers},
+                                               {"kUsed", kUsed},
                                                {"kMostPinDegree", detail::kMostPinDegree},
                                                {"kSegmentPlaces", kSegmentPlaces},
                                                {"kCountStripes", kCountStripes},
@@ -151,6 +160,8 @@ std::string kind_defines(const ShaderKind& kind) {
   if (kind.trees) text += "#define WITH_TREES\n";
   if (kind.blended) text += "#define BLENDED\n";
   if (kind.turns) text += "#define WITH_TURNS\n";
+  if (kind.grid) text += "#define WITH_GRID\n";
+  if (kind.grid_changes) text += "#define GRID_CHANGES\n";
   if (kind.barrel) text += "#define WITH_BARREL\n";
   if (kind.falloff) text += "#define FALLOFF\n";
   if (kind.single) text += "#define SINGLE_FIELD\n";
@@ -161,10 +172,11 @@ std::string kind_defines(const ShaderKind& kind) {
   return text;
 }
 
-// How much of a region's width a step may pass at most, over the regions of these kinds.
-double greatest_reach(unsigned regions) {
-  if ((regions >> kHandles & 1U) != 0) return detail::kHandlesReach;
-  return regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
+// How much of a region's width a step may pass at most, over the regions of a kind, or of a grid's spacing.
+double greatest_reach(const ShaderKind& kind) {
+  if (kind.grid) return detail::kGridReach;
+  if ((kind.regions >> kHandles & 1U) != 0) return detail::kHandlesReach;
+  return kind.regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
 }
 
 // The rule of the steps and its numbers, as step_rule.h has them.
@@ -173,7 +185,7 @@ std::string step_rule(const ShaderKind& kind) {
   for (const detail::StepConstant& constant : detail::kStepConstants) {
     text += fmt::format("const double {} = {:.17e}lf;\n", constant.name, constant.value);
   }
-  const double reach = greatest_reach(kind.regions);
+  const double reach = greatest_reach(kind);
   text += fmt::format("const R kShortestPart = {};\nconst R kExpectedError = {};\nconst uint kStepLimit = {}u;\n",
                       literal(kind.in_double ? detail::kShortestPart<double> : detail::kShortestPart<float>),
                       literal(detail::kExpectedThirdOrderError * reach * reach * reach), detail::kStepLimit);
@@ -231,14 +243,18 @@ int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
 R3 part(int i) { return R3(n[i], n[i + 1], n[i + 2]); }
 )";
 
+std::string fields_source(const ShaderKind& kind) {
+  if (kind.pins) return kGlslPins;
+  if (kind.grid) return kGlslGrid;
+  return kind_function("motion_kind", "kMotionKind", kind.motions) +
+         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
+         kGlslVelocity + kGlslContact + kGlslClosedForm;
+}
+
 }  // namespace
 
 std::string shader_source(const ShaderKind& kind) {
-  const std::string fields = kind.pins ? kGlslPins
-                                       : kind_function("motion_kind", "kMotionKind", kind.motions) +
-                                             kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField +
-                                             kGlslPowers + kGlslTrees + kGlslSets + kGlslVelocity + kGlslContact +
-                                             kGlslClosedForm;
+  const std::string fields = fields_source(kind);
   return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + step_rule(kind) +
          kInterface + kGlslSphereContact + fields +
          (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +

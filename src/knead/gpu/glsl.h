@@ -9,6 +9,7 @@ namespace knead::gpu {
 
 extern const char* const kGlslField;
 extern const char* const kGlslPins;
+extern const char* const kGlslGrid;
 extern const char* const kGlslSphereContact;
 extern const char* const kGlslPowers;
 extern const char* const kGlslTrees;
@@ -63,9 +64,23 @@ inline constexpr int kPowers = 6;
 inline constexpr int kDegree = 4;
 inline constexpr int kFirstTurn = 5;
 inline constexpr int kTurns = 6;
-// Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius.
+// Of a segment with a grid, in n[], in the place of a strain: 1 / spacing, and the segment's end.
+inline constexpr int kPerSpacing = 7;
+inline constexpr int kEndOfTime = 8;
+// Of a grid, in table[], in the place of a set, as GridView has them: of its nodes; the cells' least and greatest
+// indices; where the numbers at t = 1 begin in n[]; where the bits of the cells in use begin in table[].
+inline constexpr int kRow = 4;
+inline constexpr int kPlane = 5;
+inline constexpr int kFirstNode = 6;
+inline constexpr int kFirstCell = 7;
+inline constexpr int kLastCell = 10;
+inline constexpr int kEndNumbers = 13;
+inline constexpr int kUsed = 14;
+// Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius;
+// of a grid 1 / spacing in the barrel's place.
 inline constexpr int kSegmentPlaces = 16;
-// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
+// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal. Of a
+// grid's: the box of the cells in use.
 inline constexpr int kFieldBounds = 8;
 
 inline constexpr int kGroup = 64;         // points to a group, which have a bound in common
@@ -97,6 +112,8 @@ struct ShaderKind {
   bool blended = false;
   bool pins = false;   // then the kinds of motions and regions do not count
   bool turns = false;  // some of the pins turn
+  bool grid = false;          // then neither
+  bool grid_changes = false;  // in time
   bool barrel = false;
   bool falloff = false;  // that of some field is not the default
   bool in_double = false;

@@ -215,6 +215,9 @@ dvec3 run(R3 base, R t, R end) {
 dvec3 displacement_of(dvec3 x, R begin, R end) {
   precise dvec3 from = x - centre;
   R3 base = R3(from);
+#ifdef WITH_GRID
+  if (!is_felt(from)) return dvec3(0);
+#endif
 #if defined(SINGLE_FIELD) && !defined(BLENDED)
   dvec3 known;
   if (closed_form != 0 && is_known(base - displacement * begin, begin, end, known)) return known;
@@ -241,10 +244,19 @@ void open_segment(int s) {
 #endif
   tolerance = n[segment_numbers + kTolerance];
   centre = place(s * kSegmentPlaces);
+#ifdef WITH_GRID
+  per_spacing = e[s * kSegmentPlaces + 8];
+#endif
   exact_displacement = place(s * kSegmentPlaces + 3);
 }
 
 // Whether no point of the ball is in the support of a field at any time of the segment.
+#ifdef WITH_GRID
+bool misses(int s, dvec3 at, double radius) {
+  int bounds = table[table[s * kSegmentEntries + 1] + kBounds];
+  return any(lessThan(at + radius, place(bounds))) || any(greaterThan(at - radius, place(bounds + 3)));
+}
+#else
 bool misses(int s, dvec3 at, double radius) {
   int first = table[s * kSegmentEntries + 1];
   for (int f = 0; f < FIELD_COUNT(table[s * kSegmentEntries]); ++f) {
@@ -264,6 +276,7 @@ bool misses(int s, dvec3 at, double radius) {
   }
   return true;
 }
+#endif
 
 #ifdef WITH_BARREL
 bool is_within(int s, dvec3 x) {

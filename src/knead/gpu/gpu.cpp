@@ -170,7 +170,7 @@ struct Calls {
  private:
   bool send(const PackedSegments& packed, const ShaderKind& kind, GpuPoints::State& points) const {
     if (packed.numbers.size() * sizeof(double) > gpu.most_bytes) {
-      throw GpuError("the graphics driver takes no point set as large as this flow's; use the CPU");
+      throw GpuError("the graphics driver takes no point set or grid as large as this flow's; use the CPU");
     }
     const SegmentBuffers buffers(packed, kind.in_double, gpu.transfers);
     const gl::Program& program = gpu.program_of(kind);

@@ -100,7 +100,7 @@ class Gpu {
   // Moves the points, as knead::advect does; ignores options.threads. Checks options.progress between calls of
   // shaders, and while the equations of pins are solved. With the status `cancelled` or `step_limit` the points stop on
   // their path lines. Throws InvalidInput where knead::advect does, for fields that are functions of the caller, and
-  // for segments with a mask or a grid. Where pins come too near each other for their equations, the segments before
+  // for segments with a mask. Where pins come too near each other for their equations, the segments before
   // have moved the points.
   AdvectResult advect(const Flow& flow, GpuPoints& points, const AdvectOptions& options);
 
@@ -142,7 +142,7 @@ class Gpu {
 
 // Returns a backend that opens a Gpu at its first call and moves points there. If the GPU fails, the backend calls
 // `on_failure` with the reason once, and moves these points and all later ones on the CPU. It also moves flows with
-// functions of the caller, with a mask or with a grid on the CPU.
+// functions of the caller or with a mask on the CPU.
 Backend backend_or_cpu(std::function<void(const std::string& why)> on_failure, const GpuOptions& options = {});
 
 }  // namespace knead::gpu

@@ -9,6 +9,7 @@
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
 #include "knead/gpu/packed_bounds.h"
+#include "knead/gpu/packed_grid.h"
 #include "knead/gpu/packed_pins.h"
 #include "knead/gpu/packed_tree.h"
 #include "knead/math/error.h"
@@ -288,15 +289,14 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
   if (!segment.mask.is_empty()) {
     throw InvalidInput("it has a mask, which the GPU cannot evaluate; move the points with advect");
   }
-  if (!segment.grid.is_empty()) {
-    throw InvalidInput("its field is a grid, which the GPU cannot evaluate; move the points with advect");
-  }
   ShaderKind kind;
   kind.in_double = options.precision == Precision::float64;
   kind.integrator = options.integrator;
   kind.pins = segment.time_law == TimeLaw::pinned;
   kind.turns = !segment.turns.empty();
-  if (kind.pins) return kind;
+  kind.grid = !segment.grid.is_empty();
+  kind.grid_changes = !segment.grid.end_coefficients.empty();
+  if (kind.pins || kind.grid) return kind;
   for (const Field& field : segment.fields) {
     if (std::holds_alternative<CustomMotion>(field.motion) || std::holds_alternative<CustomRegion>(field.region)) {
       throw InvalidInput(
@@ -317,7 +317,8 @@ ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
 std::vector<PackedSegments> pack(std::span<const Segment> segments, const AdvectOptions& options) {
   if (segments.front().time_law == TimeLaw::pinned) return pack_pins(segments.front(), options);
   std::vector<PackedSegments> packs;
-  packs.push_back(Packer(segments, options).run());
+  const bool grids = !segments.front().grid.is_empty();
+  packs.push_back(grids ? pack_grids(segments, options) : Packer(segments, options).run());
   return packs;
 }
 
@@ -331,7 +332,7 @@ std::size_t pack_length(std::span<const Segment> segments, const AdvectOptions& 
     if (set_points > kMostSetPoints || !(kind_of(segments[length], options) == kind)) break;
     ++length;
   }
-  return length;
+  return kind.grid ? count_packed_grids(segments.first(length)) : length;
 }
 
 }  // namespace knead::gpu

@@ -32,7 +32,11 @@ const char* number_end(const char* first, const char* last) {
   const char* at = first;
   if (at != last && *at == '-') ++at;
   for (const std::string_view word : {"infinity", "inf", "nan"}) {
-    if (begins_with(at, last, word)) return at + word.size();
+    if (!begins_with(at, last, word)) continue;
+    at += word.size();
+    if (word != "nan" || at == last || *at != '(') return at;
+    const char* const closed = std::find(at, last, ')');  // as in nan(ind)
+    return closed == last ? at : closed + 1;
   }
   const char* const whole = skip_digits(at, last);
   const bool has_point = whole != last && *whole == '.';

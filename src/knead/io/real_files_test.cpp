@@ -39,7 +39,7 @@ const Original kOriginals[] = {
     {"icosahedron_binary.stl", 12, 20, true, 2.53615},
     {"spider_ascii.stl", 722, 1368, false, 0},
     {"spider_binary.stl", 722, 1368, false, 0},
-    {"featuretype_binary.stl", 2010, 3476, false, 0},
+    {"featuretype_binary.stl", 1722, 3476, true, 11.6277},
     {"fandisk_quads.off", 766, 1528, true, 20.2575},
     {"cow.off", 2762, 5520, true, 0.0534799},
     {"fairing_cross_binary.off", 4983, 9762, false, 0},

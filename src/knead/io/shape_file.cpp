@@ -101,6 +101,14 @@ void rewrite_in_pieces(const Format& format, const ShapeFile& source, std::span<
   format.rewrite_in_pieces(source, positions, moved_normals(source, positions, options), options, out);
 }
 
+// Adds what a user of the shape should know about what it is.
+void add_notes(const Mesh& mesh, std::vector<std::string>& notes) {
+  if (mesh.find_attribute("rot_0") != nullptr && mesh.find_attribute("scale_0") != nullptr) {
+    notes.emplace_back("the turns and sizes of splats (rot_*, scale_*) stay as they are; only their places move");
+  }
+  if (std::string note = stray_note(mesh); !note.empty()) notes.push_back(std::move(note));
+}
+
 ShapeSummary summary_of(const ShapeFile& shape) {
   ShapeSummary summary;
   summary.format = shape.format;
@@ -110,13 +118,12 @@ ShapeSummary summary_of(const ShapeFile& shape) {
   summary.box = shape_box(shape.mesh);
   for (const Attribute& attribute : shape.mesh.attributes) summary.attributes.push_back(attribute.name);
   summary.notes = shape.notes;
-  if (std::string note = stray_note(shape.mesh); !note.empty()) summary.notes.push_back(std::move(note));
+  add_notes(shape.mesh, summary.notes);
   return summary;
 }
 
-// Adds what a user of the shape should know about its size and place.
 ShapeFile with_notes(const Format& format, ShapeFile shape) {
-  if (std::string note = stray_note(shape.mesh); !note.empty()) shape.notes.push_back(std::move(note));
+  add_notes(shape.mesh, shape.notes);
   if (!format.reads_floats(shape)) return shape;
   std::string note = io_detail::spacing_note(shape.mesh);
   const bool is_due = !note.empty() && fits_floats(shape.mesh.positions);  // else a node has moved them (GLB)

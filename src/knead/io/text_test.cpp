@@ -35,7 +35,8 @@ TEST(ParseReal, Table) {
     EXPECT_EQ(parse(bad), -77) << bad;
   }
   EXPECT_TRUE(std::isnan(parse("nan")));
-  for (const char* special : {"-1.#IND", "1.#QNAN", "1.#INF00", "-1.#IND0000"}) EXPECT_TRUE(std::isnan(parse(special)));
+  for (const char* special : {"-1.#IND", "1.#QNAN", "1.#INF00", "-1.#IND0000", "-nan(ind)", "nan(snan)"})
+    EXPECT_TRUE(std::isnan(parse(special)));
   for (const char* bad : {"1.#", "1.#IN", "2.#INF", "1.#INF0x"}) EXPECT_EQ(parse(bad), -77) << bad;
   float single = 0;
   EXPECT_EQ(parse_real("1e39", single), ParseResult::overflow);

@@ -23,7 +23,7 @@ namespace {
 // rms of log stretch is 3% to 5% less, and a factor takes three times as long.
 constexpr std::size_t kComponents = 2;
 constexpr int kOfNode = static_cast<int>(kComponents);
-constexpr std::size_t kMaxUnknowns = 60'000;
+constexpr std::size_t kMaxUnknowns = 15'000;
 constexpr std::size_t kRowNumbers = kComponents * kCellNodes;
 // The middle of each cell is a sample, too, so that the field goes on beyond the body as it is within it: the body may
 // move there, and nodes that reach hardly a sample would be free.

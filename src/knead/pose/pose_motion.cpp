@@ -18,7 +18,7 @@ constexpr double kMaxDistance = 0.5;                 // of the spacing
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 20;
-constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfPart = 400;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
@@ -68,7 +68,8 @@ Vec3d place_of(const PosedPart& part, const Vec3d& start, double t) {
   return part.center + turned(start - part.center, part.axis, part.angle * t) + part.translation * t;
 }
 
-// A time of the pose: piece i of the paths lies between i and i + 1, and the last one ends at `pieces`.
+// A time of the pose: piece i of the paths lies between i and i + 1, and the last one ends at `pieces`. Parts that have
+// moved get one more step without time, in which they settle at their places.
 class Schedule {
  public:
   explicit Schedule(const PoseProblem& problem) : problem_(problem) {
@@ -89,6 +90,9 @@ class Schedule {
       }
       for (double k = 1; k <= count; ++k) times_.push_back(static_cast<double>(piece) + k / count);
     }
+    const bool parts_move =
+        std::any_of(problem.parts.begin(), problem.parts.end(), [](const PosedPart& part) { return !part.holds(); });
+    if (parts_move) times_.push_back(times_.back());
   }
 
   const std::vector<double>& times() const { return times_; }

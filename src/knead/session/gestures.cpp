@@ -12,7 +12,7 @@ constexpr std::size_t kMostImages = 8;  // of one gesture, mirrored in three pla
 
 // Of which two are never mirror images of each other.
 bool stands_alone(const Stroke& stroke) {
-  if (std::holds_alternative<MaskStroke>(stroke)) return true;
+  if (std::holds_alternative<MaskStroke>(stroke) || std::holds_alternative<PoseStroke>(stroke)) return true;
   const auto* handles = std::get_if<HandlesStroke>(&stroke);
   return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
 }

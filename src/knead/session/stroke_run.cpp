@@ -125,7 +125,7 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
 // A mask stroke gives the shape its mask.
 void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
   if (!std::holds_alternative<MaskStroke>(stroke.source->stroke) || !is_applied(*stroke.source)) return;
-  if (shape.motion().backend) {
+  if (shape.motion().backend && shape.mask().is_empty()) {
     stroke.outcome.warnings.push_back(
         "the GPU cannot evaluate a mask: the CPU moves the vertices in the strokes after it");
   }
@@ -137,15 +137,6 @@ bool names_vertices(const PoseStroke& stroke) {
     const auto* part = std::get_if<PosePart>(&item);
     return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
   });
-}
-
-// Who has chosen the GPU wants to know what it does not do.
-void tell_of_grid(PreparedStroke& stroke, const DeformedShape& shape) {
-  const std::vector<Segment>& segments = stroke.flow.segments;
-  const bool has_grid =
-      std::any_of(segments.begin(), segments.end(), [](const Segment& segment) { return !segment.grid.is_empty(); });
-  if (!has_grid || !shape.motion().backend) return;
-  stroke.outcome.warnings.push_back("the GPU cannot evaluate a grid: the CPU moves the vertices in this stroke");
 }
 
 // A vertex's number means nothing once the vertices have other numbers.
@@ -313,7 +304,6 @@ const DeformedShape& StrokeRun::frame(double moment) {
 void StrokeRun::leave() {
   advance(options_.backwards ? 0 : end());
   if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
-  tell_of_grid(stroke_, shape_);
   follow(end(), shape_, remeshed_);
   if (options_.backwards && status() == AdvectStatus::done) check_barrel();
 }

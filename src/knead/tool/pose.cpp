@@ -21,7 +21,7 @@ using namespace detail;
 
 constexpr std::size_t kInside = 4000;       // samples of the body
 constexpr double kCellsOfSample = 0.6;      // their greatest spacing, in that of the grid
-constexpr std::size_t kPointsOfPart = 150;  // that ask for its motion
+constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion
 constexpr std::size_t kLookedAt = 400;      // points at which the flow's stretch is measured
 constexpr double kSpoiledStretch = 10;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal

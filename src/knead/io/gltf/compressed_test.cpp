@@ -15,6 +15,7 @@
 #endif
 
 #include "knead/io/gltf/codecs.h"
+#include "knead/io/gltf/decompress.h"
 #include "knead/io/test_samples.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/shapes.h"
@@ -205,6 +206,22 @@ TEST(CompressedGltf, DracoIsReadAndWrittenPlain) {
   const std::string written =
       serialize_shape("glb", draco_sphere(16).parse(), std::vector<Vec3d>(sphere_glb().parse().mesh.vertex_count()));
   EXPECT_EQ(json_of(written)["extensionsUsed"], GlbJson({"KHR_materials_unlit"}));
+}
+
+// Quantized places have other bounds than those before the compression, which the file declares.
+TEST(CompressedGltf, DracoHasTheBoundsOfWhatIsDecompressed) {
+  GlbFile file = draco_sphere(5);
+  file.accessor(0)["min"] = {-1.5, -1.5, -1.5};
+  file.accessor(0)["max"] = {1.5, 1.5, 1.5};
+  std::vector<std::string> notes;
+  const std::string plain = io_detail::gltf::decompressed(file.bytes(), "a.glb", notes);
+  const GlbJson accessor = json_of(plain)["accessors"][0];
+  Box box;
+  for (const Vec3d& p : parse_shape(plain, "glb", "a.glb").mesh.positions) box.extend(p);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(accessor["min"][axis].get<double>(), box.min[axis]);
+    EXPECT_EQ(accessor["max"][axis].get<double>(), box.max[axis]);
+  }
 }
 
 // The decoder would make room for as many faces as the header says.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 
+#include "knead/io/cursor.h"
 #include "knead/io/glb/accessor.h"
 #include "knead/io/glb/edit.h"
 #include "knead/io/gltf/codecs.h"
@@ -63,6 +64,15 @@ std::string as_indices(const std::vector<std::uint32_t>& corners, std::size_t si
     for (std::size_t b = 0; b < size; ++b) result[i * size + b] = static_cast<char>(corners[i] >> (8 * b) & 0xff);
   }
   return result;
+}
+
+// Little-endian floats side by side.
+std::vector<float> floats_in(std::string_view bytes) {
+  std::vector<float> floats;
+  const std::string name = kDraco;
+  ByteCursor cursor(bytes, name);
+  while (cursor.left() >= sizeof(float)) floats.push_back(cursor.take<float>("a float"));
+  return floats;
 }
 
 class Decompressor {
@@ -169,6 +179,9 @@ class Decompressor {
     for (std::size_t i = 0; i < accessors.size(); ++i) {
       require_count(accessors[i], mesh->vertices);
       const std::size_t size = wanted[i].components * glb::component_size(wanted[i].type);
+      if (wanted[i].type == NumberType::float32) {
+        floats_of_[accessors[i]] = {floats_in(mesh->attributes[i]), wanted[i].components};
+      }
       add_data(accessors[i], view, spread(mesh->attributes[i], size), aligned(size), glb::kVertexData);
     }
     const std::size_t indices = primitive.at("indices").whole();
@@ -261,6 +274,11 @@ class Decompressor {
         json.set("bufferView", view->second);
         json.set("byteOffset", 0);
       }
+      if (const auto values = floats_of_.find(a); values != floats_of_.end()) {
+        const auto& [floats, components] = values->second;
+        if (json.has("min")) json.set("min", parse_json(glb::least_text(floats, components)));
+        if (json.has("max")) json.set("max", parse_json(glb::greatest_text(floats, components)));
+      }
       result.push_back(std::move(json));
     }
     return result;
@@ -294,7 +312,10 @@ class Decompressor {
   glb::Document document_;
   std::vector<View> views_;
   std::map<std::size_t, std::size_t> view_of_;  // of accessors with new data
-  std::vector<Span> gone_;                      // bytes that were decompressed
+  // Of accessors with new floats: these, and how many make a vector. The bounds in the file are those before
+  // compression.
+  std::map<std::size_t, std::pair<std::vector<float>, std::size_t>> floats_of_;
+  std::vector<Span> gone_;  // bytes that were decompressed
   std::size_t decoded_ = 0;
 };
 

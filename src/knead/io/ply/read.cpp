@@ -255,7 +255,9 @@ std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string&
   const bool is_cloud = target.faces().faces() == 0;
   const bool has_stray =
       is_cloud ? target.box().box().diagonal() != box.diagonal() : target.faces().used_vertices() != vertices;
-  if (has_stray) return std::nullopt;
+  const bool has_splats = std::any_of(block.attributes.begin(), block.attributes.end(),
+                                      [](const Attribute& a) { return a.name == "rot_0"; });
+  if (has_stray || has_splats) return std::nullopt;
   ShapeSummary summary;
   summary.format = "ply";
   summary.vertices = vertices;

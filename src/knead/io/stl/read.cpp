@@ -1,5 +1,6 @@
 // Reading STL.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "knead/io/face_builder.h"
@@ -9,6 +10,7 @@
 #include "knead/io/text.h"
 #include "knead/io/welder.h"
 #include "knead/math/error.h"
+#include "knead/mesh/measures.h"
 
 namespace knead::io_detail::stl {
 namespace {
@@ -28,6 +30,7 @@ class Reader {
     }
     if (shape_.mesh.face_count() == 0) throw InvalidInput(Place{name_}, "has no triangles; there is no shape in it");
     faces_.append_notes(shape_.notes);
+    join_around_zero();
     return layout;
   }
 
@@ -127,6 +130,51 @@ class Reader {
     say(odd.split_words, "'end loop' and the like are read as one word");
     const std::size_t zeros = bytes_.size() - without_end_zeros(bytes_).size();
     if (zeros > 0) shape_.notes.push_back(counted(zeros, "zero byte ends the file", "zero bytes end the file"));
+  }
+
+  // Returns whether a mesh with joined vertices has fewer open edges, and no triangle has lost a corner: what is
+  // smaller than rounding may be meant.
+  bool is_joined_well(const Mesh& whole) const {
+    for (std::size_t c = 0; c < whole.corner_vertex.size(); c += 3) {
+      const std::uint32_t* const t = &whole.corner_vertex[c];
+      const std::uint32_t* const before = &shape_.mesh.corner_vertex[c];
+      const auto repeats = [](const std::uint32_t* v) { return v[0] == v[1] || v[1] == v[2] || v[2] == v[0]; };
+      if (repeats(t) && !repeats(before)) return false;
+    }
+    return measure(whole).boundary_edges < measure(shape_.mesh).boundary_edges;
+  }
+
+  // Joins vertices whose coordinates differ only by rounding around 0, as CAD programs write 1e-17 for it. Each has the
+  // place of the first.
+  void join_around_zero() {
+    Mesh& mesh = shape_.mesh;
+    std::vector<double> sizes;
+    for (const Vec3d& p : mesh.positions) sizes.push_back(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}));
+    const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+    std::nth_element(sizes.begin(), middle, sizes.end());  // so that a vertex far away does not count
+    const double dust = 1e-15 * *middle;
+    const auto is_dust = [&](double x) { return x != 0 && std::abs(x) <= dust; };
+    const auto has_dust = [&](const Vec3d& p) { return is_dust(p.x) || is_dust(p.y) || is_dust(p.z); };
+    if (std::none_of(mesh.positions.begin(), mesh.positions.end(), has_dust)) return;
+    const auto cleaned = [&](double x) { return is_dust(x) ? 0.0 : x; };
+    std::vector<Vec3d> places;  // without the dust
+    Welder welder(places);
+    std::vector<Vec3d> kept;
+    std::vector<std::uint32_t> joined;
+    for (const Vec3d& p : mesh.positions) {
+      joined.push_back(welder.vertex_at({cleaned(p.x), cleaned(p.y), cleaned(p.z)}));
+      if (places.size() > kept.size()) kept.push_back(p);
+    }
+    const std::size_t gone = mesh.positions.size() - kept.size();
+    Mesh whole;
+    whole.positions = std::move(kept);
+    whole.face_begin = mesh.face_begin;
+    for (const std::uint32_t v : mesh.corner_vertex) whole.corner_vertex.push_back(joined[v]);
+    if (gone < 2 || !is_joined_well(whole)) return;  // one alone is damage, not how a program rounds
+    mesh.positions = std::move(whole.positions);
+    mesh.corner_vertex = std::move(whole.corner_vertex);
+    shape_.notes.push_back(counted(gone, "vertex differs from another one by rounding around 0 and is joined with it",
+                                   "vertices differ from others by rounding around 0 and are joined with them"));
   }
 
   void reserve(std::size_t count) {

@@ -1,7 +1,9 @@
 #include "knead/io/stl/stl.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -280,6 +282,39 @@ TEST(Stl, RecordsOfUnmovedTrianglesKeepTheirBytes) {
     EXPECT_GT(dot(n, polygon_normal(positions, shape.mesh.face(t))), 0) << t;
   }
   EXPECT_GT(unmoved, 2000u);
+}
+
+// A tetrahedron whose corners at 0 carry noise, each another one.
+TEST(Stl, CornersThatDifferByRoundingAroundZeroAreOneVertex) {
+  const double size[2] = {1, 1e-3};
+  for (const double scale : size) {
+    const Vec3d corner[4] = {{0, 0, 0}, {scale, 0, 0}, {0, scale, 0}, {0, 0, scale}};
+    std::string text = "solid noise\n";
+    double noise = 1e-17 * scale;
+    for (const auto& t : {std::array{0, 2, 1}, std::array{0, 1, 3}, std::array{1, 2, 3}, std::array{0, 3, 2}}) {
+      text += "facet normal 0 0 0\nouter loop\n";
+      for (const int k : t) {
+        text += "vertex";
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          noise *= -1.1;
+          text += fmt::format(" {}", corner[k][axis] == 0 ? noise : corner[k][axis]);
+        }
+        text += "\n";
+      }
+      text += "endloop\nendfacet\n";
+    }
+    text += "endsolid noise\n";
+    const ShapeFile shape = parse_shape(text, "stl", "noise.stl");
+    EXPECT_EQ(shape.mesh.vertex_count(), 4u);
+    EXPECT_TRUE(measure(shape.mesh).closed());
+    ASSERT_FALSE(shape.notes.empty());
+    EXPECT_NE(shape.notes.back().find("by rounding around 0"), std::string::npos);
+    EXPECT_EQ(serialize_shape("stl", shape, shape.mesh.positions), text);
+    std::vector<Vec3d> positions = shape.mesh.positions;
+    for (Vec3d& p : positions) p += Vec3d{scale, scale, scale};
+    const ShapeFile moved = parse_shape(serialize_shape("stl", shape, positions), "stl", "moved.stl");
+    EXPECT_EQ(moved.mesh.vertex_count(), 4u);
+  }
 }
 
 }  // namespace

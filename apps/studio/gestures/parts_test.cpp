@@ -1,0 +1,287 @@
+// Parts of a pose: drawn round, painted, moved by the gizmo or about their joint, kept from drag to drag.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "gestures/gesture.h"
+#include "gestures/gestures_fixture.h"
+#include "gestures/parts.h"
+#include "view/overlay.h"
+
+namespace knead::studio {
+namespace {
+
+class PartsTest : public GesturesTest {
+ protected:
+  // A bar along x from -3 to 3, 1 thick, seen from the front, 1 unit 100 pixels, the middle at (400, 300).
+  static std::string bar() {
+    return R"({"size": [800, 600]}
+{"new": "box", "vertices": 1500}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
+{"tool": "pose"}
+{"set": {"pose": "lasso", "detail": 0.1, "radius": 1}}
+)";
+  }
+
+  // Its left end, then its right end: the part below 1.4 units from the ends.
+  static std::string two_parts() {
+    return bar() + R"({"drag": [[60, 200], [240, 200], [240, 400], [60, 400], [60, 210]], "steps": 4}
+{"drag": [[560, 200], [740, 200], [740, 400], [560, 400], [560, 210]], "steps": 4}
+{"set": {"pose": "pins"}}
+)";
+  }
+
+  static PoseStroke last_pose(const Studio& studio) { return std::get<PoseStroke>(last_strokes(studio).front()); }
+  static std::optional<std::size_t> part_of(const PartMarks& marks, std::uint32_t v) {
+    return studio::part_of(marks, v);
+  }
+  static const PosePart& part_of(const PoseStroke& stroke, std::size_t i) {
+    return std::get<PosePart>(stroke.parts.at(i));
+  }
+  static const PartMarks& parts(const Studio& studio) { return studio.placed().parts; }
+
+  // How far the vertices of a part are from where the motion takes them, at most.
+  static double distance_from(const Studio& studio, std::size_t part, const std::vector<Vec3d>& before,
+                              const RigidMotion& motion) {
+    double most = 0;
+    const std::vector<Vec3d> now = positions(studio);
+    for (const std::uint32_t v : vertices_of(parts(studio), part)) {
+      most = std::max(most, norm(now[v] - motion(before[v])));
+    }
+    return most;
+  }
+};
+
+TEST_F(PartsTest, ALassoMakesAPartThatHoldsAndIsSelected) {
+  Studio studio(options());
+  run(studio, two_parts());
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_TRUE(studio.shown().history.empty());
+  ASSERT_EQ(parts(studio).holds, (std::vector<bool>{true, true}));
+  EXPECT_EQ(parts(studio).selected, 1u);
+  const std::vector<Vec3d> shape = positions(studio);
+  for (std::uint32_t v = 0; v < shape.size(); ++v) {
+    if (std::abs(std::abs(shape[v].x) - 1.6) < 0.1) continue;  // at the line
+    const std::uint8_t expected = shape[v].x < -1.6 ? 1 : shape[v].x > 1.6 ? 2 : 0;
+    EXPECT_EQ(parts(studio).of_vertex[v], expected) << shape[v].x;
+  }
+  ASSERT_TRUE(parts(studio).placement);
+  const Placement& joint = *parts(studio).placement;
+  EXPECT_LT(norm(joint.center - Vec3d{1.7, 0, 0}), 0.15) << "in the middle of its border";
+  EXPECT_GT(joint.z.x, 0.99) << "towards its end";
+  run(studio, R"({"set": {"pose": "lasso"}}
+{"click": [-2.5, 0, 0.5]})");
+  EXPECT_EQ(parts(studio).selected, 0u) << "a click selects the part there";
+  run(studio, R"({"key": "Escape"})");
+  EXPECT_FALSE(parts(studio).selected);
+  EXPECT_EQ(parts(studio).holds.size(), 2u) << "Escape removes no part";
+}
+
+TEST_F(PartsTest, ADragOfAPartTurnsItAboutItsJointWhileTheOtherHolds) {
+  Studio studio(options());
+  run(studio, two_parts());
+  const std::vector<Vec3d> before = positions(studio);
+  const PartMarks marked = parts(studio);
+  run(studio, R"({"drag": [[2.8, 0, 0.5], [2.6, 0.6, 0.5]], "steps": 2})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(last_strokes(studio).size(), 1u);
+  const PoseStroke stroke = last_pose(studio);
+  EXPECT_EQ(stroke.detail, 0.1);
+  ASSERT_EQ(stroke.parts.size(), 2u);
+  ASSERT_TRUE(part_of(stroke, 0).rotation);
+  const HandlesRotation turn = *part_of(stroke, 0).rotation;
+  EXPECT_EQ(turn.center, marked.placement->center);
+  const double expected = std::atan2(0.6, 2.6 - turn.center.x) * 180 / std::numbers::pi;
+  EXPECT_NEAR(turn.angle_deg, expected, 3);
+  EXPECT_TRUE(part_of(stroke, 1).hold);
+  std::size_t named = 0;
+  for (const VertexRange& range : part_of(stroke, 1).vertices) named += range.last - range.first + 1;
+  EXPECT_EQ(named, vertices_of(marked, 0).size());
+  const double slack = 6e-3 * studio.shown().diagonal;
+  const RigidMotion motion = rotation_about(turn.center, turn.axis, turn.angle_deg * std::numbers::pi / 180);
+  EXPECT_LT(distance_from(studio, 1, before, motion), slack);
+  EXPECT_LT(distance_from(studio, 0, before, RigidMotion{}), slack);
+  EXPECT_EQ(parts(studio).of_vertex, marked.of_vertex);
+  EXPECT_GT(parts(studio).placement->z.y, 0.2) << "the gizmo goes with the part";
+  EXPECT_TRUE(saved_and_replayed(studio).shape.positions() == positions(studio));
+  run(studio, R"({"key": "Ctrl+Z"})");
+  EXPECT_LT(norm(parts(studio).placement->center - marked.placement->center), 1e-12);
+}
+
+TEST_F(PartsTest, AnArrowMovesAPartByATypedLengthAndARingTurnsItByATypedAngle) {
+  Studio studio(options());
+  run(studio, two_parts());
+  const Placement start = *parts(studio).placement;
+  const auto at = [&](const Vec3d& p) {
+    const auto pixel = pixel_of(studio.screen(), p);
+    return fmt::format("[{}, {}]", pixel->x, pixel->y);
+  };
+  const Vec3d on_arrow = start.center + start.z * (0.9 * gizmo_size(studio.screen(), start));
+  run(studio, fmt::format(R"({{"press": {}}}
+{{"move": [650, 300]}}
+{{"key": "."}}
+{{"key": "2"}}
+{{"key": "Enter"}})",
+                          at(on_arrow)));
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.shown().history.size(), 1u);
+  const PosePart moved = part_of(last_pose(studio), 0);
+  EXPECT_FALSE(moved.rotation);
+  ASSERT_TRUE(moved.translation);
+  EXPECT_LT(norm(*moved.translation - start.z * 0.2), 1e-12);
+}
+
+TEST_F(PartsTest, TheBrushPaintsCtrlFreesAndAltRemoves) {
+  Studio studio(options());
+  run(studio, bar() + R"({"set": {"pose": "brush"}}
+{"drag": [[2.8, 0, 0.5], [2.2, 0, 0.5]]}
+)");
+  ASSERT_EQ(parts(studio).holds.size(), 1u);
+  const std::size_t painted = vertices_of(parts(studio), 0).size();
+  EXPECT_GT(painted, 10u);
+  for (const std::uint32_t v : vertices_of(parts(studio), 0)) EXPECT_GT(positions(studio)[v].x, 1.6);
+  run(studio, R"({"click": [2.8, 0, 0.5], "modifiers": ["ctrl"]})");
+  EXPECT_LT(vertices_of(parts(studio), 0).size(), painted);
+  run(studio, R"({"key": "Escape"}
+{"click": [-2.5, 0, 0.5]})");
+  EXPECT_EQ(parts(studio).holds.size(), 2u) << "nothing was selected: a new one";
+  run(studio, R"({"set": {"pose": "pins"}}
+{"key": "Escape"}
+{"click": [-2.5, 0, 0.5]})");
+  EXPECT_EQ(parts(studio).selected, 1u);
+  EXPECT_TRUE(studio.placed().pins.empty()) << "no pin where a part is";
+  run(studio, R"({"click": [2.2, 0, 0.5], "modifiers": ["alt"]})");
+  EXPECT_EQ(parts(studio).holds.size(), 1u);
+  EXPECT_TRUE(studio.shown().history.empty());
+}
+
+TEST_F(PartsTest, PartsAndPinsAreOfOnePose) {
+  Studio studio(options());
+  run(studio, two_parts() + R"({"click": [0, 0, 0.5]}
+{"key": "Escape"}
+{"drag": [[0, 0, 0.5], [0, 0.4, 0.5]], "steps": 2}
+)");
+  EXPECT_EQ(errors(studio), "");
+  const PoseStroke stroke = last_pose(studio);
+  ASSERT_EQ(stroke.parts.size(), 3u);
+  EXPECT_FALSE(std::get<PosePin>(stroke.parts[0]).hold);
+  EXPECT_TRUE(part_of(stroke, 1).hold);
+  EXPECT_TRUE(part_of(stroke, 2).hold);
+}
+
+TEST_F(PartsTest, AMirroredPartMovesTheOneOnTheOtherSide) {
+  Studio studio(options());
+  run(studio, two_parts() + R"({"set": {"mirror": [true, false, false]}}
+{"drag": [[2.8, 0, 0.5], [2.7, 0.4, 0.5]], "steps": 2}
+)");
+  EXPECT_EQ(errors(studio), "");
+  const PoseStroke stroke = last_pose(studio);
+  ASSERT_EQ(stroke.parts.size(), 2u) << "the part that is marked there does not hold";
+  ASSERT_TRUE(part_of(stroke, 1).rotation);
+  EXPECT_EQ(part_of(stroke, 1).rotation->angle_deg * part_of(stroke, 1).rotation->axis.z,
+            -part_of(stroke, 0).rotation->angle_deg * part_of(stroke, 0).rotation->axis.z);
+  const std::vector<Vec3d> now = positions(studio);
+  double left = 0, right = 0;
+  for (const Vec3d& p : now) (p.x < 0 ? left : right) = std::max(p.x < 0 ? left : right, p.y);
+  EXPECT_NEAR(left, right, 0.03);
+  EXPECT_GT(right, 0.8);
+}
+
+TEST_F(PartsTest, RemeshingAndUndoTakeThePartsAlong) {
+  Studio studio(options());
+  run(studio, two_parts());
+  const std::vector<std::uint8_t> before = parts(studio).of_vertex;
+  run(studio, R"({"set": {"remesh": true, "max_edge": 0.15}}
+{"drag": [[2.8, 0, 0.5], [2.8, 0.3, 0.5]], "steps": 1})");
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_NE(parts(studio).of_vertex.size(), before.size());
+  ASSERT_EQ(parts(studio).of_vertex.size(), positions(studio).size());
+  const std::vector<Vec3d> now = positions(studio);
+  for (std::uint32_t v = 0; v < now.size(); ++v) {
+    const bool is_between = std::abs(now[v].x) < 1.3;
+    if (is_between || now[v].x > 2) {
+      EXPECT_EQ(parts(studio).of_vertex[v], is_between ? 0 : 2) << now[v].x;
+    }
+  }
+  run(studio, R"({"drag": [[2.7, 0.3, 0.5], [2.7, 0.5, 0.5]], "steps": 1})");
+  EXPECT_EQ(part_of(last_pose(studio), 0).vertices.empty(), studio.shown().state.provenance->is_renumbered);
+  run(studio, R"({"key": "Ctrl+Z"}
+{"key": "Ctrl+Z"})");
+  EXPECT_EQ(parts(studio).of_vertex, before);
+}
+
+TEST_F(PartsTest, PartsAreColouredUnlessTheStretchIs) {
+  Studio studio(options());
+  run(studio, two_parts());
+  Overlay overlay;
+  const auto shades = overlay.influence(studio);
+  ASSERT_TRUE(shades);
+  for (std::size_t v = 0; v < shades->size(); ++v) {
+    EXPECT_EQ((*shades)[v] > 0, parts(studio).of_vertex[v] != 0);
+    EXPECT_EQ((*shades)[v] == 1, parts(studio).of_vertex[v] == 2) << "the selected one";
+  }
+  EXPECT_FALSE(overlay.influence(studio)) << "nothing has changed";
+  EXPECT_TRUE(overlay.scene(studio).show_influence);
+  run(studio, R"({"show": {"stretch": "since_start"}})");
+  EXPECT_TRUE(overlay.scene(studio).show_stretch);
+  EXPECT_FALSE(overlay.scene(studio).show_influence);
+}
+
+// A hand seen from the palm: 1 unit 200 pixels, the middle at (400, 300).
+constexpr const char* kHand = R"({"size": [800, 600]}
+{"new": "hand", "vertices": 4000}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 3}}
+{"tool": "pose"}
+{"set": {"pose": "pins", "detail": 0.1}}
+)";
+
+TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
+  Studio studio(options());
+  run(studio, std::string(kHand) + R"({"double_click": [0.11, 0.6, 0.09]})");
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_TRUE(studio.placed().pins.empty()) << "the first click's pin is gone";
+  ASSERT_EQ(parts(studio).holds.size(), 2u);
+  EXPECT_EQ(parts(studio).selected, 1u);
+  EXPECT_GT(parts(studio).placement->z.y, 0.9) << "the middle finger goes up";
+  const std::vector<Vec3d> shape = positions(studio);
+  for (std::uint32_t v = 0; v < shape.size(); ++v) {
+    if (shape[v].y < -0.5) {
+      EXPECT_EQ(part_of(parts(studio), v), 0u) << "the wrist holds";
+    }
+  }
+  // The next finger finds the body marked; what bends at its joint is freed.
+  run(studio, R"({"double_click": [-0.13, 0.5, 0.08]})");
+  EXPECT_EQ(errors(studio), "");
+  EXPECT_EQ(parts(studio).holds, (std::vector<bool>{true, false, false}));
+  EXPECT_TRUE(studio.shown().history.empty());
+}
+
+TEST_F(PartsTest, ADoubleClickAndADragTurnTheFingerAboutItsKnuckle) {
+  Studio studio(options());
+  run(studio, std::string(kHand) + R"({"click": [0.11, 0.6, 0.09]}
+)");
+  const std::vector<Vec3d> before = positions(studio);
+  const auto pixel = pixel_of(studio.screen(), {0.11, 0.6, 0.09});
+  EXPECT_EQ(studio.placed().pins.size(), 1u);
+  studio.handle(ButtonChanged{MouseButton::left, true, pixel->x, pixel->y, {}, true});
+  ASSERT_TRUE(studio.gesture());
+  studio.handle(PointerMoved{pixel->x - 30, pixel->y + 8, 1, {}});
+  studio.handle(ButtonChanged{MouseButton::left, false, pixel->x - 30, pixel->y + 8, {}});
+  EXPECT_EQ(errors(studio), "");
+  ASSERT_EQ(studio.shown().history.size(), 1u);
+  const PoseStroke stroke = last_pose(studio);
+  ASSERT_EQ(stroke.parts.size(), 2u);
+  ASSERT_TRUE(part_of(stroke, 0).rotation);
+  EXPECT_GT(part_of(stroke, 0).rotation->angle_deg, 5);
+  const double slack = 5e-3 * studio.shown().diagonal;
+  EXPECT_LT(distance_from(studio, 0, before, RigidMotion{}), slack);
+  const HandlesRotation& turn = *part_of(stroke, 0).rotation;
+  const RigidMotion motion = rotation_about(turn.center, turn.axis, turn.angle_deg * std::numbers::pi / 180);
+  EXPECT_LT(distance_from(studio, 1, before, motion), slack);
+}
+
+}  // namespace
+}  // namespace knead::studio

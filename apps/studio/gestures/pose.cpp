@@ -1,0 +1,257 @@
+// Poses: what the pins of a gesture become.
+#include <algorithm>
+#include <cmath>
+
+#include "gestures/gesture_kinds.h"
+#include "gestures/parts.h"
+
+namespace knead::studio {
+
+namespace {
+
+constexpr double kLiveDetail = 0.12;  // at least, while the pointer moves
+
+bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
+
+constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
+constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
+constexpr std::size_t kMostRanges = 2000;      // of numbers that name a part
+constexpr std::size_t kVerticesOfPart = 2000;  // that name one of more ranges, about
+
+// What a pose is made of, with the place of each pin or part and how near another one is the same.
+class PoseItems {
+ public:
+  bool is_taken(const Vec3d& place) const {
+    return std::any_of(items_.begin(), items_.end(),
+                       [&](const Item& one) { return norm(one.place - place) <= one.near; });
+  }
+
+  // `by_points` names no vertices.
+  void add(PoseItem item, PoseItem by_points, const Vec3d& place, double near, bool moves) {
+    items_.push_back({std::move(item), std::move(by_points), place, near, moves});
+  }
+
+  // Adds the images of all that move, then of all that hold, where there is nothing yet.
+  void add_images(const std::vector<SymmetryImage>& images) {
+    const std::vector<Item> own = items_;
+    for (const bool moves : {true, false}) {
+      for (const SymmetryImage& image : images) {
+        for (const Item& one : own) {
+          const Vec3d place = image.motion(one.place);
+          if (one.moves != moves || is_taken(place)) continue;
+          PoseStroke alone;
+          alone.parts = {one.by_points};
+          const PoseItem item = std::get<PoseStroke>(transformed(alone, image.motion)).parts.front();
+          items_.push_back({item, item, place, one.near, moves});
+        }
+      }
+    }
+  }
+
+  std::vector<PoseItem> parts() const {
+    std::vector<PoseItem> parts;
+    for (const Item& one : items_) parts.push_back(one.item);
+    return parts;
+  }
+
+ private:
+  struct Item {
+    PoseItem item;
+    PoseItem by_points;
+    Vec3d place;
+    double near = 0;
+    bool moves = false;
+  };
+  std::vector<Item> items_;
+};
+
+std::vector<VertexRange> ranges_of(std::span<const std::uint32_t> vertices) {
+  std::vector<VertexRange> ranges;
+  for (const std::uint32_t v : vertices) {
+    if (!ranges.empty() && ranges.back().last + 1 == v) {
+      ranges.back().last = v;
+    } else {
+      ranges.push_back({v, v});
+    }
+  }
+  return ranges;
+}
+
+// Of one posed part.
+struct PartOfShape {
+  std::vector<VertexRange> ranges;
+  std::vector<Vec3d> points;  // some of it, evenly spread
+  Vec3d middle{0, 0, 0};
+  double extent = 0;
+};
+
+PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeState& state) {
+  PartOfShape result;
+  std::vector<std::uint32_t> vertices = vertices_of(parts, part);
+  std::vector<Vec3d> all;
+  for (const std::uint32_t v : vertices) {
+    all.push_back(state.positions[v]);
+    result.middle += all.back() / static_cast<double>(vertices.size());
+  }
+  result.extent = bounding_box(all).diagonal();
+  result.points = thinned(all, kPointsOfPart);
+  result.ranges = ranges_of(vertices);
+  if (result.ranges.size() <= kMostRanges) return result;
+  std::vector<std::uint32_t> some;
+  const std::size_t stride = vertices.size() / kVerticesOfPart + 1;
+  for (std::size_t i = 0; i < vertices.size(); i += stride) some.push_back(vertices[i]);
+  result.ranges = ranges_of(some);
+  return result;
+}
+
+// Without `motion` it holds.
+void add_part(const PartMarks& parts, std::size_t part, const PartMotion* motion, const ShapeState& state,
+              PoseItems& items) {
+  const PartOfShape shape = part_of_shape(parts, part, state);
+  PosePart item;
+  item.hold = motion == nullptr;
+  if (motion != nullptr && motion->angle_deg != 0) {
+    item.rotation = HandlesRotation{motion->axis, motion->center, motion->angle_deg};
+  }
+  if (motion != nullptr && motion->translation != Vec3d{0, 0, 0}) item.translation = motion->translation;
+  PosePart by_points = item;
+  by_points.points = shape.points;
+  item.vertices = shape.ranges;
+  const bool needs_points = is_renumbered(state);
+  items.add(needs_points ? by_points : item, by_points, shape.middle, kSamePart * shape.extent, motion != nullptr);
+}
+
+const Pin::Seat* seat_of(const Pin& pin, const ShapeState& state) {
+  const auto seat = std::find_if(pin.seats.begin(), pin.seats.end(),
+                                 [&](const Pin::Seat& one) { return one.mesh.lock() == state.mesh; });
+  return seat == pin.seats.end() ? nullptr : &*seat;
+}
+
+// The part that a pin lies in, which then speaks for it.
+std::optional<std::size_t> part_under(const Pin& pin, const PartMarks& parts, const ShapeState& state) {
+  const Pin::Seat* const seat = seat_of(pin, state);
+  return seat == nullptr ? std::nullopt : part_of(parts, seat->vertex);
+}
+
+// Along an empty path it holds.
+void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, double near, PoseItems& items) {
+  PosePin item;
+  item.path = std::move(path);
+  item.hold = item.path.empty();
+  PosePin by_points = item;
+  by_points.point = pin.place;
+  const Pin::Seat* const seat = seat_of(pin, state);
+  if (seat != nullptr && !is_renumbered(state)) {
+    item.vertex = seat->vertex;
+  } else {
+    item.point = pin.place;
+  }
+  const bool moves = !item.hold;
+  items.add(std::move(item), std::move(by_points), pin.place, near, moves);
+}
+
+// Those that hold, but for images of what moves.
+void add_held_pins(const std::vector<Pin>& pins, const std::vector<bool>& moves, const std::vector<Vec3d>& taken,
+                   const PartMarks& parts, const ShapeState& state, double near, PoseItems& items) {
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    const Pin& pin = pins[i];
+    if (moves[i] || !pin.holds || part_under(pin, parts, state)) continue;
+    const bool is_image =
+        std::any_of(taken.begin(), taken.end(), [&](const Vec3d& p) { return norm(p - pin.place) <= near; });
+    if (!is_image) add_pin(pin, {}, state, near, items);
+  }
+}
+
+// Those that hold, but for one, and for images of what moves.
+void add_held_parts(const PartMarks& parts, const std::vector<bool>& left_out, const std::vector<Vec3d>& taken,
+                    const ShapeState& state, PoseItems& items) {
+  for (std::size_t part = 0; part < parts.holds.size(); ++part) {
+    if (left_out[part] || !parts.holds[part]) continue;
+    const PartOfShape shape = part_of_shape(parts, part, state);
+    const bool is_image = std::any_of(
+        taken.begin(), taken.end(), [&](const Vec3d& p) { return norm(p - shape.middle) <= kSamePart * shape.extent; });
+    if (!is_image && !shape.ranges.empty()) add_part(parts, part, nullptr, state, items);
+  }
+}
+
+PoseStroke stroke_of(PoseItems items, bool rests, const ToolSettings& settings) {
+  items.add_images(images_of(settings));
+  PoseStroke stroke;
+  stroke.detail = rests ? settings.pose_detail : std::max(settings.pose_detail, kLiveDetail);
+  stroke.parts = items.parts();
+  return stroke;
+}
+
+// A pin that goes as far as the dragged one goes along its path; else straight to its goal.
+std::vector<Vec3d> path_of(const PinsGesture& gesture, const PinGoal& goal) {
+  const Vec3d apart = gesture.pins[goal.pin].place - gesture.pins[gesture.dragged].place;
+  if (gesture.path.empty() || norm(gesture.to + apart - goal.to) > 1e-9 * norm(goal.to)) return {goal.to};
+  std::vector<Vec3d> path = gesture.path;
+  for (Vec3d& p : path) p += apart;
+  path.back() = goal.to;
+  return path;
+}
+
+}  // namespace
+
+std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings) {
+  if (gesture.to == gesture.drag.start) return std::nullopt;
+  const double near = kOneImage * settings.radius;
+  PoseItems items;
+  std::vector<bool> moves(gesture.pins.size());
+  std::vector<bool> left_out(gesture.parts.holds.size());
+  std::vector<Vec3d> taken;  // by images of the pins that move
+  for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, settings)) {
+    moves[goal.pin] = true;
+    const Pin& pin = gesture.pins[goal.pin];
+    if (const auto part = part_under(pin, gesture.parts, state)) left_out[*part] = true;
+    if (goal.is_image) continue;
+    add_pin(pin, path_of(gesture, goal), state, near, items);
+    for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(pin.place));
+  }
+  add_held_pins(gesture.pins, moves, taken, gesture.parts, state, near, items);
+  add_held_parts(gesture.parts, left_out, taken, state, items);
+  return stroke_of(std::move(items), gesture.rests, settings);
+}
+
+std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings) {
+  if (gesture.motion.is_nothing() || !gesture.parts.selected) return std::nullopt;
+  const double near = kOneImage * settings.radius;
+  PoseItems items;
+  add_part(gesture.parts, *gesture.parts.selected, &gesture.motion, state, items);
+  std::vector<bool> left_out(gesture.parts.holds.size());
+  left_out[*gesture.parts.selected] = true;
+  const Vec3d middle = part_of_shape(gesture.parts, *gesture.parts.selected, state).middle;
+  std::vector<Vec3d> taken;
+  for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(middle));
+  add_held_pins(gesture.pins, std::vector<bool>(gesture.pins.size()), taken, gesture.parts, state, near, items);
+  add_held_parts(gesture.parts, left_out, taken, state, items);
+  return stroke_of(std::move(items), gesture.rests, settings);
+}
+
+bool* rests_of(Gesture& gesture) {
+  if (auto* const pins = std::get_if<PinsGesture>(&gesture.kind)) return &pins->rests;
+  if (auto* const part = std::get_if<PartGesture>(&gesture.kind)) return &part->rests;
+  return nullptr;
+}
+
+void extend_path(const Vec3d& start, const Vec3d& to, double step, std::vector<Vec3d>& path) {
+  const std::optional<Vec3d> last = path.empty() ? std::nullopt : std::optional(path.back());
+  if (last == to) return;
+  if (last) path.pop_back();
+  // The place before the last piece is near of itself.
+  for (std::size_t kept = 0; kept < path.size(); ++kept) {
+    const Vec3d& place = kept == 0 ? start : path[kept - 1];
+    if (norm(place - to) >= step) continue;
+    path.resize(kept);
+    path.push_back(to);
+    return;
+  }
+  const Vec3d& before = path.empty() ? start : path.back();
+  if (last && norm(*last - before) >= step) path.push_back(*last);
+  path.push_back(to);
+}
+
+}  // namespace knead::studio
