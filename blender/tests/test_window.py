@@ -13,8 +13,9 @@ sys.path.insert(0, os.path.dirname(__file__))
 from window_support import PICTURES, coordinates, run, scene
 
 DRAGS = {"pull": (40, 50), "paint": (2, -40), "rotate": (80, 0), "stretch": (80, 40), "twist": (150, 0), "bend": (110, 0),
-         "stamp": (10, 0)}
-TYPED = {"pull": ("TWO", 0.2), "rotate": ("FOUR", 4), "stretch": ("NINE", 9), "twist": ("FIVE", 5), "bend": ("SEVEN", 7), "paint": ("ONE", 0.1), "stamp": ("ONE", 0.1)}
+         "stamp": (10, 0), "pose": (30, -20)}
+TYPED = {"pull": ("TWO", 0.2), "rotate": ("FOUR", 4), "stretch": ("NINE", 9), "twist": ("FIVE", 5), "bend": ("SEVEN", 7), "paint": ("ONE", 0.1), "stamp": ("ONE", 0.1),
+         "pose": ("ONE", 0.1)}
 
 
 def is_same(a, b):
@@ -81,7 +82,7 @@ def check_tool(window, obj, name, mode):
     after, made = coordinates(obj), strokes_of(obj)
     assert len(made) > count, f"{name}: no entry in the session"
     assert not is_same(after, before)
-    check_number(name, made[count:], value)
+    check_number(name, made[count:], value, before)
 
     window.undo()
     for _ in range(3):
@@ -100,7 +101,7 @@ def check_tool(window, obj, name, mode):
         yield
 
 
-def check_number(name, strokes, value):
+def check_number(name, strokes, value, before):
     """The number that was typed is the stroke's."""
     stroke = strokes[0]
     if name == "pull":
@@ -111,6 +112,10 @@ def check_number(name, strokes, value):
         found = 100 * (stroke["factor"] - 1)
     elif name == "twist":
         found = -stroke["rate_deg"] * (stroke["outer"] - stroke["inner"])
+    elif name == "pose":
+        pin = stroke["parts"][0]
+        found = float(np.float32(np.linalg.norm(np.subtract(pin["to"] if "to" in pin else pin["path"][-1], before[pin["pin"]].astype(float)))))
+        assert any(part.get("hold") and len(part["vertices"]) for part in stroke["parts"][1:])
     elif name == "stamp":
         return
     else:
@@ -265,6 +270,9 @@ def test(window):
         obj = scene()
         window.look(obj)
         bpy.context.preferences.edit.undo_steps = 64
+        wrist = [i for i, p in enumerate(coordinates(obj)) if p[1] < -0.5]
+        obj.vertex_groups.new(name="wrist").add(wrist, 1.0, "REPLACE")
+        bpy.context.scene.knead.pose_hold = "wrist"
         with window.override():
             bpy.ops.object.mode_set(mode=mode)
             bpy.ops.ed.undo_push(message="start")
