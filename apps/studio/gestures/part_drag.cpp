@@ -103,8 +103,7 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
                         std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
   if (!parts.of_vertex.empty()) mark(limb.bending, std::nullopt, around.state, parts);
   if (!has_body) add_part(limb.body, around.state, parts);
-  // Beside its neighbours a limb gives way.
-  if (const auto part = add_part(limb.vertices, around.state, parts)) parts.holds[*part] = false;
+  add_part(limb.vertices, around.state, parts);
   return {};
 }
 
@@ -122,6 +121,7 @@ std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings
   if (!placed.parts.placement) return std::nullopt;
   gesture.parts = placed.parts;
   gesture.pins = placed.pins;
+  gesture.plan = plan_pose(gesture, around.state, around.settings);
   return gesture;
 }
 
