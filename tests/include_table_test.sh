@@ -95,7 +95,7 @@ violations() {
 }
 
 # More would no longer fit on a page.
-readonly most_public=61
+readonly most_public=62
 
 check() {
   local found count

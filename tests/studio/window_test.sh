@@ -60,8 +60,12 @@ xdotool key Escape sleep 0.3 key 5 sleep 0.3
 drag 508 516 565 516
 use curve 5 537 516 537 531
 xdotool key Escape sleep 0.3 key p sleep 0.3
-click 508 630
-use pins p 556 640 566 655
+for place in "508 630" "610 650" "546 478"; do
+  # shellcheck disable=SC2086  # two words
+  click $place
+done
+use pose p 556 640 566 655
+grep -q '"tool": "pose"' "$work"/state/knead/journals/*/session.knead || die "no pose in the journal"
 xdotool key Escape sleep 0.3 key 7 sleep 0.3
 click 556 678
 use rotate 7 1000 700 1040 700

@@ -158,6 +158,10 @@ void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& pla
   }
   if (bool* const rests = rests_of(gesture)) *rests = true;
   if (std::holds_alternative<PartPaintGesture>(gesture.kind)) remove_empty_parts(placed.parts);
+  if (auto* part = std::get_if<PartGesture>(&gesture.kind); part != nullptr && placed.parts.placement) {
+    placed.parts.placement = moved(*placed.parts.placement, part->motion);
+    placed.parts.is_ahead = true;
+  }
   if (auto* pins = std::get_if<PinsGesture>(&gesture.kind)) end_pins(*pins, around, placed);
   if (auto* points = std::get_if<PointsGesture>(&gesture.kind)) carry_placed(*points, placed);
   if (auto* turn = std::get_if<TurnGesture>(&gesture.kind)) end_turn(around, *turn, placed);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -135,8 +136,12 @@ struct HandlesGesture {
   double speed = 0;                // relative_speed there
 };
 
+// What of a pose does not depend on where the pointer goes.
+struct PosePlan;
+
 // One pin moved, or all that are selected, the others held or carried along.
 struct PinsGesture {
+  std::shared_ptr<const PosePlan> plan{};  // of a pose; null: not made yet
   Drag drag;
   std::vector<Pin> pins;  // as they were
   PartMarks parts{};      // likewise
@@ -160,8 +165,9 @@ struct PartMotion {
 // The selected part of a pose moved by its gizmo, or turned about its joint by the place where it was taken hold of;
 // the others and the pins held or carried along.
 struct PartGesture {
-  PartMarks parts;        // as they were
-  std::vector<Pin> pins;  // likewise
+  std::shared_ptr<const PosePlan> plan{};  // null: not made yet
+  PartMarks parts;                         // as they were
+  std::vector<Pin> pins;                   // likewise
   Pointer from;
   std::optional<GizmoPart> handle{};  // nothing: it turns about its joint
   Vec3d grabbed{};                    // then: the place that was taken hold of
@@ -262,6 +268,12 @@ std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeSta
                                       const ToolSettings& settings);
 std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
                                       const ToolSettings& settings);
+
+// Returns what holds in the pose of a gesture. Parts leave room: what of them is too near to what moves does not hold.
+std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const ShapeState& state,
+                                          const ToolSettings& settings);
+std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const ShapeState& state,
+                                          const ToolSettings& settings);
 
 // Returns where a motion takes a placement.
 Placement moved(const Placement& placement, const PartMotion& motion);

@@ -73,7 +73,7 @@ bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const 
 // Takes hold of the gizmo of the selected part, or of the part under the pointer, which it selects. Nothing elsewhere.
 std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings& around, Placed& placed);
 void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& gesture);
-// Makes a part of the limb that the pointer is on, which is selected and free, and where no part and no pin holds yet
+// Makes a part of the limb that the pointer is on, which is selected, and where no part and no pin holds yet
 // one of the body, which holds. What bends between them becomes free. Returns why there is no limb; empty: there is
 // one.
 std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed);

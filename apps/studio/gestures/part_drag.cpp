@@ -92,19 +92,18 @@ bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const 
 
 std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   const auto hit = hit_at(pointer, around);
-  if (!hit || around.picker == nullptr) return "Double click on a limb of the shape.";
+  if (!hit || around.picker == nullptr) return "Double click on an arm, a leg or a finger of the shape.";
   const std::vector<Vec3d> positions = around.state.positions.copy();
   const Limb limb = find_limb(positions, around.picker->triangles(), vertex_at(*hit, around));
   if (limb.vertices.empty() || limb.body.empty()) {
-    return "There is no limb here; draw a line round a part of the shape instead.";
+    return "No arm, leg or finger begins here; draw a line round a part of the shape instead.";
   }
   PartMarks& parts = placed.parts;
   const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end() ||
                         std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
   if (!parts.of_vertex.empty()) mark(limb.bending, std::nullopt, around.state, parts);
   if (!has_body) add_part(limb.body, around.state, parts);
-  // Beside its neighbours a limb gives way.
-  if (const auto part = add_part(limb.vertices, around.state, parts)) parts.holds[*part] = false;
+  add_part(limb.vertices, around.state, parts);
   return {};
 }
 
@@ -122,6 +121,7 @@ std::optional<PartGesture> begin_part(const Pointer& pointer, const Surroundings
   if (!placed.parts.placement) return std::nullopt;
   gesture.parts = placed.parts;
   gesture.pins = placed.pins;
+  gesture.plan = plan_pose(gesture, around.state, around.settings);
   return gesture;
 }
 

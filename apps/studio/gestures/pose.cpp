@@ -9,14 +9,14 @@ namespace knead::studio {
 
 namespace {
 
-constexpr double kLiveDetail = 0.12;  // at least, while the pointer moves
-
-bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
-
+constexpr double kLiveDetail = 0.12;           // at least, while the pointer moves
+constexpr double kRoom = 0.06;                 // of the shape: what is nearer to what moves does not hold
 constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
 constexpr std::size_t kMostRanges = 2000;      // of numbers that name a part
 constexpr std::size_t kVerticesOfPart = 2000;  // that name one of more ranges, about
+
+bool is_renumbered(const ShapeState& state) { return state.provenance != nullptr && state.provenance->is_renumbered; }
 
 // What a pose is made of, with the place of each pin or part and how near another one is the same.
 class PoseItems {
@@ -30,6 +30,8 @@ class PoseItems {
   void add(PoseItem item, PoseItem by_points, const Vec3d& place, double near, bool moves) {
     items_.push_back({std::move(item), std::move(by_points), place, near, moves});
   }
+
+  void add(const PoseItems& others) { items_.insert(items_.end(), others.items_.begin(), others.items_.end()); }
 
   // Adds the images of all that move, then of all that hold, where there is nothing yet.
   void add_images(const std::vector<SymmetryImage>& images) {
@@ -85,9 +87,15 @@ struct PartOfShape {
   double extent = 0;
 };
 
-PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeState& state) {
+// Without what is nearer than `room` to a place.
+PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeState& state, double room = 0,
+                          std::span<const Vec3d> places = {}) {
   PartOfShape result;
   std::vector<std::uint32_t> vertices = vertices_of(parts, part);
+  std::erase_if(vertices, [&](std::uint32_t v) {
+    const Vec3d& p = state.positions[v];
+    return std::any_of(places.begin(), places.end(), [&](const Vec3d& q) { return norm2(p - q) < room * room; });
+  });
   std::vector<Vec3d> all;
   for (const std::uint32_t v : vertices) {
     all.push_back(state.positions[v]);
@@ -105,9 +113,7 @@ PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeS
 }
 
 // Without `motion` it holds.
-void add_part(const PartMarks& parts, std::size_t part, const PartMotion* motion, const ShapeState& state,
-              PoseItems& items) {
-  const PartOfShape shape = part_of_shape(parts, part, state);
+void add_part(const PartOfShape& shape, const PartMotion* motion, const ShapeState& state, PoseItems& items) {
   PosePart item;
   item.hold = motion == nullptr;
   if (motion != nullptr && motion->angle_deg != 0) {
@@ -162,17 +168,37 @@ void add_held_pins(const std::vector<Pin>& pins, const std::vector<bool>& moves,
   }
 }
 
-// Those that hold, but for one, and for images of what moves.
+// Those that hold, but for some, for images of what moves, and for what has no room beside it.
 void add_held_parts(const PartMarks& parts, const std::vector<bool>& left_out, const std::vector<Vec3d>& taken,
-                    const ShapeState& state, PoseItems& items) {
+                    std::span<const Vec3d> moving, const ShapeState& state, double room, PoseItems& items) {
   for (std::size_t part = 0; part < parts.holds.size(); ++part) {
     if (left_out[part] || !parts.holds[part]) continue;
-    const PartOfShape shape = part_of_shape(parts, part, state);
+    const PartOfShape shape = part_of_shape(parts, part, state, room, moving);
     const bool is_image = std::any_of(
         taken.begin(), taken.end(), [&](const Vec3d& p) { return norm(p - shape.middle) <= kSamePart * shape.extent; });
-    if (!is_image && !shape.ranges.empty()) add_part(parts, part, nullptr, state, items);
+    if (!is_image && !shape.ranges.empty()) add_part(shape, nullptr, state, items);
   }
 }
+
+// Of a gesture's own images; what holds must leave room for them, too.
+std::vector<Vec3d> with_images(std::vector<Vec3d> points, const ToolSettings& settings) {
+  const std::vector<Vec3d> own = points;
+  for (const SymmetryImage& image : images_of(settings)) {
+    for (const Vec3d& p : own) points.push_back(image.motion(p));
+  }
+  return points;
+}
+
+double room_on(const ShapeState& state) { return kRoom * bounding_box(state.mesh->positions).diagonal(); }
+
+}  // namespace
+
+struct PosePlan {
+  PoseItems held;
+  PartOfShape moving;  // of a part
+};
+
+namespace {
 
 PoseStroke stroke_of(PoseItems items, bool rests, const ToolSettings& settings) {
   items.add_images(images_of(settings));
@@ -194,40 +220,64 @@ std::vector<Vec3d> path_of(const PinsGesture& gesture, const PinGoal& goal) {
 
 }  // namespace
 
-std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
-                                      const ToolSettings& settings) {
-  if (gesture.to == gesture.drag.start) return std::nullopt;
+std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const ShapeState& state,
+                                          const ToolSettings& settings) {
+  PosePlan plan;
   const double near = kOneImage * settings.radius;
-  PoseItems items;
   std::vector<bool> moves(gesture.pins.size());
   std::vector<bool> left_out(gesture.parts.holds.size());
+  std::vector<Vec3d> moving;
   std::vector<Vec3d> taken;  // by images of the pins that move
   for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, settings)) {
     moves[goal.pin] = true;
     const Pin& pin = gesture.pins[goal.pin];
+    moving.push_back(pin.place);
     if (const auto part = part_under(pin, gesture.parts, state)) left_out[*part] = true;
     if (goal.is_image) continue;
-    add_pin(pin, path_of(gesture, goal), state, near, items);
     for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(pin.place));
   }
-  add_held_pins(gesture.pins, moves, taken, gesture.parts, state, near, items);
-  add_held_parts(gesture.parts, left_out, taken, state, items);
+  moving = with_images(std::move(moving), settings);
+  add_held_pins(gesture.pins, moves, taken, gesture.parts, state, near, plan.held);
+  add_held_parts(gesture.parts, left_out, taken, moving, state, room_on(state), plan.held);
+  return std::make_shared<const PosePlan>(std::move(plan));
+}
+
+std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const ShapeState& state,
+                                          const ToolSettings& settings) {
+  PosePlan plan;
+  const std::size_t selected = *gesture.parts.selected;
+  plan.moving = part_of_shape(gesture.parts, selected, state);
+  std::vector<bool> left_out(gesture.parts.holds.size());
+  left_out[selected] = true;
+  std::vector<Vec3d> taken;
+  for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(plan.moving.middle));
+  const std::vector<Vec3d> moving = with_images(plan.moving.points, settings);
+  add_held_pins(gesture.pins, std::vector<bool>(gesture.pins.size()), taken, gesture.parts, state,
+                kOneImage * settings.radius, plan.held);
+  add_held_parts(gesture.parts, left_out, taken, moving, state, room_on(state), plan.held);
+  return std::make_shared<const PosePlan>(std::move(plan));
+}
+
+std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeState& state,
+                                      const ToolSettings& settings) {
+  if (gesture.to == gesture.drag.start) return std::nullopt;
+  const auto plan = gesture.plan ? gesture.plan : plan_pose(gesture, state, settings);
+  PoseItems items;
+  for (const PinGoal& goal : pin_goals(gesture.pins, gesture.dragged, gesture.to, settings)) {
+    if (goal.is_image) continue;
+    add_pin(gesture.pins[goal.pin], path_of(gesture, goal), state, kOneImage * settings.radius, items);
+  }
+  items.add(plan->held);
   return stroke_of(std::move(items), gesture.rests, settings);
 }
 
 std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
                                       const ToolSettings& settings) {
   if (gesture.motion.is_nothing() || !gesture.parts.selected) return std::nullopt;
-  const double near = kOneImage * settings.radius;
+  const auto plan = gesture.plan ? gesture.plan : plan_pose(gesture, state, settings);
   PoseItems items;
-  add_part(gesture.parts, *gesture.parts.selected, &gesture.motion, state, items);
-  std::vector<bool> left_out(gesture.parts.holds.size());
-  left_out[*gesture.parts.selected] = true;
-  const Vec3d middle = part_of_shape(gesture.parts, *gesture.parts.selected, state).middle;
-  std::vector<Vec3d> taken;
-  for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(middle));
-  add_held_pins(gesture.pins, std::vector<bool>(gesture.pins.size()), taken, gesture.parts, state, near, items);
-  add_held_parts(gesture.parts, left_out, taken, state, items);
+  add_part(plan->moving, &gesture.motion, state, items);
+  items.add(plan->held);
   return stroke_of(std::move(items), gesture.rests, settings);
 }
 

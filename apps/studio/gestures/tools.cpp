@@ -155,6 +155,7 @@ const std::vector<StudioTool> kTools{
     {.name = "Handles",
      .key = "-",
      .use = ToolUse::handles,
+     .in_bar = false,
      .hint = "Paint what moves, and with Ctrl what stays; then choose Drag.",
      .second_hint = "Drag the handle that moves.",
      .icon = {{halo, {-0.45F, -0.3F, 0.5F}},

@@ -145,6 +145,7 @@ struct StudioTool {
   std::string name;  // as a person reads it; in lower case in scripts, after "tool_" in the preferences
   const char* key;   // that chooses it, if the preferences say nothing else
   ToolUse use;
+  bool in_bar = true;      // else it is chosen by its key or by search: another tool does better
   bool has_inner = false;  // its inner ratio can be set
   bool is_long = false;    // of ToolUse::pull: a capsule across the view instead of a ball
   std::vector<ToolSlider> sliders{};
@@ -242,6 +243,7 @@ struct PartMarks {
   std::vector<bool> holds;                // of each part
   std::optional<std::size_t> selected{};  // from 0
   std::optional<Placement> placement{};   // of the gizmo of the selected part
+  bool is_ahead = false;                  // the gizmo is where a drag has taken it, before the shape is
   ShapeState at{};                        // which shape's vertices these are
   // The same on meshes that the shape has had.
   struct Seat {

@@ -59,7 +59,8 @@ void Interface::arrange() {
   query.bar = gui_.bar_height();
   query.item = kToolSize * gui_.unit();
   query.item_gap = kToolGap * gui_.unit();
-  query.tools = static_cast<int>(studio_tools().size());
+  query.tools = static_cast<int>(
+      std::count_if(studio_tools().begin(), studio_tools().end(), [](const StudioTool& tool) { return tool.in_bar; }));
   query.panels = studio_.view().panels;
   query.labels = studio_.view().tool_labels;
   query.panel_width = static_cast<float>(studio_.preferences().panels.width);

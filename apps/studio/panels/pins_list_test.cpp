@@ -17,6 +17,7 @@ TEST_F(PinsListTest, ChangesPins) {
 {"key": "Home"})");
   seat.frame();
   seat.key("P");
+  seat.studio.settings().pose = PoseMode::exact;
   for (const double x : {480.0, 560.0, 640.0}) seat.click(x, 450);
   ASSERT_EQ(seat.studio.placed().pins.size(), 3u);
   seat.frame();

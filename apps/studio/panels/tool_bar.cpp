@@ -124,7 +124,9 @@ void draw_tool_bar(Studio& studio, const Gui& gui, const Layout& layout) {
     int* const scrolled_to = ImGui::GetStateStorage()->GetIntRef(ImGui::GetID("scrolled to"), -1);
     const int chosen = static_cast<int>(studio.settings().tool - studio_tools().data());
     const bool is_new = std::exchange(*scrolled_to, chosen) != chosen;
-    for (const StudioTool& tool : studio_tools()) draw_button(studio, tool, kToolSize * gui.unit(), is_new);
+    for (const StudioTool& tool : studio_tools()) {
+      if (tool.in_bar) draw_button(studio, tool, kToolSize * gui.unit(), is_new);
+    }
   }
   ImGui::End();
   ImGui::PopStyleVar(4);

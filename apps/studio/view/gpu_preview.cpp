@@ -167,8 +167,8 @@ void GpuPreview::forget_strokes() {
   distance_ = 0;
 }
 
-// Balls, capsules and grids move points in a bounded region only. Other regions move no point farther than twice the path of
-// the tool, and turn points about the shape.
+// Balls, capsules and grids move points in a bounded region only. Other regions move no point farther than twice the
+// path of the tool, and turn points about the shape.
 void GpuPreview::extend_reach(const Flow& flow) {
   const Box shape = state_box();
   for (const Segment& segment : flow.segments) {

@@ -47,6 +47,19 @@ Vec3d middle_node(const PotentialGrid& grid) {
   return place;
 }
 
+Box box_in_use(const PotentialGrid& grid) {
+  Box box;
+  std::size_t node = 0;
+  for (int z = 0; z < grid.counts[2]; ++z) {
+    for (int y = 0; y < grid.counts[1]; ++y) {
+      for (int x = 0; x < grid.counts[0]; ++x, ++node) {
+        if (counts(grid, node)) box.extend(grid.origin + Vec3d{1.0 * x, 1.0 * y, 1.0 * z} * grid.spacing);
+      }
+    }
+  }
+  return box;
+}
+
 GridCells::GridCells(const PotentialGrid& grid)
     : inner_(grid.counts), spacing_(grid.spacing), center_(middle_node(grid)) {
   for (std::size_t axis = 0; axis < 3; ++axis) {

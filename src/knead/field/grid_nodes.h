@@ -26,6 +26,9 @@ std::optional<std::size_t> node_count(const std::array<int, 3>& counts);
 // Returns the node that positions are relative to.
 Vec3d middle_node(const PotentialGrid& grid);
 
+// Returns the box of the nodes that count, at any time; empty if none does. v is 0 from 2 spacings beyond it on.
+Box box_in_use(const PotentialGrid& grid);
+
 // Which cells of a grid are used: those with a node that counts, at the beginning or at the end. A valid grid's.
 class GridCells {
  public:

@@ -151,6 +151,10 @@ TEST(Grid, IsExactlyZeroTwoSpacingsBeyondTheNodesInUse) {
   std::vector<Vec3d> coefficients(729, Vec3d{0, 0, 0});
   coefficients[4 + 9 * (4 + 9 * 4)] = {0.1, -0.2, 0.3};  // at (1, 1, 1)
   segment.grid.coefficients = SharedVectors(coefficients);
+  const Box box = detail::box_in_use(segment.grid);
+  EXPECT_EQ(box.min, (Vec3d{1, 1, 1}));
+  EXPECT_EQ(box.max, (Vec3d{1, 1, 1}));
+  EXPECT_TRUE(detail::box_in_use({{0, 0, 0}, 1, {1, 1, 1}, SharedVectors({{0, 0, 0}}), {}}).empty());
   Random random(904);
   std::vector<Vec3d> inside;
   std::vector<Vec3d> outside;
@@ -188,7 +192,7 @@ TEST(Grid, CullingMissesNoUsedCell) {
   }
 }
 
-// Not in float to 1e-6: its steps are never shorter than 1/16 of the longest, and are rounded by about a tenth of that.
+// Not in float to 1e-6: its steps are never shorter than 1/16 of the longest, and rounding takes its share.
 TEST(Grid, PathLinesAreThoseOfManySmallSteps) {
   Random random(906);
   for (const Segment& segment : kinds(random)) {

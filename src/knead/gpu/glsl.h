@@ -79,8 +79,8 @@ inline constexpr int kUsed = 14;
 // Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius;
 // of a grid 1 / spacing in the barrel's place.
 inline constexpr int kSegmentPlaces = 16;
-// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal. Of a
-// grid's: the box of the cells in use.
+// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
+// Of a grid's: the box of the cells in use.
 inline constexpr int kFieldBounds = 8;
 
 inline constexpr int kGroup = 64;         // points to a group, which have a bound in common
@@ -110,8 +110,8 @@ struct ShaderKind {
   bool trees = false;
   bool single = false;
   bool blended = false;
-  bool pins = false;   // then the kinds of motions and regions do not count
-  bool turns = false;  // some of the pins turn
+  bool pins = false;          // then the kinds of motions and regions do not count
+  bool turns = false;         // some of the pins turn
   bool grid = false;          // then neither
   bool grid_changes = false;  // in time
   bool barrel = false;

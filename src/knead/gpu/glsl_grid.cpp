@@ -2,9 +2,9 @@
 
 namespace knead::gpu {
 
-// grid_view.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in n[]
-// as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Lines of nodes loop: written out,
-// shaders take Mesa on the CPU half a minute to compile.
+// grid_view.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
+// n[] as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Lines of nodes loop: written
+// out, shaders take Mesa on the CPU half a minute to compile.
 const char* const kGlslGrid = R"(
 double per_spacing;
 

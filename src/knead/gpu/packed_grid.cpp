@@ -28,24 +28,6 @@ std::size_t padded_nodes(const PotentialGrid& grid) {
   return nodes;
 }
 
-// The box of the cells in use.
-Box box_of(const PotentialGrid& grid, const GridCells& cells) {
-  const auto view = cells.view<double>();
-  Box box;
-  for (std::size_t i = 0; i < cells.used().size(); ++i) {
-    if (cells.used()[i] == 0) continue;
-    const auto node = static_cast<std::ptrdiff_t>(i);
-    const Vec3<std::ptrdiff_t> at{node % view.row, node % view.plane / view.row, node / view.plane};
-    Vec3d corner = grid.origin;  // the cell's first node
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      corner[axis] += static_cast<double>(at[axis] + 1 - detail::kEmptyNodes) * grid.spacing;
-    }
-    box.extend(corner);
-    box.extend(corner + Vec3d{1, 1, 1} * grid.spacing);
-  }
-  return box;
-}
-
 // Fills one pack.
 class GridPacker {
  public:
@@ -106,7 +88,7 @@ class GridPacker {
     }
     set(kUsed, put_used(cells.used()));
     set(kBounds, bounds_at(i));
-    put_box(bounds_at(i), box_of(grid, cells), grid.spacing);
+    put_box(bounds_at(i), detail::box_in_use(grid), grid.spacing);
   }
 
   std::size_t put_numbers(const GridCells& cells, const SharedVectors& coefficients) {
@@ -127,12 +109,12 @@ class GridPacker {
     return begin;
   }
 
-  // Of an empty box nothing is within reach.
-  void put_box(std::size_t at, const Box& box, double spacing) {
-    const double size = norm(box.min) + norm(box.max);
-    const double slack = box.empty() ? 0 : 1e-6 * spacing + 1e-12 * size;
-    put(packed_.places, at, box.min - Vec3d{slack, slack, slack});
-    put(packed_.places, at + 3, box.max + Vec3d{slack, slack, slack});
+  // Of the cells in use. Of an empty box nothing is within reach.
+  void put_box(std::size_t at, const Box& nodes, double spacing) {
+    const double size = nodes.empty() ? 0 : norm(nodes.min) + norm(nodes.max);
+    const Vec3d margin = Vec3d{1, 1, 1} * ((2 + 1e-6) * spacing + 1e-12 * size);
+    put(packed_.places, at, nodes.min - margin);
+    put(packed_.places, at + 3, nodes.max + margin);
   }
 
   std::span<const Segment> segments_;

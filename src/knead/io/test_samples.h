@@ -217,8 +217,7 @@ inline std::vector<Sample> gltf_samples() {
   two.json["buffers"] = GlbJson::array();
   const std::string tail = two.bin.substr(48);
   for (const std::string& part : {two.bin.substr(0, 48), tail}) {
-    two.json["buffers"].push_back(
-        {{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::to_base64(part)}});
+    two.json["buffers"].push_back({{"byteLength", part.size()}, {"uri", "data:;base64," + io_detail::to_base64(part)}});
   }
   for (std::size_t v = 1; v < two.json["bufferViews"].size(); ++v) {
     GlbJson& view = two.json["bufferViews"][v];

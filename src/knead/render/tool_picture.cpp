@@ -6,12 +6,14 @@
 #include <variant>
 #include <vector>
 
+#include "knead/field/grid_nodes.h"
 #include "knead/render/tool_surface.h"
 
 namespace knead::render {
 namespace {
 
 constexpr Color kBarrelGrey{0.45f, 0.47f, 0.50f, 0.12f};
+constexpr Color kGridGrey{0.45f, 0.47f, 0.50f, 1};
 constexpr Color kStampBlue{0.25f, 0.42f, 0.72f, 0.42f};
 constexpr Color kPinRed{0.80f, 0.16f, 0.12f, 0.9f};
 constexpr Color kHeldBlue{0.25f, 0.42f, 0.72f, 0.9f};
@@ -130,9 +132,25 @@ void draw_pins(const Segment& segment, double opacity, const Canvas& canvas) {
   }
 }
 
+// The box of a grid's nodes in use, thinly: it has no regions.
+void draw_grid(const PotentialGrid& grid, const Canvas& canvas) {
+  const Box box = detail::box_in_use(grid);
+  if (box.empty()) return;
+  const double radius = 0.001 * canvas.around.diagonal();
+  const auto add = [&](std::vector<Vec3d> points) {
+    canvas.scene.lines.push_back({std::move(points), radius, false, kGridGrey});
+  };
+  const auto& [a, b] = box;
+  for (const double z : {a.z, b.z}) add({{a.x, a.y, z}, {b.x, a.y, z}, {b.x, b.y, z}, {a.x, b.y, z}, {a.x, a.y, z}});
+  for (const double x : {a.x, b.x}) {
+    for (const double y : {a.y, b.y}) add({{x, y, a.z}, {x, y, b.z}});
+  }
+}
+
 // The regions of all fields as they stand at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
   if (segment.time_law == TimeLaw::pinned) return draw_pins(segment, opacity, canvas);
+  if (!segment.grid.is_empty()) return draw_grid(segment.grid, canvas);
   for (const Field& field : segment.fields) {
     const auto add = [&](double level, const Color& color) {
       canvas.scene.surfaces.push_back({surface_of(field, level, segment.barrel, canvas), fainter(color, opacity)});

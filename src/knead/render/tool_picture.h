@@ -36,8 +36,8 @@ struct ToolDrawing {
 // Adds the tool of one stroke to the scene, with arrows that show the inner motion.
 //   without a moment  the tool at its start and, if it moves, its path and, fainter, the tool at its end
 //   at a moment       the tool where it is then, and its path
-// The tool of a stamp is drawn as its shape, at a moment also with the regions of its contacts. `around` is the
-// bounding box of the deformed shape.
+// Of a grid the box of its nodes in use is drawn. The tool of a stamp is drawn as its shape, at a moment also with the
+// regions of its contacts. `around` is the bounding box of the deformed shape.
 void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how = {});
 
 }  // namespace knead::render

@@ -102,6 +102,31 @@ TEST(ReplayBackend, WhatItCannotCarryEndsTheReplay) {
   EXPECT_TRUE(found.shape.positions().empty());
 }
 
+// A mask is said to be the CPU's once, not with every stroke and mask after it; a grid is the backend's.
+TEST(ReplayBackend, SaysOnceWhatTheCpuDoes) {
+  const Mesh mesh = make_shape(ShapeKind::sphere, 300);
+  const std::string grid = R"({"tool": "grid", "origin": [0, 1, 0], "spacing": 0.5, "counts": [1, 1, 1], )"
+                           R"("coefficients": "AAAAAAAAAAAAAAAAAAAAAAAAAAAAANA/"})"
+                           "\n";
+  const std::string mask = R"({"mask": {"points": [[0, 1, 0]], "values": [1], "width": 0.2}})"
+                           "\n";
+  Counting counting;
+  ReplayOptions options;
+  options.motion.backend = counting.backend();
+  const auto warnings_of = [&](const std::string& lines) {
+    const auto all = replay(mesh, parse_session("{\"knead\": 1}\n" + lines, "test.knead"), options).warnings;
+    std::vector<std::string> of_gpu;
+    for (const std::string& line : all) {
+      if (line.find("the GPU cannot") != std::string::npos) of_gpu.push_back(line);
+    }
+    return of_gpu;
+  };
+  EXPECT_TRUE(warnings_of(grid + grid).empty());
+  const auto warnings = warnings_of(grid + mask + grid + mask + grid);
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("test.knead:3: the GPU cannot evaluate a mask"), std::string::npos);
+}
+
 TEST(ReplayBackend, WhatItCannotDoEndsTheReplay) {
   const Mesh mesh = make_shape(ShapeKind::sphere, 300);
   const Session session = parse_session(kTwoStrokes, "test.knead");

@@ -23,7 +23,11 @@ struct ToolLine {
   const char* line;
 };
 
+// The first of these blend nothing.
+constexpr int kToolsWithoutFalloff = 1;
 constexpr ToolLine kTools[] = {
+    {"pose",
+     R"({"tool": "pose", "detail": 0.1, "parts": [{"vertices": [[0, 5]], "hold": true}, {"pin_point": [0, 0, 1], "to": [0.2, 0, 1.2]}])"},
     {"implicit", R"({"tool": "implicit", "inner": 0.2, "outer": 0.7, "path": [[0,0,1], [0,0.2,1.1], [0.2,0.3,1.3]])"},
     {"paint",
      R"({"tool": "paint", "outer": 0.4, "depth": 0.05, "samples": [{"point": [0,0,1], "normal": [0,0,1]}, {"point": [0,0.2,0.96], "normal": [0,0.2,1]}])"},
@@ -39,8 +43,6 @@ constexpr ToolLine kTools[] = {
     {"twist", R"({"tool": "twist", "center": [0,0,0], "axis": [0,0,1], "rate_deg": 40, "inner": -0.5, "outer": 0.5)"},
     {"twist_auto",
      R"({"tool": "twist", "center": [0,0,0.5], "axis": [0,0,-1], "rate_deg": 20, "inner": -0.3, "outer": 0.2, "radius": "auto")"},
-    {"pose",
-     R"({"tool": "pose", "detail": 0.1, "parts": [{"vertices": [[0, 5]], "hold": true}, {"pin_point": [0, 0, 1], "to": [0.2, 0, 1.2]}])"},
     {"bend",
      R"({"tool": "bend", "center": [0,0,0], "axis": [0,1,0], "normal": [0,0,-1], "width": 1, "angle_deg": 40)"}};
 
@@ -246,12 +248,15 @@ TEST_P(StrokeKeys, AWorkbenchHasTheBitsOfAReplay) {
   }
 }
 
-TEST_P(StrokeKeys, FalloffFourIsNoFalloff) {
+// Tools that blend.
+class StrokeFalloff : public StrokeKeys {};
+
+TEST_P(StrokeFalloff, FalloffFourIsNoFalloff) {
   EXPECT_TRUE(result_of(line(R"(, "falloff": 4)")) == result_of(line()));
   EXPECT_EQ(serialize_session(session(line(R"(, "falloff": 4)"))), serialize_session(session(line())));
 }
 
-TEST_P(StrokeKeys, EveryFalloffMovesInItsOwnWayAndComesBack) {
+TEST_P(StrokeFalloff, EveryFalloffMovesInItsOwnWayAndComesBack) {
   std::vector<std::vector<Vec3d>> results{result_of(line(), exact())};
   for (const char* falloff : {"3", "5", "6", "7"}) {
     const std::string lines = line(std::string(R"(, "falloff": )") + falloff);
@@ -269,7 +274,7 @@ TEST_P(StrokeKeys, EveryFalloffMovesInItsOwnWayAndComesBack) {
   }
 }
 
-TEST_P(StrokeKeys, AFalloffResolvedOrAtTheWorkbenchHasTheSameBits) {
+TEST_P(StrokeFalloff, AFalloffResolvedOrAtTheWorkbenchHasTheSameBits) {
   for (const char* keys :
        {R"(, "falloff": 3)", R"(, "falloff": 7, "strength": 0.6)", R"(, "falloff": 6, "strength": 1.2)"}) {
     const Session given = session(kPull + line(keys));
@@ -285,7 +290,7 @@ TEST_P(StrokeKeys, AFalloffResolvedOrAtTheWorkbenchHasTheSameBits) {
 }
 
 // The mesh is finer than the others here: what is left is how triangles sample the smooth flow.
-TEST_P(StrokeKeys, EveryFalloffKeepsTheVolume) {
+TEST_P(StrokeFalloff, EveryFalloffKeepsTheVolume) {
   const Mesh ball = make_shape(ShapeKind::sphere, 40'962);
   for (const char* falloff : {"3", "4", "5", "6", "7"}) {
     const Session given = session(line(std::string(R"(, "falloff": )") + falloff));
@@ -295,6 +300,8 @@ TEST_P(StrokeKeys, EveryFalloffKeepsTheVolume) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tools, StrokeKeys, testing::ValuesIn(kTools), name_of);
+INSTANTIATE_TEST_SUITE_P(Tools, StrokeFalloff,
+                         testing::ValuesIn(std::begin(kTools) + kToolsWithoutFalloff, std::end(kTools)), name_of);
 
 std::string error_of(const std::string& keys) {
   const std::string rotate =

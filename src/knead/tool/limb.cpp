@@ -22,7 +22,6 @@ constexpr std::size_t kEnds = 5;      // of a shape, that are looked at
 constexpr double kCore = 1.1;         // of the least distance from the farthest end
 constexpr double kStraight = 0.7;     // of a way along the surface: how far it rises if it leads along a limb
 constexpr double kTip = 0.9;          // of that, at a tip
-constexpr double kBehind = 0.5;       // thicknesses behind the joint where the body begins, at least
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The vertices next to each vertex.
@@ -241,8 +240,7 @@ Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> trian
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
     const bool is_bending = behind[v] > 0 && behind[v] <= kBending * thickness;
     if (is_bending) limb.bending.push_back(v);
-    const bool is_behind = dot(positions[v] - limb.joint, limb.direction) < -kBehind * thickness;
-    if (behind[v] > kBending * thickness && is_behind) limb.body.push_back(v);
+    if (behind[v] > kBending * thickness) limb.body.push_back(v);
   }
   return limb;
 }

@@ -13,7 +13,7 @@ namespace knead {
 struct Limb {
   std::vector<std::uint32_t> vertices;  // beyond the joint, in ascending order
   std::vector<std::uint32_t> bending;   // what is next to it, and bends with it
-  std::vector<std::uint32_t> body;      // what can hold while the limb bends: what else lies behind the joint
+  std::vector<std::uint32_t> body;      // what can hold while the limb bends: all else that is joined to it
   Vec3d joint;                          // the middle of the cross-section where the limb begins
   Vec3d direction{0, 0, 1};             // along the limb, from the joint: a unit vector
   double girth = 0;                     // round the joint

@@ -148,6 +148,17 @@ void validate(const PoseStroke& stroke) {
   validate_stiffness(stroke);
 }
 
+// The last place of the path moves on in the last direction, so that there are as many places as before.
+void go_on(PosePin& pin, double strength) {
+  if (!pin.point && pin.path.size() < 2) {
+    throw InvalidInput("a pin that is a vertex cannot go on beyond its only place; give \"pin_point\", or a \"path\"");
+  }
+  std::vector<Vec3d> path = pin.path;
+  if (pin.point) path.insert(path.begin(), *pin.point);
+  prolong_path(path, strength);
+  pin.path.back() = path.back();
+}
+
 // Angles and translations are multiplied; a path goes on in its last direction.
 void prolong(PoseStroke& stroke, double strength) {
   for (PoseItem& item : stroke.parts) {
@@ -158,13 +169,7 @@ void prolong(PoseStroke& stroke, double strength) {
     }
     auto& pin = std::get<PosePin>(item);
     if (pin.hold) continue;
-    if (!pin.point) {
-      throw InvalidInput("a pin that is a vertex cannot go on beyond its path; give \"pin_point\"");
-    }
-    std::vector<Vec3d> path{*pin.point};
-    path.insert(path.end(), pin.path.begin(), pin.path.end());
-    prolong_path(path, strength);
-    pin.path.assign(path.begin() + 1, path.end());
+    go_on(pin, strength);
     if (pin.rotation) pin.rotation->angle_deg *= strength;
   }
 }
