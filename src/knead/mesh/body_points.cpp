@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <tuple>
 #include <unordered_map>
 
@@ -168,6 +169,55 @@ BodyPoints shell_of(std::span<const Vec3d> positions, std::span<const Triangle> 
   return result;
 }
 
+bool is_before(const Vec3d& a, const Vec3d& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); }
+
+Box box_of(std::span<const Vec3d> points) {
+  Box box;
+  for (const Vec3d& p : points) box.extend(p);
+  return box;
+}
+
+// The cells of a lattice in a box.
+struct BoxLattice {
+  Vec3d low;
+  double spacing = 1;
+
+  std::uint64_t cell(const Vec3d& p) const {
+    const auto along = [&](std::size_t axis) { return static_cast<std::uint64_t>((p[axis] - low[axis]) / spacing); };
+    return along(0) | along(1) << 21U | along(2) << 42U;
+  }
+  double square_to_middle(const Vec3d& p) const {
+    double sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double at = (p[axis] - low[axis]) / spacing;
+      const double off = at - std::floor(at) - 0.5;
+      sum += off * off;
+    }
+    return sum;
+  }
+};
+
+// The point of each cell that is nearest to its middle, by the numbers of the cells; nothing if they are more than
+// `most`.
+std::vector<std::uint32_t> one_of_each_cell(std::span<const Vec3d> points, const Box& box, double spacing,
+                                            std::size_t most) {
+  const BoxLattice lattice{box.min, spacing};
+  std::unordered_map<std::uint64_t, std::uint32_t> best;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    const auto [found, is_new] = best.try_emplace(lattice.cell(points[i]), i);
+    if (best.size() > most) return {};
+    if (is_new) continue;
+    const double own = lattice.square_to_middle(points[i]);
+    const double other = lattice.square_to_middle(points[found->second]);
+    if (own < other || (own == other && is_before(points[i], points[found->second]))) found->second = i;
+  }
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted(best.begin(), best.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<std::uint32_t> chosen;
+  for (const auto& [cell, i] : sorted) chosen.push_back(i);
+  return chosen;
+}
+
 }  // namespace
 
 BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
@@ -195,54 +245,24 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
 
 std::vector<std::uint32_t> spread_points(std::span<const Vec3d> points, std::size_t count) {
   std::vector<std::uint32_t> chosen(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) chosen[i] = static_cast<std::uint32_t>(i);
-  const auto in_order = [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(points[a].x, points[a].y, points[a].z) < std::tie(points[b].x, points[b].y, points[b].z);
-  };
+  std::iota(chosen.begin(), chosen.end(), std::uint32_t{0});
   if (points.size() <= count) {
-    std::sort(chosen.begin(), chosen.end(), in_order);
+    std::sort(chosen.begin(), chosen.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return is_before(points[a], points[b]); });
     return chosen;
   }
-  Box box;
-  for (const Vec3d& p : points) box.extend(p);
+  const Box box = box_of(points);
   // Surfaces cross about n^2 of n^3 cells; the number falls with each try.
   double spacing = norm(box.max - box.min) / (4 * std::sqrt(static_cast<double>(count)));
   for (;; spacing *= 1.15) {
-    std::unordered_map<std::uint64_t, std::uint32_t> best;
-    const auto key_of = [&](const Vec3d& p) {
-      const auto along = [&](std::size_t axis) {
-        return static_cast<std::uint64_t>((p[axis] - box.min[axis]) / spacing);
-      };
-      return along(0) | along(1) << 21U | along(2) << 42U;
-    };
-    const auto to_middle = [&](const Vec3d& p) {
-      double sum = 0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        const double at = (p[axis] - box.min[axis]) / spacing;
-        const double off = at - std::floor(at) - 0.5;
-        sum += off * off;
-      }
-      return sum;
-    };
-    bool is_small = true;
-    for (const std::uint32_t i : chosen) {
-      const auto [found, is_new] = best.try_emplace(key_of(points[i]), i);
-      if (is_new) {
-        is_small = best.size() <= count;
-        if (!is_small) break;
-        continue;
-      }
-      const double own = to_middle(points[i]);
-      const double other = to_middle(points[found->second]);
-      if (own < other || (own == other && in_order(i, found->second))) found->second = i;
-    }
-    if (!is_small) continue;
-    std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted(best.begin(), best.end());
-    std::sort(sorted.begin(), sorted.end());
-    chosen.clear();
-    for (const auto& [key, i] : sorted) chosen.push_back(i);
-    return chosen;
+    std::vector<std::uint32_t> found = one_of_each_cell(points, box, spacing, count);
+    if (!found.empty()) return found;
   }
+}
+
+std::vector<std::uint32_t> points_apart(std::span<const Vec3d> points, double spacing) {
+  return points.empty() ? std::vector<std::uint32_t>{}
+                        : one_of_each_cell(points, box_of(points), spacing, points.size());
 }
 
 }  // namespace knead

@@ -37,4 +37,7 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
 // nearest to its middle, in the order of the cells. They depend on the set of points, not on their order.
 std::vector<std::uint32_t> spread_points(std::span<const Vec3d> points, std::size_t count);
 
+// Returns the same for a lattice of this spacing, a length above the 2^-20th part of the points' extent.
+std::vector<std::uint32_t> points_apart(std::span<const Vec3d> points, double spacing);
+
 }  // namespace knead

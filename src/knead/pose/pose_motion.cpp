@@ -18,7 +18,7 @@ constexpr double kMaxDistance = 0.5;                 // of the spacing
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 20;
-constexpr double kWeightOfPart = 400;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
@@ -142,6 +142,7 @@ class Motion {
     lattice_ = {problem_.body.points.front(), problem_.spacing};
     for (const PosedPart& part : problem_.parts) {
       starts_.push_back(part.points);
+      checked_.push_back(part.checked);
       rows_.push_back({part.points, part.points, kWeightOfHold});
     }
     for (const PosedPin& pin : problem_.pins) {
@@ -174,6 +175,7 @@ class Motion {
     outcome_.stopped = !apply_(grid);
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
+    for (std::vector<Vec3d>& points : checked_) move(grid, points);
   }
 
   // Where points are within the step: where they are, where they would come to as they moved before, and near there.
@@ -247,6 +249,13 @@ class Motion {
   }
 
   void find_misses(double time) {
+    const double part = schedule_.part_at(time);
+    for (std::size_t i = 0; i < checked_.size(); ++i) {
+      for (std::size_t k = 0; k < checked_[i].size(); ++k) {
+        const Vec3d place = place_of(problem_.parts[i], problem_.parts[i].checked[k], part);
+        outcome_.part_distance = std::max(outcome_.part_distance, norm(place - checked_[i][k]));
+      }
+    }
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       for (std::size_t k = 0; k < (is_part(i) ? starts_[i].size() : 1); ++k) {
         outcome_.reached.push_back(rows_[i].points[k]);
@@ -272,9 +281,10 @@ class Motion {
   Schedule schedule_;
   const std::function<bool(const PotentialGrid&)>& apply_;
   Lattice lattice_;
-  std::vector<std::vector<Vec3d>> starts_;  // of the parts' points
-  std::vector<VelocityRows> rows_;          // of all parts, then of all pins
-  std::vector<Vec3d> before_;               // where the body's points were a step ago
+  std::vector<std::vector<Vec3d>> starts_;   // of the parts' points
+  std::vector<std::vector<Vec3d>> checked_;  // of the parts, moved along
+  std::vector<VelocityRows> rows_;           // of all parts, then of all pins
+  std::vector<Vec3d> before_;                // where the body's points were a step ago
   PoseOutcome outcome_;
 };
 

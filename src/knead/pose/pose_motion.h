@@ -18,6 +18,7 @@ struct PosedPart {
   Vec3d center{0, 0, 0};
   double angle = 0;  // radians
   Vec3d translation{0, 0, 0};
+  std::vector<Vec3d> checked{};  // more of its points, which ask for nothing: PoseOutcome::part_distance sees them, too
 
   bool holds() const { return angle == 0 && translation == Vec3d{0, 0, 0}; }
 };

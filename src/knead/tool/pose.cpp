@@ -21,27 +21,37 @@ using namespace detail;
 
 constexpr std::size_t kInside = 4000;       // samples of the body
 constexpr double kCellsOfSample = 0.6;      // their greatest spacing, in that of the grid
-constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion
-constexpr std::size_t kLookedAt = 400;      // points at which the flow's stretch is measured
+constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
+constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
+constexpr std::size_t kMaxPointsOfPart = 3000;
+constexpr std::size_t kCheckedOfPart = 2000;  // points whose places are looked at
+constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
 constexpr double kSpoiledStretch = 10;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
 constexpr double kSamePlace = 1e-6;  // of the diagonal
 
-std::vector<Vec3d> points_of(const PosePart& part, std::span<const Vec3d> positions) {
+std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {
   std::vector<Vec3d> all = part.points;
   for (const VertexRange& range : part.vertices) {
     require_vertex("vertices", positions, range.last);
     all.insert(all.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
   }
-  std::vector<Vec3d> chosen;
-  for (const std::uint32_t i : spread_points(all, kPointsOfPart)) chosen.push_back(all[i]);
-  return chosen;
+  return all;
 }
 
-PosedPart posed(const PosePart& part, std::span<const Vec3d> positions) {
+std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
+  std::vector<Vec3d> result;
+  for (const std::uint32_t i : numbers) result.push_back(points[i]);
+  return result;
+}
+
+PosedPart posed(const PosePart& part, std::span<const Vec3d> positions, double spacing) {
   PosedPart result;
-  result.points = points_of(part, positions);
+  const std::vector<Vec3d> all = all_points_of(part, positions);
+  const std::size_t apart = points_apart(all, kCellsOfPart * spacing).size();
+  result.points = chosen(all, spread_points(all, std::clamp(apart, kPointsOfPart, kMaxPointsOfPart)));
+  result.checked = chosen(all, spread_points(all, kCheckedOfPart));
   if (part.rotation) {
     result.axis = tool_detail::unit(part.rotation->axis);
     result.center = part.rotation->center;
@@ -123,7 +133,7 @@ PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int
   problem.spacing = stroke.detail * problem.diagonal;
   for (const PoseItem& item : stroke.parts) {
     if (const auto* part = std::get_if<PosePart>(&item)) {
-      problem.parts.push_back(posed(*part, surface.positions));
+      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
     } else {
       problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
     }
