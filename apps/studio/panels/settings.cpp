@@ -146,7 +146,7 @@ void draw_pose(Studio& studio) {
   constexpr std::array modes{PoseMode::pins, PoseMode::lasso, PoseMode::brush, PoseMode::exact};
   choose_one("##pose", settings.pose, modes, [](PoseMode mode) { return name_of(mode); });
   help_on_hover(
-      "Pins: click to set a pin, drag it or a part. Lasso, Brush: mark a part, which holds, and moves by its gizmo. "
+      "Pins: click to set a pin, drag it or a part. Lasso, Brush: choose a part, which holds, and moves by its gizmo. "
       "Exact points: each pin goes to its place alone, with what is within its radius.");
   if (settings.pose != PoseMode::exact) {
     slide("Detail", settings.pose_detail, {kFinestDetail, kCoarsestDetail},
