@@ -29,6 +29,7 @@ render:  math field flow mesh gl
 readonly measured='
 apps/knead/benchmark/counted.cpp: knead/flow/kernel_source.h knead/flow/segment_mover.h
 bench/remesh_bench.cpp:           knead/mesh/edges.h
+bench/pose_scenes.cpp:            knead/mesh/polygonise.h
 '
 
 # shellcheck disable=SC2016  # awk's own dollar signs

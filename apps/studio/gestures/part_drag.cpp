@@ -92,11 +92,11 @@ bool is_on_part_gizmo(const Pointer& pointer, const Surroundings& around, const 
 
 std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed& placed) {
   const auto hit = hit_at(pointer, around);
-  if (!hit || around.picker == nullptr) return "Double click on an arm, a leg or a finger of the shape.";
+  if (!hit || around.picker == nullptr) return "Double click on a finger, an arm or a leg of the shape.";
   const std::vector<Vec3d> positions = around.state.positions.copy();
   const Limb limb = find_limb(positions, around.picker->triangles(), vertex_at(*hit, around));
   if (limb.vertices.empty() || limb.body.empty()) {
-    return "No arm, leg or finger begins here; draw a line round a part of the shape instead.";
+    return "Studio finds no finger, arm or leg here; draw a line round a part of the shape instead.";
   }
   PartMarks& parts = placed.parts;
   const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end() ||

@@ -51,7 +51,8 @@ TEST_F(PinsListTest, ChangesPins) {
   EXPECT_EQ(stroke.to[1].y, before.y);
   EXPECT_EQ(stroke.to[1].z, before.z);
 
-  seat.click(right - 0.6 * font, second);
+  seat.frame();
+  seat.click(right - 0.6 * font, list()->Pos.y + 1.5 * row);
   EXPECT_EQ(seat.studio.placed().pins.size(), 2u);
   EXPECT_EQ(seat.studio.shown().history.size(), 1u);
   seat.move(480, 700);
