@@ -280,6 +280,11 @@ def use_animate(draw, folder):
     knead.animate(folder / name, draw(vertices), draw(sessions), draw(moments), draw(faces), **draw(some(films)))
 
 
+def use_write(draw, folder):
+    path = folder / draw(st.sampled_from(["a.ply", "a.obj", "a.xyz", "a.x"]))
+    knead.write(path, draw(vertices), draw(faces), double=draw(anything))
+
+
 def use_write_frames(draw, folder):
     frames = st.one_of(st.lists(vertices, max_size=3), anything)
     knead.write_frames(folder / draw(st.sampled_from(["a.pc2", "a.glb", "a.usda", "a.x"])), draw(frames), draw(faces), fps=draw(numbers))
@@ -308,6 +313,7 @@ USES = {
     "stroke": use_stroke,
     "widest_outer": lambda draw: knead.widest_outer(draw(vertices), draw(st.one_of(faces, anything)), draw(sessions)),
     "tool": use_tool,
+    "write": use_write,
     "write_frames": use_write_frames,
     "workbench": use_workbench,
 }

@@ -29,7 +29,6 @@ TEST_F(PinsListTest, ChangesPins) {
   };
   ASSERT_TRUE(list() != nullptr);
   const double left = list()->Pos.x;
-  const double right = left + list()->Size.x;
   const double row = ImGui::GetFrameHeightWithSpacing();
   const double second = list()->Pos.y + 1.5 * row;
   const double font = ImGui::GetFontSize();
@@ -52,7 +51,8 @@ TEST_F(PinsListTest, ChangesPins) {
   EXPECT_EQ(stroke.to[1].z, before.z);
 
   seat.frame();
-  seat.click(right - 0.6 * font, list()->Pos.y + 1.5 * row);
+  // The panel has a scroll bar now, and the list is narrower.
+  seat.click(list()->Pos.x + list()->Size.x - 0.6 * font, list()->Pos.y + 1.5 * row);
   EXPECT_EQ(seat.studio.placed().pins.size(), 2u);
   EXPECT_EQ(seat.studio.shown().history.size(), 1u);
   seat.move(480, 700);

@@ -195,8 +195,10 @@ class Finder {
     const Fields first = split(row);
     const Fields header = names_of(start);
     Names names = plain_names(header);
-    const bool has_row_names = has_header_ && start.columns.separator == ' ' && names.size() + 1 == first.size();
-    if (has_row_names) names.insert(names.begin(), "");  // as R writes tables
+    // As R writes tables; but a number before and none behind is a row with a label that has no name.
+    const bool has_row_names = has_header_ && start.columns.separator == ' ' && names.size() + 1 == first.size() &&
+                               (!is_number(first.front()) || is_number(first.back()));
+    if (has_row_names) names.insert(names.begin(), "");
     const bool fits = names.size() == first.size() || (has_header_ && names.size() > 3 && separates(start));
     const std::array<std::size_t, 3> at = places_of_axes(names);
     const bool is_complete = std::find(at.begin(), at.end(), kNowhere) == at.end();
