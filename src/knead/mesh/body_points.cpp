@@ -71,9 +71,10 @@ class InsideLattice {
   }
 
   Vec3d place(std::size_t index) const {
-    const Vec3d steps(static_cast<double>(index % counts_[0]) + 0.5,
-                      static_cast<double>(index / counts_[0] % counts_[1]) + 0.5,
-                      static_cast<double>(index / counts_[0] / counts_[1]) + 0.5);
+    const std::size_t x = index % counts_[0];
+    const std::size_t y = index / counts_[0] % counts_[1];
+    const std::size_t z = index / counts_[0] / counts_[1];
+    const Vec3d steps(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5, static_cast<double>(z) + 0.5);
     return transposed(kTurn) * (low_ + steps * spacing_);
   }
 
@@ -214,6 +215,7 @@ std::vector<std::uint32_t> one_of_each_cell(std::span<const Vec3d> points, const
   std::vector<std::pair<std::uint64_t, std::uint32_t>> sorted(best.begin(), best.end());
   std::sort(sorted.begin(), sorted.end());
   std::vector<std::uint32_t> chosen;
+  chosen.reserve(sorted.size());
   for (const auto& [cell, i] : sorted) chosen.push_back(i);
   return chosen;
 }

@@ -14,10 +14,23 @@ constexpr std::size_t kPanel = 8;        // columns that are taken from the othe
 constexpr std::size_t kWideEnough = 16;  // narrower fronts are joined with their parent where that adds few zeros
 constexpr double kMostZeros = 0.15;      // of the joined front
 
-// c -= sum of the panel's columns, each times a factor, for two columns at once. The columns lie `stride` apart.
+// Two columns, and the factors with which a panel's columns are taken from them.
+struct TwoColumns {
+  double* c = nullptr;
+  double* d = nullptr;
+  double by_c[kPanel]{};
+  double by_d[kPanel]{};
+};
+
+// Takes the panel's columns, which lie `stride` apart, from two columns of `count` numbers.
 KNEAD_CLONES void subtract_panel(const double* __restrict panel, std::size_t stride, std::size_t count,
-                                 const double* __restrict by_c, const double* __restrict by_d, double* __restrict c,
-                                 double* __restrict d) {
+                                 const TwoColumns& from) {
+  double* __restrict const c = from.c;
+  double* __restrict const d = from.d;
+  double by_c[kPanel];
+  double by_d[kPanel];
+  std::copy_n(from.by_c, kPanel, by_c);
+  std::copy_n(from.by_d, kPanel, by_d);
   for (std::size_t i = 0; i < count; ++i) {
     double of_c = c[i];
     double of_d = d[i];
@@ -70,15 +83,18 @@ struct DenseFront {
 
  private:
   void take_panel_from_two(std::size_t begin, std::size_t j) {
-    double by_c[kPanel];
-    double by_d[kPanel];
+    TwoColumns two;
     for (std::size_t k = 0; k < kPanel; ++k) {
-      by_c[k] = column(begin + k)[j];
-      by_d[k] = column(begin + k)[j + 1];
+      two.by_c[k] = column(begin + k)[j];
+      two.by_d[k] = column(begin + k)[j + 1];
     }
     double above[1] = {0};  // the second column has no number in the first one's row
-    subtract_panel(column(begin) + j, size, 1, by_c, by_d, column(j) + j, above);
-    subtract_panel(column(begin) + j + 1, size, size - j - 1, by_c, by_d, column(j) + j + 1, column(j + 1) + j + 1);
+    two.c = column(j) + j;
+    two.d = above;
+    subtract_panel(column(begin) + j, size, 1, two);
+    two.c = column(j) + j + 1;
+    two.d = column(j + 1) + j + 1;
+    subtract_panel(column(begin) + j + 1, size, size - j - 1, two);
   }
 };
 
@@ -135,7 +151,7 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
     Front& front = fronts_[f];
     for (int k = 0; k < front.width; ++k) {
       front.rows.push_back(front.first + k);
-      front_of[static_cast<std::size_t>(front.first + k)] = f;
+      front_of[static_cast<std::size_t>(front.rows.back())] = f;
     }
     const std::vector<int>& below = rows[static_cast<std::size_t>(front.first + front.width - 1)];
     front.rows.insert(front.rows.end(), below.begin(), below.end());

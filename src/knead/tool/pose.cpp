@@ -42,6 +42,7 @@ std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> po
 
 std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
   std::vector<Vec3d> result;
+  result.reserve(numbers.size());
   for (const std::uint32_t i : numbers) result.push_back(points[i]);
   return result;
 }
@@ -106,9 +107,11 @@ std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d
     }
   }
   std::vector<Triangle> points;
+  points.reserve(positions.size());
   for (std::uint32_t i = 0; i < positions.size(); ++i) points.push_back({i, i, i});
   const SurfaceTree tree(points, positions);
   std::vector<double> result;
+  result.reserve(samples.size());
   for (const Vec3d& p : samples) result.push_back(of_vertex[tree.closest(p)->triangle]);
   return result;
 }
