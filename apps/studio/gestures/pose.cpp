@@ -156,9 +156,19 @@ void add_pin(const Pin& pin, std::vector<Vec3d> path, const ShapeState& state, d
   items.add(std::move(item), std::move(by_points), pin.place, near, moves);
 }
 
+// What a gesture holds: the parts of the shape in this state, but for images of what moves, which are at `taken`.
+struct Holding {
+  const PartMarks& parts;
+  const ShapeState& state;
+  const std::vector<Vec3d>& taken;
+};
+
 // Those that hold, but for images of what moves.
-void add_held_pins(const std::vector<Pin>& pins, const std::vector<bool>& moves, const std::vector<Vec3d>& taken,
-                   const PartMarks& parts, const ShapeState& state, double near, PoseItems& items) {
+void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const std::vector<bool>& moves, double near,
+                   PoseItems& items) {
+  const PartMarks& parts = holding.parts;
+  const ShapeState& state = holding.state;
+  const std::vector<Vec3d>& taken = holding.taken;
   for (std::size_t i = 0; i < pins.size(); ++i) {
     const Pin& pin = pins[i];
     if (moves[i] || !pin.holds || part_under(pin, parts, state)) continue;
@@ -169,8 +179,11 @@ void add_held_pins(const std::vector<Pin>& pins, const std::vector<bool>& moves,
 }
 
 // Those that hold, but for some, for images of what moves, and for what has no room beside it.
-void add_held_parts(const PartMarks& parts, const std::vector<bool>& left_out, const std::vector<Vec3d>& taken,
-                    std::span<const Vec3d> moving, const ShapeState& state, double room, PoseItems& items) {
+void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, std::span<const Vec3d> moving,
+                    double room, PoseItems& items) {
+  const PartMarks& parts = holding.parts;
+  const ShapeState& state = holding.state;
+  const std::vector<Vec3d>& taken = holding.taken;
   for (std::size_t part = 0; part < parts.holds.size(); ++part) {
     if (left_out[part] || !parts.holds[part]) continue;
     const PartOfShape shape = part_of_shape(parts, part, state, room, moving);
@@ -237,8 +250,8 @@ std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const Shap
     for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(pin.place));
   }
   moving = with_images(std::move(moving), settings);
-  add_held_pins(gesture.pins, moves, taken, gesture.parts, state, near, plan.held);
-  add_held_parts(gesture.parts, left_out, taken, moving, state, room_on(state), plan.held);
+  add_held_pins({gesture.parts, state, taken}, gesture.pins, moves, near, plan.held);
+  add_held_parts({gesture.parts, state, taken}, left_out, moving, room_on(state), plan.held);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
@@ -252,9 +265,9 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
   std::vector<Vec3d> taken;
   for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(plan.moving.middle));
   const std::vector<Vec3d> moving = with_images(plan.moving.points, settings);
-  add_held_pins(gesture.pins, std::vector<bool>(gesture.pins.size()), taken, gesture.parts, state,
+  add_held_pins({gesture.parts, state, taken}, gesture.pins, std::vector<bool>(gesture.pins.size()),
                 kOneImage * settings.radius, plan.held);
-  add_held_parts(gesture.parts, left_out, taken, moving, state, room_on(state), plan.held);
+  add_held_parts({gesture.parts, state, taken}, left_out, moving, room_on(state), plan.held);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
