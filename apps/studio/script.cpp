@@ -269,14 +269,6 @@ class Script {
       to.lasso = value.flag();
     } else if (key == "lasso_selects") {
       to.lasso_selects = value.flag();
-    } else if (key == "mirror_plane") {
-      set_mirror_plane(value);
-    } else if (key == "symmetry_center") {
-      to.symmetry.center = vector_of(value);
-    } else if (key == "radial") {
-      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMostTurns);
-    } else if (key == "radial_axis") {
-      to.symmetry.axis = direction_of(value);
     } else if (key == "paint_in") {
       to.paint_in = value.flag();
     } else if (key == "barrel" || key == "whole_limb") {
@@ -285,12 +277,27 @@ class Script {
       to.widens_zone = value.flag();
     } else if (key == "handles_anyway") {
       to.handles_anyway = value.flag();
-    } else if (key == "mirror") {
-      to.mirror = flags_of(value);
     } else if (key == "remesh") {
       to.remesh = value.flag();
     } else if (key == "max_edge") {
       to.remesh_settings.max_edge = value.number();
+    } else {
+      set_symmetry(key, value);
+    }
+  }
+
+  void set_symmetry(const std::string& key, const Json& value) {
+    ToolSettings& to = studio_.settings();
+    if (key == "mirror") {
+      to.mirror = flags_of(value);
+    } else if (key == "mirror_plane") {
+      set_mirror_plane(value);
+    } else if (key == "symmetry_center") {
+      to.symmetry.center = vector_of(value);
+    } else if (key == "radial") {
+      to.symmetry.turns = std::clamp(static_cast<int>(value.number()), 1, kMostTurns);
+    } else if (key == "radial_axis") {
+      to.symmetry.axis = direction_of(value);
     } else {
       fail(fmt::format("there is no setting '{}'", key));
     }

@@ -311,7 +311,7 @@ std::string pose_hint(PoseMode mode, const Placed& placed) {
 std::string hint_of(const ToolSettings& settings, const Placed& placed, TurnDrag turning) {
   const StudioTool& tool = *settings.tool;
   if (tool.use == ToolUse::pose) {
-    const std::string hint = pose_hint(settings.pose, placed);
+    std::string hint = pose_hint(settings.pose, placed);
     if (!hint.empty()) return hint;
   }
   const bool is_placed = (tool.use == ToolUse::paint && settings.paint_in) ||

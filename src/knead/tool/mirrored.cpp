@@ -114,7 +114,7 @@ struct Image {
     if (auto* rotation = std::get_if<HandlesRotation>(motion)) turn(*rotation);
   }
   void operator()(std::vector<PoseItem>* parts) const {
-    for (PoseItem& item : *parts) std::visit([this](auto& of_kind) { move_item(of_kind); }, item);
+    for (PoseItem& item : *parts) std::visit([this](auto& of_kind) { this->move_item(of_kind); }, item);
   }
   void operator()(std::vector<PoseStiffness>* regions) const {
     if (!regions->empty()) throw InvalidInput("\"stiffness\" of vertices cannot be mirrored or moved");
