@@ -127,12 +127,25 @@ double diagonal_of(const LiveSurface& surface) {
   return norm(box.max - box.min);
 }
 
+// A place far from the shape is a mistake.
+void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
+  constexpr double kFar = 10;  // diagonals
+  const Vec3d& there = surface.positions[surface.triangles.empty() ? 0 : surface.triangles.front()[0]];
+  if (norm(p - there) <= kFar * diagonal) return;
+  throw InvalidInput(
+      fmt::format("\"parts\": the place [{}, {}, {}] is far from the shape; was the session made for "
+                  "another shape?",
+                  p.x, p.y, p.z));
+}
+
 PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
                        std::vector<std::string>& warnings) {
   PoseProblem problem;
   problem.threads = threads;
   problem.progress = surface.progress;
+  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
   problem.diagonal = diagonal_of(surface);
+  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
   problem.spacing = stroke.detail * problem.diagonal;
   for (const PoseItem& item : stroke.parts) {
     if (const auto* part = std::get_if<PosePart>(&item)) {
@@ -141,6 +154,10 @@ PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int
       problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
     }
   }
+  for (const PosedPart& part : problem.parts) {
+    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
+  }
+  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
   require_apart(problem.pins);
   BodyPoints body = body_points(surface.positions, surface.triangles,
                                 {.inside = kInside,

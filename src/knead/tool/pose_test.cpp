@@ -224,6 +224,17 @@ TEST(Pose, RefusesWhatCannotBe) {
   pin.path = {{1e9, 0, 0}};
   stroke.parts = {pin};
   expect_refused(mesh, stroke, "steps");
+  pin.path = {{0.6, 0, 0}};
+  other.point = Vec3d{1e30, 0, 0};
+  other.path.clear();
+  other.hold = true;
+  stroke.parts = {pin, other};
+  expect_refused(mesh, stroke, "is far from the shape");
+  stroke.parts = {pin};
+  expect_refused(Mesh{}, stroke, "has no vertices");
+  Mesh point;
+  point.positions = {{0, 0, 0}};
+  expect_refused(point, stroke, "has no extent");
 }
 
 // A part that would have to pass through another one.
