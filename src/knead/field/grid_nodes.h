@@ -57,7 +57,7 @@ class GridCells {
   std::vector<std::uint8_t> used_;
 };
 
-// Returns whether v may be other than 0 at x, at any time: as GridCells has it, for a single place.
+// Returns whether v may be other than 0 at x, at any time. For one place: GridCells answers for many.
 bool is_used(const PotentialGrid& grid, const Vec3d& x);
 
 // The numbers of a grid, and everything that its view points to.

@@ -18,7 +18,7 @@ namespace knead::detail {
 template <class S>
 struct GridView {
   const S* numbers = nullptr;          // x, y, z of each node: its coefficient / (216 spacing)
-  const S* end_numbers = nullptr;      // likewise at t = 1; null: as at t = 0
+  const S* end_numbers = nullptr;      // those at t = 1; null: the coefficients do not change
   const std::uint8_t* used = nullptr;  // of each cell, at its first node: whether any of its nodes counts
   std::ptrdiff_t row = 0;              // nodes
   std::ptrdiff_t plane = 0;            // nodes

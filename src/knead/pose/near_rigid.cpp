@@ -58,7 +58,7 @@ KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict
   }
 }
 
-// The upper triangle of a cell's sum of products, and the sum of its diagonal from the strain alone.
+// The upper triangle of a cell's sum of products.
 struct CellSum {
   std::array<double, kRowNumbers * kRowNumbers> products;
 

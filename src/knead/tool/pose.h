@@ -23,7 +23,7 @@ struct PoseResult {
 
 // Poses the surface: finds the grids of the whole motion, looks at what they do, and passes them to surface.apply as
 // GridStrokes, one for each step of at most 8 degrees. With `exact` a PinsStroke follows. These strokes, applied in
-// order, repeat the pose to the bit, for every number of threads (0: all) and every order of vertices.
+// order, repeat the pose bit by bit, for every number of threads (0: all) and every order of vertices.
 // Time: about 0.1 s a step for `detail` 0.075, besides apply. Throws InvalidInput, beginning with the key in quotes,
 // for an invalid stroke, for vertices that the surface does not have, and for a pose that would spoil the shape: one
 // that stretches it more than 10 times, or leaves a part by more than 0.02 from its place. Nothing has moved then.
