@@ -144,7 +144,7 @@ struct PinsGesture {
   std::shared_ptr<const PosePlan> plan{};  // of a pose; null: not made yet
   Drag drag;
   std::vector<Pin> pins;  // as they were
-  PartMarks parts{};      // that were there when the gesture began
+  PartMarks parts{};      // as they were
   std::size_t dragged = 0;
   Vec3d to;                   // of the dragged pin
   std::vector<Vec3d> path{};  // of the dragged pin, but for its start; where the pointer went back, it does, too
@@ -167,7 +167,7 @@ struct PartMotion {
 struct PartGesture {
   std::shared_ptr<const PosePlan> plan{};  // null: not made yet
   PartMarks parts;                         // as they were
-  std::vector<Pin> pins;                   // that were there when the gesture began
+  std::vector<Pin> pins;                   // as they were
   Pointer from;
   std::optional<GizmoPart> handle{};  // nothing: it turns about its joint
   Vec3d grabbed{};                    // then: the place that was taken hold of
