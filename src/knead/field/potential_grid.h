@@ -18,11 +18,16 @@ class SharedVectors {
   explicit SharedVectors(std::vector<Vec3d> vectors)
       : vectors_(std::make_shared<const std::vector<Vec3d>>(std::move(vectors))) {}
 
+  // Returns whether there are none.
   bool empty() const { return size() == 0; }
+  // Returns how many there are.
   std::size_t size() const { return vectors_ == nullptr ? 0 : vectors_->size(); }
+  // Returns the first of them, which lie side by side; null if there are none.
   const Vec3d* data() const { return vectors_ == nullptr ? nullptr : vectors_->data(); }
   const Vec3d& operator[](std::size_t i) const { return (*vectors_)[i]; }
+  // Returns the first.
   const Vec3d* begin() const { return data(); }
+  // Returns what comes after the last.
   const Vec3d* end() const { return data() + size(); }
 
   friend bool operator==(const SharedVectors& a, const SharedVectors& b) {
@@ -45,6 +50,7 @@ struct PotentialGrid {
   SharedVectors coefficients;        // of all nodes: node (i, j, k) is number i + counts[0] (j + counts[1] k)
   SharedVectors end_coefficients{};  // none, or as many: those at t = 1
 
+  // Returns whether there are no coefficients, so that nothing moves.
   bool is_empty() const { return coefficients.empty(); }
 
   friend bool operator==(const PotentialGrid&, const PotentialGrid&) = default;

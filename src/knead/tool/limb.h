@@ -10,6 +10,7 @@
 
 namespace knead {
 
+// A limb of a shape, such as a finger or an arm, and its joint.
 struct Limb {
   std::vector<std::uint32_t> vertices;  // beyond the joint, in ascending order
   std::vector<std::uint32_t> bending;   // what is next to it, and bends with it

@@ -271,6 +271,7 @@ struct PosePin {
   friend bool operator==(const PosePin&, const PosePin&) = default;
 };
 
+// What a pose is made of.
 using PoseItem = std::variant<PosePart, PosePin>;
 
 // How stiff some vertices are, and what is inside the shape next to them.
