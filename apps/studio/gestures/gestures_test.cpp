@@ -11,8 +11,11 @@
 #include <numbers>
 
 #include "gestures/gestures_fixture.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
 #include "view/labels.h"
 #include "view/overlay.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 namespace {
@@ -101,6 +104,31 @@ TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
     EXPECT_NE(hint().second.find("up or down"), std::string::npos) << hint().second;
     EXPECT_NE(amount_by("[600, 200]"), 0) << tool;
   }
+}
+
+TEST_F(GesturesTest, ABendGoesBeyondWhatAPlainOneCan) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "box"}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
+{"tool": "bend"}
+{"click": [0.6, 0, 0.5]}
+{"press": [600, 300]}
+{"key": "1"}
+{"key": "5"}
+{"key": "0"})");
+  ASSERT_TRUE(studio.gesture());
+  StretchEstimate estimate;
+  EXPECT_NO_THROW(estimate.update(studio));
+  run(studio, R"({"key": "Enter"})");
+  const auto stroke = std::get<BendStroke>(last_strokes(studio).front());
+  EXPECT_NEAR(std::abs(stroke.angle_deg), 150, 1e-9);
+  const Mesh mesh = *studio.shown().state.mesh;
+  Mesh moved = mesh;
+  moved.positions = positions(studio);
+  EXPECT_NE(moved.positions, mesh.positions);
+  EXPECT_NEAR(measure(moved).volume / measure(mesh).volume, 1, 3e-3);
+  EXPECT_EQ(self_intersections(triangulate(moved), moved.positions).count, 0U);
 }
 
 // --- pull ------------------------------------------------------------------------------------------------------------

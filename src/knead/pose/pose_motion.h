@@ -18,9 +18,11 @@ struct PosedPart {
   Vec3d center{0, 0, 0};
   double angle = 0;  // radians
   Vec3d translation{0, 0, 0};
+  // In place of the centre and translation: where a point is at a time from 0 to 1. `angle` is the greatest turn then.
+  std::function<Vec3d(const Vec3d& start, double time)> way{};
   std::vector<Vec3d> checked{};  // more of its points, which ask for nothing: PoseOutcome::part_distance sees them, too
 
-  bool holds() const { return angle == 0 && translation == Vec3d{0, 0, 0}; }
+  bool holds() const { return !way && angle == 0 && translation == Vec3d{0, 0, 0}; }
 };
 
 // A point that follows a path; what is within `size` of it moves as a rigid patch.
@@ -34,8 +36,9 @@ struct PoseProblem {
   BodySamples body;
   std::vector<PosedPart> parts;
   std::vector<PosedPin> pins;
-  double spacing = 0;   // of the grids
-  double diagonal = 0;  // of the shape: what accuracy is measured by
+  std::optional<Vec3d> across{};  // a unit vector along which hardly anything flows
+  double spacing = 0;             // of the grids
+  double diagonal = 0;            // of the shape: what accuracy is measured by
   int threads = 0;
   Progress* progress = nullptr;
 };

@@ -8,41 +8,21 @@
 #include <numeric>
 #include <random>
 
-#include "knead/flow/advect.h"
 #include "knead/math/error.h"
 #include "knead/mesh/body_points.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 #include "knead/tool/strain.h"
+#include "support/surface.h"
 
 namespace knead {
 namespace {
 
-// A surface that applies strokes to its own positions, and keeps them.
-struct Posed {
-  Mesh mesh;
-  std::vector<Triangle> triangles;
-  std::vector<Stroke> applied;
-  Progress progress;
+struct Posed : test::MovedSurface {
+  using MovedSurface::MovedSurface;
 
-  explicit Posed(Mesh of) : mesh(std::move(of)), triangles(triangulate(mesh)) {}
-
-  PoseResult pose(const PoseStroke& stroke, int threads = 0) {
-    LiveSurface surface;
-    surface.positions = mesh.positions;
-    surface.triangles = triangles;
-    surface.progress = &progress;
-    surface.apply = [&](const Stroke& part) {
-      applied.push_back(part);
-      AdvectOptions options;
-      options.tolerance = 1e-5;
-      options.threads = threads;
-      advect(flow_of(part), mesh.positions, options);
-      return true;
-    };
-    return pose_on(stroke, surface, threads);
-  }
+  PoseResult pose(const PoseStroke& stroke, int threads = 0) { return pose_on(stroke, live(threads), threads); }
 };
 
 std::vector<VertexRange> vertices_where(const Mesh& mesh, const std::function<bool(const Vec3d&)>& is_wanted) {
