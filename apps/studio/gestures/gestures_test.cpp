@@ -13,6 +13,7 @@
 #include "gestures/gestures_fixture.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
+#include "knead/mesh/shapes.h"
 #include "view/labels.h"
 #include "view/overlay.h"
 #include "view/stretch.h"
@@ -108,21 +109,27 @@ TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
 
 TEST_F(GesturesTest, ABendGoesBeyondWhatAPlainOneCan) {
   Studio studio(options());
+  Mesh bar = make_shape(ShapeKind::box, 4000);
+  for (Vec3d& p : bar.positions) p.x *= 2;
+  const std::string file = (folder_ / "bar.ply").string();
+  write_mesh(file, bar);
   run(studio, R"({"size": [800, 600]}
-{"new": "box"}
+{"open": ")" + file +
+                  R"("}
+{"wait": true}
 {"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
 {"tool": "bend"}
 {"click": [0.6, 0, 0.5]}
 {"press": [600, 300]}
 {"key": "1"}
-{"key": "5"}
-{"key": "0"})");
+{"key": "7"}
+{"key": "5"})");
   ASSERT_TRUE(studio.gesture());
   StretchEstimate estimate;
   EXPECT_NO_THROW(estimate.update(studio));
   run(studio, R"({"key": "Enter"})");
   const auto stroke = std::get<BendStroke>(last_strokes(studio).front());
-  EXPECT_NEAR(std::abs(stroke.angle_deg), 150, 1e-9);
+  EXPECT_NEAR(std::abs(stroke.angle_deg), 175, 1e-9);
   const Mesh mesh = *studio.shown().state.mesh;
   Mesh moved = mesh;
   moved.positions = positions(studio);

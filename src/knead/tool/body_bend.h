@@ -8,7 +8,7 @@
 namespace knead {
 
 // A plain bend by more degrees than this turns its zone against itself.
-inline constexpr double kMostOfPlainBend = 120;
+inline constexpr double kMostOfPlainBend = 170;
 
 // Returns whether the stroke bends the body: by more than kMostOfPlainBend, or with "auto" where no barrel separates the
 // part from the rest, or where the part comes back over the zone or over what rests.

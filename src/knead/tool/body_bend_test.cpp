@@ -103,7 +103,7 @@ TEST_P(ABarBends, AsItsLengthAllows) {
   for (std::size_t i = 0; i < p.size(); ++i) EXPECT_NEAR(p[i].z, before.positions[i].z, 0.02);
 }
 
-INSTANTIATE_TEST_SUITE_P(BodyBend, ABarBends, testing::Values(130, -180, 270));
+INSTANTIATE_TEST_SUITE_P(BodyBend, ABarBends, testing::Values(172, -180, 270));
 
 TEST(BodyBend, TheBitsDependNotOnThreads) {
   Bent one(bar());
@@ -179,8 +179,8 @@ TEST(BodyBend, AStraightPartNeedsNoBody) {
   BendStroke joint = bend_of(25, 1.6, 2.5);
   joint.radius_auto = true;
   EXPECT_FALSE(bends_body(joint, shape.live()));
-  EXPECT_FALSE(bends_body(bend_of(120), shape.live()));
-  EXPECT_TRUE(bends_body(bend_of(121), shape.live()));
+  EXPECT_FALSE(bends_body(bend_of(170), shape.live()));
+  EXPECT_TRUE(bends_body(bend_of(-171), shape.live()));
 }
 
 TEST(BodyBend, APartThatIsJoinedTwiceIsRefused) {
