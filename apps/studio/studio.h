@@ -261,7 +261,7 @@ class Studio {
   void begin_adjusting(Action what);
   void stop_adjusting(bool is_kept);
   void begin();
-  void send_live();
+  void send_live(bool gives_way = false);  // gives_way: the pointer may go on
   void rest();
   void end(bool is_kept);
   bool begin_handle_drag();

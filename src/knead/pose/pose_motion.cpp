@@ -163,8 +163,8 @@ class Schedule {
       }
       for (double k = 1; k <= count; ++k) times_.push_back(static_cast<double>(piece) + k / count);
     }
-    const bool parts_move =
-        std::any_of(problem.parts.begin(), problem.parts.end(), [](const PosedPart& part) { return !part.holds(); });
+    const bool parts_move = problem.settles && std::any_of(problem.parts.begin(), problem.parts.end(),
+                                                           [](const PosedPart& part) { return !part.holds(); });
     if (parts_move) times_.push_back(times_.back());
   }
 
@@ -206,10 +206,11 @@ class Schedule {
   std::vector<double> times_;
 };
 
-class Motion {
+}  // namespace
+
+class PoseRun::Motion {
  public:
-  Motion(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply)
-      : problem_(std::move(problem)), schedule_(problem_), apply_(apply) {
+  explicit Motion(PoseProblem problem) : problem_(std::move(problem)) {
     lattice_ = {problem_.body.points.front(), problem_.spacing};
     for (const PosedPart& part : problem_.parts) {
       starts_.push_back(part.points);
@@ -228,15 +229,26 @@ class Motion {
     }
   }
 
-  PoseOutcome run() {
-    const std::vector<double>& times = schedule_.times();
-    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1]);
+  PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
+    const Schedule schedule(problem_);
+    schedule_ = &schedule;
+    PoseOutcome begun;
+    begun.unknowns = outcome_.unknowns;
+    outcome_ = std::move(begun);
+    const std::vector<double>& times = schedule.times();
+    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1], apply);
     find_misses(times.back());
+    schedule_ = nullptr;
     return std::move(outcome_);
   }
 
+  void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins) {
+    problem_.parts = std::move(parts);
+    problem_.pins = std::move(pins);
+  }
+
  private:
-  void step(double from, double to) {
+  void step(double from, double to, const std::function<bool(const PotentialGrid&)>& apply) {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
     find_surroundings();
@@ -248,7 +260,7 @@ class Motion {
       grid = system.solve(rows_);
     }
     ++outcome_.segments;
-    outcome_.stopped = !apply_(grid);
+    outcome_.stopped = !apply(grid);
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
     for (std::vector<Vec3d>& points : checked_) move(grid, points);
@@ -281,15 +293,15 @@ class Motion {
 
   // The rate at which a list goes from where it is to where it should be.
   void want(std::size_t i, double from, double to) {
-    const double begin = schedule_.part_at(from);
-    const double end = schedule_.part_at(to);
+    const double begin = schedule_->part_at(from);
+    const double end = schedule_->part_at(to);
     if (is_part(i)) {
       const PosedPart& part = problem_.parts[i];
       part.holds() ? hold(i) : want(part, starts_[i], begin, end, rows_[i]);
     } else if (is_pin(i)) {
       VelocityRows& list = rows_[i];
       const PosedPin& pin = problem_.pins[i - problem_.parts.size()];
-      const Vec3d by = schedule_.place_of(pin, to) - list.points.front();
+      const Vec3d by = schedule_->place_of(pin, to) - list.points.front();
       for (std::size_t k = 0; k < list.points.size(); ++k) {
         list.wanted[k] = by;
         if (pin.turn) list.wanted[k] += cross(*pin.turn * (end - begin), list.points[k] - list.points.front());
@@ -330,7 +342,7 @@ class Motion {
       VelocityRows& list = rows_[problem_.parts.size() + i];
       std::vector<Vec3d> arrived{list.points.front()};
       move(grid, arrived);
-      const Vec3d miss = clipped(schedule_.place_of(problem_.pins[i], to) - arrived.front());
+      const Vec3d miss = clipped(schedule_->place_of(problem_.pins[i], to) - arrived.front());
       for (Vec3d& wanted : list.wanted) wanted += miss;
     }
   }
@@ -343,7 +355,7 @@ class Motion {
   }
 
   void find_misses(double time) {
-    const double part = schedule_.part_at(time);
+    const double part = schedule_->part_at(time);
     for (std::size_t i = 0; i < checked_.size(); ++i) {
       for (std::size_t k = 0; k < checked_[i].size(); ++k) {
         const Vec3d place = place_of(problem_.parts[i], problem_.parts[i].checked[k], part);
@@ -353,8 +365,8 @@ class Motion {
     for (std::size_t i = 0; i < problem_.parts.size() + problem_.pins.size(); ++i) {
       for (std::size_t k = 0; k < (is_part(i) ? starts_[i].size() : 1); ++k) {
         outcome_.reached.push_back(rows_[i].points[k]);
-        outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_.part_at(time))
-                                             : schedule_.place_of(problem_.pins[i - problem_.parts.size()], time));
+        outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_->part_at(time))
+                                             : schedule_->place_of(problem_.pins[i - problem_.parts.size()], time));
         outcome_.part_distance =
             std::max(outcome_.part_distance, norm(outcome_.places.back() - outcome_.reached.back()));
       }
@@ -372,8 +384,7 @@ class Motion {
   }
 
   PoseProblem problem_;
-  Schedule schedule_;
-  const std::function<bool(const PotentialGrid&)>& apply_;
+  const Schedule* schedule_ = nullptr;  // while it goes
   Lattice lattice_;
   std::vector<std::vector<Vec3d>> starts_;   // of the parts' points
   std::vector<std::vector<Vec3d>> checked_;  // of the parts, moved along
@@ -382,12 +393,17 @@ class Motion {
   PoseOutcome outcome_;
 };
 
-}  // namespace
-
 std::size_t pose_segments(const PoseProblem& problem) { return Schedule(problem).times().size() - 1; }
 
-PoseOutcome pose(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply) {
-  return Motion(std::move(problem), apply).run();
+PoseRun::PoseRun(PoseProblem problem) : motion_(std::make_unique<Motion>(std::move(problem))) {}
+PoseRun::PoseRun(PoseRun&&) noexcept = default;
+PoseRun& PoseRun::operator=(PoseRun&&) noexcept = default;
+PoseRun::~PoseRun() = default;
+
+PoseOutcome PoseRun::go(const std::function<bool(const PotentialGrid&)>& apply) { return motion_->go(apply); }
+
+void PoseRun::set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins) {
+  motion_->set_ways(std::move(parts), std::move(pins));
 }
 
 }  // namespace knead::detail

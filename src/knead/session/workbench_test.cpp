@@ -341,5 +341,49 @@ TEST(Workbench, OpensASessionByGestures) {
   EXPECT_EQ(bench.done().size(), 2u);
 }
 
+// A pose that follows the pointer is about right, and exact at rest and at its end.
+TEST(WorkbenchPose, FollowsAPointerAndEndsExactly) {
+  const Mesh mesh = make_shape(ShapeKind::cylinder, 2000);
+  const auto pose_to = [](double x) {
+    PosePin moved;
+    moved.point = Vec3d{0, 0.5, 1.9};
+    moved.path = {{x, 0.5, 1.9 - 0.2 * x}};
+    PosePin held;
+    held.point = Vec3d{0, 0, -2};
+    held.hold = true;
+    PoseStroke stroke;
+    stroke.parts = {moved, held};
+    return session_strokes({stroke});
+  };
+  for (const bool rests : {true, false}) {
+    for (const bool later : {true, false}) {
+      Workbench bench(mesh);
+      Lines lines;
+      lines.follow(bench.set_live(session_strokes({pull(2)})).lines);
+      lines.follow(bench.finish().lines);
+      for (const double x : {0.1, 0.25, 0.4, 0.3}) lines.follow(bench.set_live(pose_to(x), nullptr, true).lines);
+      const std::vector<Vec3d> about = bench.state().positions.copy();
+      if (rests) {
+        lines.follow(bench.set_live(pose_to(0.3)).lines);
+        expect_as_replayed(bench, mesh);
+        if (later) lines.follow(bench.set_live(pose_to(0.3), nullptr, true).lines);  // and on again
+      }
+      lines.follow((later ? bench.finish_later() : bench.finish()).lines);
+      EXPECT_EQ(bench.is_settled(), !later);
+      lines.follow(bench.settle().lines);
+      EXPECT_TRUE(bench.is_settled());
+      expect_as_replayed(bench, mesh);
+      EXPECT_EQ(lines.strokes, bench.strokes());
+      const std::vector<Vec3d> exact = bench.state().positions.copy();
+      double apart = 0;
+      for (std::size_t i = 0; i < exact.size(); ++i) apart = std::max(apart, norm(exact[i] - about[i]));
+      EXPECT_GT(apart, 0);
+      EXPECT_LT(apart, 0.05);
+      bench.undo();
+      EXPECT_TRUE(bench.state().positions.copy() == replayed(mesh, session_strokes({pull(2)})).shape.positions());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace knead

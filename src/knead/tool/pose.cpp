@@ -104,32 +104,6 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
                   p.x, p.y, p.z));
 }
 
-PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
-                       std::vector<std::string>& warnings) {
-  PoseProblem problem;
-  problem.threads = threads;
-  problem.progress = surface.progress;
-  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
-  problem.diagonal = diagonal_of(surface);
-  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
-  problem.spacing = stroke.detail * problem.diagonal;
-  for (const PoseItem& item : stroke.parts) {
-    if (const auto* part = std::get_if<PosePart>(&item)) {
-      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
-    } else {
-      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
-    }
-  }
-  for (const PosedPart& part : problem.parts) {
-    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
-  }
-  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
-  require_apart(problem.pins);
-  problem.body = body_of(surface, problem.spacing, threads, warnings);
-  problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
-  return problem;
-}
-
 void require_sound(const PoseResult& result) {
   const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
   if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
@@ -155,6 +129,32 @@ void warn(PoseResult& result) {
 }
 
 }  // namespace
+
+PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
+                                    std::vector<std::string>& warnings) {
+  PoseProblem problem;
+  problem.threads = threads;
+  problem.progress = surface.progress;
+  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
+  problem.diagonal = diagonal_of(surface);
+  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
+  problem.spacing = stroke.detail * problem.diagonal;
+  for (const PoseItem& item : stroke.parts) {
+    if (const auto* part = std::get_if<PosePart>(&item)) {
+      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
+    } else {
+      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
+    }
+  }
+  for (const PosedPart& part : problem.parts) {
+    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
+  }
+  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
+  require_apart(problem.pins);
+  problem.body = body_of(surface, problem.spacing, threads, warnings);
+  problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
+  return problem;
+}
 
 void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex) {
   if (vertex < positions.size()) return;

@@ -73,7 +73,7 @@ std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const st
 }
 
 PoseOutcome find_flow(PoseProblem problem, Flow& flow) {
-  return pose(std::move(problem), [&](const PotentialGrid& grid) {
+  return PoseRun(std::move(problem)).go([&](const PotentialGrid& grid) {
     Segment segment;
     segment.grid = grid;
     flow.segments.push_back(std::move(segment));

@@ -24,6 +24,10 @@ detail::PosedPart part_of(const std::vector<Vec3d>& all, double spacing);
 detail::BodySamples body_of(const LiveSurface& surface, double spacing, int threads,
                             std::vector<std::string>& warnings);
 
+// Returns what a pose on the surface is, in numbers. Throws as pose_on. Adds a warning if the surface is open.
+detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
+                               std::vector<std::string>& warnings);
+
 // Returns for each point the number of the nearest position.
 std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points);
 
