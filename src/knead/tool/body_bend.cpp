@@ -229,7 +229,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
   problem.spacing =
       std::max(kLeastSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
   problem.across = arc.axis();
-  problem.body = body_of(surface, problem.spacing, threads, warnings);
+  problem.body = body_of(surface, problem.spacing, kSamplesInside, threads, warnings);
   std::vector<Vec3d> rests;
   std::vector<Vec3d> moves;
   const auto assign = [&](const Vec3d& p, Role role) {

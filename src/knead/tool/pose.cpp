@@ -130,8 +130,8 @@ void warn(PoseResult& result) {
 
 }  // namespace
 
-PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
-                                    std::vector<std::string>& warnings) {
+PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                                    int threads, std::vector<std::string>& warnings) {
   PoseProblem problem;
   problem.threads = threads;
   problem.progress = surface.progress;
@@ -151,7 +151,7 @@ PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface&
   }
   for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
   require_apart(problem.pins);
-  problem.body = body_of(surface, problem.spacing, threads, warnings);
+  problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
   problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
   return problem;
 }
@@ -167,7 +167,7 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   PoseResult result;
-  PoseProblem problem = problem_of(stroke, surface, threads, result.warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, threads, result.warnings);
   const double diagonal = problem.diagonal;
   Flow flow;
   const PoseOutcome outcome = find_flow(std::move(problem), flow);

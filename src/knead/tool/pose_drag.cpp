@@ -18,9 +18,10 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kMostSteps = 3;     // of an advance, about
-constexpr double kStepAngle = 8;     // degrees
-constexpr double kStepLength = 0.5;  // of the grid's spacing
+constexpr double kMostSteps = 3;        // of an advance, about
+constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
+constexpr double kStepAngle = 8;        // degrees
+constexpr double kStepLength = 0.5;     // of the grid's spacing
 
 // The same pose with nothing said of how far parts and pins go.
 PoseStroke without_ways(PoseStroke stroke) {
@@ -91,7 +92,7 @@ struct PoseDrag::State {
 PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   std::vector<std::string> warnings;
-  PoseProblem problem = problem_of(stroke, surface, threads, warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamples, threads, warnings);
   problem.settles = false;
   problem.progress = nullptr;  // that of the surface may end before the drag
   std::vector<Vec3d> places;

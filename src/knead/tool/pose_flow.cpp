@@ -15,8 +15,7 @@ namespace {
 
 using namespace detail;
 
-constexpr std::size_t kInside = 4000;       // samples of the body
-constexpr double kCellsOfSample = 0.6;      // their greatest spacing, in that of the grid
+constexpr double kCellsOfSample = 0.6;      // the samples' greatest spacing, in that of the grid
 constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
 constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
 constexpr std::size_t kMaxPointsOfPart = 3000;
@@ -51,10 +50,11 @@ PosedPart part_of(const std::vector<Vec3d>& all, double spacing) {
   return result;
 }
 
-BodySamples body_of(const LiveSurface& surface, double spacing, int threads, std::vector<std::string>& warnings) {
+BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
+                    std::vector<std::string>& warnings) {
   BodyPoints body = body_points(
       surface.positions, surface.triangles,
-      {.inside = kInside, .most_spacing = kCellsOfSample * spacing, .shell_depth = 0.25 * spacing, .threads = threads});
+      {.inside = inside, .most_spacing = kCellsOfSample * spacing, .shell_depth = 0.25 * spacing, .threads = threads});
   if (!body.is_closed && !surface.triangles.empty()) {
     warnings.push_back("the surface is open: a shell below it is kept rigid in place of the body's inside");
   }

@@ -20,12 +20,15 @@ double diagonal_of(const LiveSurface& surface);
 // Returns a part that holds: evenly spread ones of its points, enough for a grid of that spacing.
 detail::PosedPart part_of(const std::vector<Vec3d>& all, double spacing);
 
-// Returns samples of the body for a grid of that spacing. Adds a warning if the surface is open.
-detail::BodySamples body_of(const LiveSurface& surface, double spacing, int threads,
+inline constexpr std::size_t kSamplesInside = 4000;  // of a body
+
+// Returns samples of the body for a grid of that spacing, about so many of them inside it. Adds a warning if the
+// surface is open.
+detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
                             std::vector<std::string>& warnings);
 
 // Returns what a pose on the surface is, in numbers. Throws as pose_on. Adds a warning if the surface is open.
-detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
+detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside, int threads,
                                std::vector<std::string>& warnings);
 
 // Returns for each point the number of the nearest position.
