@@ -19,8 +19,8 @@ constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
 constexpr double kMaxDistance = 0.5;                 // of the spacing
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
-constexpr double kWeightOfHold = 20;
-constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfHold = 60;
+constexpr double kWeightOfPart = 2800;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
 constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points

@@ -230,6 +230,7 @@ PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int
       std::max(kLeastSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
   problem.across = arc.axis();
   problem.body = body_of(surface, problem.spacing, kSamplesInside, threads, warnings);
+  problem.body.stiffness.clear();  // all alike: a bar with few vertices keeps its volume better so
   std::vector<Vec3d> rests;
   std::vector<Vec3d> moves;
   const auto assign = [&](const Vec3d& p, Role role) {

@@ -76,10 +76,9 @@ void require_apart(const std::vector<PosedPin>& pins) {
   }
 }
 
-// The stiffness of a sample is that of the nearest vertex.
-std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d> positions,
-                                 const std::vector<Vec3d>& samples) {
-  if (stroke.stiffness.empty()) return {};
+// A sample is as stiff as the nearest vertex.
+void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
+  if (stroke.stiffness.empty()) return;
   std::vector<double> of_vertex(positions.size(), 1.0);
   for (const PoseStiffness& region : stroke.stiffness) {
     for (const VertexRange& range : region.vertices) {
@@ -87,10 +86,8 @@ std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d
       std::fill(of_vertex.begin() + range.first, of_vertex.begin() + range.last + 1, region.value);
     }
   }
-  std::vector<double> result;
-  result.reserve(samples.size());
-  for (const std::uint32_t i : nearest_of(positions, samples)) result.push_back(of_vertex[i]);
-  return result;
+  const std::vector<std::uint32_t> nearest = nearest_of(positions, body.points);
+  for (std::size_t i = 0; i < nearest.size(); ++i) body.stiffness[i] *= of_vertex[nearest[i]];
 }
 
 // A place far from the shape is a mistake.
@@ -152,7 +149,7 @@ PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface&
   for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
   require_apart(problem.pins);
   problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
-  problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
+  stiffen(stroke, surface.positions, problem.body);
   return problem;
 }
 

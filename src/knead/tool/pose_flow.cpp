@@ -16,6 +16,7 @@ namespace {
 using namespace detail;
 
 constexpr double kCellsOfSample = 0.6;      // the samples' greatest spacing, in that of the grid
+constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is what is seen
 constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
 constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
 constexpr std::size_t kMaxPointsOfPart = 3000;
@@ -58,7 +59,10 @@ BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t insi
   if (!body.is_closed && !surface.triangles.empty()) {
     warnings.push_back("the surface is open: a shell below it is kept rigid in place of the body's inside");
   }
-  return {std::move(body.points)};
+  BodySamples samples{std::move(body.points)};
+  samples.stiffness.assign(samples.points.size(), kSurfaceStiffness);
+  std::fill_n(samples.stiffness.begin(), body.inside, 1.0);
+  return samples;
 }
 
 std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points) {
