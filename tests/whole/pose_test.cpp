@@ -172,7 +172,7 @@ TEST(PoseOnScans, OneOfEightPinsIsDraggedAlongAnArc) {
   EXPECT_EQ(posed.crossings(), 0u);
   EXPECT_LT(std::abs(posed.volume_error()), 2e-4);
   EXPECT_LT(norm(posed.after[ends[1]] - pins.to[1]), 2e-3 * diagonal);
-  EXPECT_LT(by_pose.rms_log, 0.4 * by_pins.rms_log);
+  EXPECT_LT(by_pose.rms_log, by_pins.rms_log / 3);
 }
 
 }  // namespace

@@ -205,7 +205,7 @@ struct ToolSettings {
   bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
-  double pose_detail = PoseStroke{}.detail;
+  double pose_detail = 0.05;  // fine enough for fingers that move beside others
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0

@@ -18,7 +18,7 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kSpoiledStretch = 10;
+constexpr double kSpoiledStretch = 6;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
 constexpr double kSamePlace = 1e-6;  // of the diagonal

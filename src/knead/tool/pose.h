@@ -28,7 +28,7 @@ struct PoseResult {
 // order, repeat the pose bit by bit, for every number of threads (0: all) and every order of vertices.
 // Time: about 0.1 s a step for `detail` 0.075, besides apply. Throws InvalidInput, beginning with the key in quotes,
 // for an invalid stroke, for vertices that the surface does not have, and for a pose that would spoil the shape: one
-// that stretches it more than 10 times, or leaves a part by more than 0.02 from its place. Nothing has moved then.
+// that stretches it more than 6 times, or leaves a part by more than 0.02 from its place. Nothing has moved then.
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads = 0);
 
 // A pose that follows a pointer: each advance goes on from where the last one came to, so it takes only the time of its
