@@ -59,7 +59,7 @@ void add_warnings(const Session& session, const SessionStroke& source, std::vect
 std::uint64_t points_moved(const Mesh& mesh, const Plan& plan, const ReplayOptions& options) {
   const auto carried = std::count_if(options.normals.begin(), options.normals.end(), session_detail::has_direction);
   const std::uint64_t points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
-  return plan.needs_reference ? 2 * points : points;
+  return plan.strokes_on_reference > 0 ? 2 * points : points;
 }
 
 // The shape that strokes read the surface of.
@@ -80,7 +80,7 @@ class Replay {
         plan_(make_plan(*mesh, session, options)),
         shape_(mesh, options.motion, options.remesh, options.normals),
         points_(points_moved(*mesh, plan_, options)) {
-    if (plan_.needs_reference) reference_ = reference_shape(mesh, options);
+    if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
     for (const PlannedStroke& planned : plan_.strokes) {
       const SessionStroke& source = *planned.stroke.source;
       const std::optional<RemeshSettings> settings = shape_.settings_of(source);
@@ -143,13 +143,14 @@ class Replay {
     }
   }
 
-  // A stroke that reads the surface is then read.
+  // A stroke that reads the surface is then read. After the last of these, the surface is not needed any more.
   void apply_to_reference(PreparedStroke& stroke) {
     StrokeRun run(stroke, {}, *reference_, options_.progress);
     run.read();
     if (stroke.reads_surface) stroke = run.stroke();
-    run.leave();
+    if (++strokes_read_ < plan_.strokes_on_reference) run.leave();
     result_.status = run.status();
+    if (strokes_read_ == plan_.strokes_on_reference) reference_.reset();
   }
 
   void report(const StrokeRun& run, const DeformedShape& before) const {
@@ -190,6 +191,7 @@ class Replay {
   Plan plan_;
   DeformedShape shape_;
   std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
+  std::size_t strokes_read_ = 0;            // by the reference
   std::uint64_t points_ = 0;
   std::uint64_t work_ = 0;  // segments done
   int frame_ = 0;
