@@ -287,5 +287,23 @@ TEST(Ply, PositionsThatAFloatCannotHoldAreRefused) {
   EXPECT_THROW(serialize_shape("ply", shape, positions), InvalidInput);
 }
 
+TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
+  const auto splats = [](const std::string& turn) {
+    return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+           "property float scale_0\nproperty float " +
+           turn + "\nend_header\n0 0 0 0.5 0.25\n1 0 0 0.75 1\n";
+  };
+  const ShapeFile shape = parse_shape(splats("rot_0"), "ply", "s.ply");
+  ASSERT_EQ(shape.notes.size(), 1U);
+  EXPECT_NE(shape.notes[0].find("only their places move"), std::string::npos) << shape.notes[0];
+  EXPECT_TRUE(parse_shape(splats("quality"), "ply", "s.ply").notes.empty());
+  const std::vector<Vec3d> moved{{0, 2, 0}, {1, 2, 0}};
+  const ShapeFile written = parse_shape(serialize_shape("ply", shape, moved), "ply", "t.ply");
+  EXPECT_EQ(written.mesh.positions, moved);
+  for (const char* name : {"scale_0", "rot_0"}) {
+    EXPECT_EQ(written.mesh.find_attribute(name)->values, shape.mesh.find_attribute(name)->values) << name;
+  }
+}
+
 }  // namespace
 }  // namespace knead
