@@ -1,5 +1,6 @@
 // The unit of length does not matter: a shape and its session scaled by a power of two give the scaled bits.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <random>
@@ -13,7 +14,6 @@
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
 #include "knead/tool/tool.h"
-#include "support/test_meshes.h"
 
 namespace knead {
 namespace {
@@ -34,7 +34,7 @@ class EveryUnit : public testing::TestWithParam<const Tool*> {
     const Mesh mesh = scaled(base, scale);
     std::mt19937_64 random(seed);
     Session session;
-    session.name = (scratch_.path() / "s.knead").string();
+    session.name = (folder_ / "s.knead").string();
     const std::vector<Vec3d> normals = vertex_normals(base);
     session.strokes.push_back(
         {acceptance::random_stroke(std::string(GetParam()->name), mesh, normals, "stamp.ply", random), 2});
@@ -51,7 +51,7 @@ class EveryUnit : public testing::TestWithParam<const Tool*> {
     }
   }
 
-  void SetUp() override { write_mesh(scratch_.path() / "stamp.ply", make_shape(ShapeKind::sphere, 162), {true, {}}); }
+  void SetUp() override { write_mesh(folder_ / "stamp.ply", make_shape(ShapeKind::sphere, 162), {true, {}}); }
 
   test::Scratch scratch_{"scale"};
 };
