@@ -297,7 +297,7 @@ TEST(Replay, WarnsOfEdgesThatReachOverALargePartOfATwist) {
   const auto long_edges = [](std::size_t vertices, bool remesh) {
     Session session = session_of({TwistStroke{{0, 0, 0}, {1, 0, 0}, 60, -3, 3}});
     if (remesh) session.strokes[0].remesh = RemeshSettings{};
-    Mesh mesh = vertices == 8 ? test::unit_cube() : make_shape(ShapeKind::box, vertices);
+    Mesh mesh = vertices == 8 ? unit_cube() : make_shape(ShapeKind::box, vertices);
     for (Vec3d& p : mesh.positions) p.x *= vertices == 8 ? 6 : 1;
     const std::vector<std::string> warnings = replay(mesh, session).warnings;
     return std::count_if(warnings.begin(), warnings.end(),
