@@ -84,6 +84,12 @@ void Studio::remember_panels() {
   save_preferences();
 }
 
+void Studio::remember_window(const WindowPlace& window) {
+  if (window == preferences_.window) return;
+  preferences_.window = window;
+  save_preferences();
+}
+
 void Studio::tell(Notice notice) {
   const std::lock_guard lock(mailbox_.mutex);
   const bool withdraws = !notice.is_error && mailbox_.troubled.erase(notice.subject) > 0;

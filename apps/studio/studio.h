@@ -224,6 +224,9 @@ class Studio {
   // Saves the references of the document likewise.
   void remember_look();
 
+  // Writes the size of the window into the preferences.
+  void remember_window(const WindowPlace& window);
+
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
 

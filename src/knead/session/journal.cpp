@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <ctime>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -19,6 +20,7 @@ namespace knead {
 
 namespace fs = std::filesystem;
 using io_detail::AppendFile;
+using session_detail::kSavedFile;
 using session_detail::kSessionFile;
 
 namespace {
@@ -138,6 +140,14 @@ std::optional<std::string> Journal::trouble() const {
   if (!trouble) return std::nullopt;
   return fmt::format("The journal cannot be written ({}): work goes on in memory; make room in {} or save.", *trouble,
                      folder_.string());
+}
+
+void Journal::note_saved(const fs::path& file) const {
+  std::error_code error;  // without the note the work is offered once too often
+  const std::uintmax_t length = fs::file_size(folder_ / kSessionFile, error);
+  const fs::path saved = fs::absolute(file, error);
+  if (error || file_->trouble()) return;
+  std::ofstream(folder_ / kSavedFile, std::ios::binary) << length << "\n" << saved.string() << "\n";
 }
 
 void Journal::discard() {

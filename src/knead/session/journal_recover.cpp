@@ -17,6 +17,7 @@
 namespace knead {
 
 namespace fs = std::filesystem;
+using session_detail::kSavedFile;
 using session_detail::kSessionFile;
 
 namespace {
@@ -52,8 +53,18 @@ Session read_whole(const fs::path& folder) {
   return parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
 }
 
+bool is_saved(const fs::path& folder) {
+  std::ifstream note(folder / kSavedFile, std::ios::binary);
+  std::uintmax_t length = 0;
+  std::string file;
+  std::error_code error;
+  if (!(note >> length) || !std::getline(note >> std::ws, file)) return false;
+  return fs::file_size(folder / kSessionFile, error) == length && fs::exists(file, error);
+}
+
 AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
   AbandonedJournal journal{folder, folder.filename().string(), file.changed()};
+  journal.is_saved = is_saved(folder);
   try {
     const Session session = read_whole(folder);
     if (session.note) journal.title = *session.note;

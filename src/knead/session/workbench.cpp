@@ -232,7 +232,7 @@ WorkResult Workbench::finish(Progress* progress) {
   auto entry = std::make_shared<Entry>();
   result = make_entry(joined, last_state(), *entry, progress);
   if (!result.is_done()) return result;
-  result.lines = {live_lines_, joined};
+  result.lines = {live_lines_, lines_of(now_.size(), joined)};
   const std::size_t lines = joined.size();
   add_finished(std::move(joined), std::move(entry), lines);
   return result;
@@ -245,7 +245,7 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
   std::vector<SessionStroke> joined = joined_strokes(live_);
   std::size_t lines = live_lines_;
   if (is_remeshed(joined)) {
-    result.lines = {live_lines_, joined};
+    result.lines = {live_lines_, lines_of(now_.size(), joined)};
     lines = joined.size();
   }
   entry->is_provisional = !is_settled() || is_remeshed(joined) || is_about_;
@@ -374,10 +374,11 @@ std::optional<ShapeState> Workbench::make_state(History& history, std::size_t co
 
 std::vector<SessionStroke> Workbench::strokes() const {
   std::vector<SessionStroke> all;
-  for (const auto& entry : now_) {
-    all.insert(all.end(), entry->info.strokes.begin(), entry->info.strokes.end());
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    const std::vector<SessionStroke> own = lines_of(i, now_[i]->info.strokes);
+    all.insert(all.end(), own.begin(), own.end());
   }
-  const std::vector<SessionStroke> live = joined_strokes(without_remesh(live_));
+  const std::vector<SessionStroke> live = lines_of(now_.size(), joined_strokes(without_remesh(live_)));
   all.insert(all.end(), live.begin(), live.end());
   return all;
 }
@@ -398,6 +399,12 @@ std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
   return result;
 }
 
+// The strokes of the entry with this number, as a session holds them.
+std::vector<SessionStroke> Workbench::lines_of(std::size_t index, std::vector<SessionStroke> strokes) const {
+  return strokes_of_entry(index == 0 ? std::vector<SessionStroke>{} : now_[index - 1]->info.strokes,
+                          std::move(strokes));
+}
+
 LineChange Workbench::live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
@@ -411,6 +418,8 @@ LineChange Workbench::live_lines(const GestureChange& change, const std::vector<
     lines.appended.push_back(strokes[i]);
     lines.appended.back().remesh.reset();
   }
+  const bool begins = live_lines_ == lines.taken_back && !lines.appended.empty();
+  if (begins) lines.appended.front() = lines_of(now_.size(), {lines.appended.front()}).front();
   live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
   return lines;
 }
@@ -482,7 +491,7 @@ LineChange Workbench::lines_from(std::size_t common) {
   for (std::size_t i = common; i < lines_.size(); ++i) change.taken_back += lines_[i];
   lines_.resize(common);
   for (std::size_t i = common; i < now_.size(); ++i) {
-    const std::vector<SessionStroke>& strokes = now_[i]->info.strokes;
+    const std::vector<SessionStroke> strokes = lines_of(i, now_[i]->info.strokes);
     change.appended.insert(change.appended.end(), strokes.begin(), strokes.end());
     lines_.push_back(strokes.size());
   }

@@ -195,6 +195,7 @@ class Workbench {
   WorkResult follow(const PoseStroke& pose, Progress* progress);
   WorkResult apply_change(const GestureChange& change, const std::vector<SessionStroke>& strokes, Progress* progress);
   LineChange live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes);
+  std::vector<SessionStroke> lines_of(std::size_t index, std::vector<SessionStroke> strokes) const;
   WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
                         Progress* progress);
   WorkResult make_rest(const std::vector<std::vector<SessionStroke>>& gestures, Change& change, Progress* progress);
@@ -239,8 +240,14 @@ class Workbench {
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
 // (tool/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
-// name are one group, and those with other names are not.
+// name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that counts;
+// the strokes of the result say nothing of it.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
+
+// Returns the strokes of an entry of the history as a session holds them: those say whether they begin an entry where
+// strokes_of_gestures could not tell. `before`: the strokes of the entry before it; empty for the first.
+std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
+                                            std::vector<SessionStroke> strokes);
 
 // Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
 // continue. Strokes that are named, off or not of strength 1 stay as they are.

@@ -385,5 +385,48 @@ TEST(WorkbenchPose, FollowsAPointerAndEndsExactly) {
   }
 }
 
+// Two pulls of which the second goes on where the first ended; one gesture of two strokes that do not belong together;
+// two entries of one name. All look otherwise in a list of strokes.
+TEST(Workbench, EntriesAreTheSameWhenTheirSessionIsOpenedAgain) {
+  const Mesh mesh = ball();
+  const auto continued = [](std::size_t begin) {
+    ImplicitStroke stroke = pull(6);
+    stroke.path = {stroke.path[begin], stroke.path[begin + 1], stroke.path[begin + 2]};
+    return SessionStroke{stroke};
+  };
+  SessionStroke named{pull(2, -1)};
+  named.name = "ear";
+  SessionStroke also_named{growing("rotate", 2)[0]};
+  also_named.name = "ear";
+  const std::vector<std::vector<SessionStroke>> gestures{
+      {continued(0)}, {continued(2)}, {{pull(2, 0.5)}, {growing("rotate", 3)[0]}}, {named}, {also_named}};
+  Workbench bench(mesh);
+  Lines journal;
+  for (const std::vector<SessionStroke>& gesture : gestures) {
+    for (std::size_t n = 1; n <= gesture.size(); ++n) {
+      journal.follow(bench.set_live({gesture.begin(), gesture.begin() + static_cast<std::ptrdiff_t>(n)}).lines);
+    }
+    journal.follow(bench.finish().lines);
+  }
+  Session session;
+  session.strokes = bench.strokes();
+  Session recovered;
+  recovered.strokes = journal.strokes;
+  for (const Session& from : {session, recovered}) {
+    Workbench again(mesh);
+    ASSERT_TRUE(again.append(parse_session(serialize_session(from), "again").strokes).is_done());
+    ASSERT_EQ(again.done().size(), gestures.size());
+    for (std::size_t i = 0; i < gestures.size(); ++i) EXPECT_EQ(again.done()[i]->strokes.size(), gestures[i].size());
+    EXPECT_TRUE(again.state().positions.copy() == bench.state().positions.copy());
+  }
+  // After an undo and a removal the marks are those of the entries that are left.
+  bench.edit(0, {});
+  session.strokes = bench.strokes();
+  EXPECT_EQ(session.strokes[0].new_entry, std::nullopt);
+  Workbench shorter(mesh);
+  ASSERT_TRUE(shorter.append(session.strokes).is_done());
+  EXPECT_EQ(shorter.done().size(), gestures.size() - 1);
+}
+
 }  // namespace
 }  // namespace knead
