@@ -10,9 +10,9 @@ bl_info = {
     "category": "Sculpting",
 }
 
-from . import bake, check, operators, panel, poses, settings, state, tools, workspace
+from . import bake, check, operators, panel, poses, settings, stamps, state, tools, workspace
 
-_MODULES = (state, settings, operators, poses, tools, check, bake, panel, workspace)
+_MODULES = (state, settings, stamps, operators, poses, tools, check, bake, panel, workspace)
 
 
 def register():

@@ -366,7 +366,9 @@ class Pose(Gesture):
     def strokes(self):
         if len(self.path) < 2:
             return []
-        held = poses.held(self._obj, self.settings, [self._vertex])
+        group = self.settings.pose_hold
+        fixed = poses.of_group(self._obj, group) if group else poses.of_sculpt_mask(self._obj)
+        held = poses.held(self._obj, fixed, [self._vertex])
         if not held:
             raise state.Refusal("Nothing holds: click on places that shall stay, or name a vertex group or paint a mask")
         parts = [{"pin": self._vertex, "path": np.array(self.path[1:])}, *held]

@@ -1,14 +1,12 @@
 """What an object keeps of its session. It lies in the mesh, so that linked duplicates share it."""
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
-from . import shape
+from . import shape, shown
 from .native import knead
-
-
-class Refusal(Exception):
-    """One sentence for the user: why it cannot be done, and what to do."""
+from .shape import Refusal
 
 
 def parse(text):
@@ -54,6 +52,7 @@ class KneadMesh(bpy.types.PropertyGroup):
     space: StringProperty(name="Space", description="LOCAL, or WORLD: the strokes are in the frame below")
     frame: FloatVectorProperty(name="Frame", size=16, default=[float(i % 5 == 0) for i in range(16)])
     result: StringProperty(name="Result", description="Fingerprint of the vertices that the session gave")
+    seen: StringProperty(name="Seen", description="Fingerprint of the vertices that were shown then; empty: the same")
     strokes: CollectionProperty(type=KneadStroke)
     active: IntProperty(name="Active stroke", min=0)
     is_listing: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
@@ -110,6 +109,24 @@ def changed_elsewhere(obj):
     return bool(data.session) and shape.fingerprint(shape.read(obj)) != data.result
 
 
+def extends(obj):
+    """Returns whether strokes go on with the session of the mesh. Raises Refusal for one of another key or pose."""
+    if not obj.data.knead.session or shape.read_base(obj.data) is None or changed_elsewhere(obj):
+        return False
+    require_own_key(obj)
+    require_pose(obj)
+    return True
+
+
+def require_pose(obj):
+    """Raises Refusal where the mesh is not shown as the session left it, although its vertices are where it left them."""
+    data = obj.data.knead
+    if not data.session or changed_elsewhere(obj):
+        return
+    if shape.fingerprint(shown.read(obj)) != (data.seen or data.result):
+        raise Refusal("The session was made in another pose; go back to its pose, frame and shape keys, or clear the session")
+
+
 def require_own_key(obj):
     data = obj.data.knead
     if data.session and data.key != shape.key_name(obj):
@@ -124,22 +141,35 @@ def require_space(mesh, space):
 
 
 def begin(obj, space="LOCAL"):
-    """Begins a session: keeps the base positions, the shape key and the frame."""
+    """Begins a session: keeps the base positions, which are those shown, the shape key and the frame. What edits a posed
+    mesh is a shape key, so that the mesh itself stays as it is."""
     data = obj.data.knead
+    base = shown.read(obj)
+    if obj.data.shape_keys is None and not np.array_equal(base, shape.read(obj)):
+        shape.add_key(obj, "Knead")
     data.session = ""
     data.key = shape.key_name(obj)
     data.space = space
     if space == "WORLD":
         data.frame = [x for row in obj.matrix_world for x in row]
-    shape.write_base(obj.data, shape.read(obj))
+    shape.write_base(obj.data, base)
 
 
 def keep(obj, session, coordinates):
-    """Writes the coordinates that a session gives, and the session."""
+    """Writes the coordinates to edit that a session gives, and the session."""
     shape.write(obj, coordinates)
     obj.data.knead.session = session.text() if len(session) else ""
-    obj.data.knead.result = shape.fingerprint(coordinates)
+    note_result(obj)
     obj.knead.report = ""
+
+
+def note_result(obj):
+    """Takes the mesh as it is for what the session gave."""
+    data = obj.data.knead
+    data.key = shape.key_name(obj)
+    data.result = shape.fingerprint(shape.read(obj))
+    seen = shape.fingerprint(shown.read(obj))
+    data.seen = "" if seen == data.result else seen
 
 
 _CLASSES = (KneadStroke, KneadMesh, KneadObject)

@@ -11,6 +11,6 @@ export BLENDER_USER_CONFIG=$scratch/config BLENDER_USER_SCRIPTS=$scratch/scripts
 mkdir -p "$BLENDER_USER_CONFIG" "$BLENDER_USER_SCRIPTS/addons"
 python3 -m zipfile -e "$1" "$BLENDER_USER_SCRIPTS/addons"
 "$2" -c 'import bpy; print("bpy", bpy.app.version_string)'
-for test in operators tools; do
+for test in operators tools poses shown; do
   "$2" "$here/test_$test.py"
 done

@@ -136,7 +136,8 @@ class Case(unittest.TestCase):
         return flat.reshape(-1, 3)
 
 
-def run(case):
-    result = unittest.TextTestRunner(stream=sys.stdout).run(unittest.defaultTestLoader.loadTestsFromTestCase(case))
-    if not result.wasSuccessful():
+def run(*cases):
+    loader = unittest.defaultTestLoader
+    suite = unittest.TestSuite(loader.loadTestsFromTestCase(case) for case in cases)
+    if not unittest.TextTestRunner(stream=sys.stdout).run(suite).wasSuccessful():
         raise SystemExit(1)
