@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Knead in Blender: deforms meshes by divergence-free vector fields. The user's page is docs/blender.md."""
 
 bl_info = {

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """knead.bake: the motion of a session as shape keys, or as a PC2 file with the modifier Mesh Cache."""
 
 import os

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """knead.check: volume, crossings and angles, in the panel."""
 
 import bpy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that differs between Blender 3.4 and later ones."""
 
 import bpy

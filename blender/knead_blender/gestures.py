@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the pointer does between press and release, as the strokes of a tool."""
 
 import numpy as np

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The shape of a mesh in the library, kept from one stroke to the next."""
 
 import numpy as np

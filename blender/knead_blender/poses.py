@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Poses: what of a mesh holds, what moves, and the operators that say so."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Coordinates and faces of an object's mesh as arrays."""
 
 import hashlib

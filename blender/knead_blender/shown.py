@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """A mesh as the 3D view shows it: by shape keys, an armature and other modifiers that move its vertices."""
 
 from contextlib import contextmanager

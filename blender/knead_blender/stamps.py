@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The closed meshes that knead.stamp presses in, as files that a session can name."""
 
 import hashlib

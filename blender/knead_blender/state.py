@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What an object keeps of its session. It lies in the mesh, so that linked duplicates share it."""
 
 import bpy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tools in the tool bar, in object and sculpt mode, with icons and key map."""
 
 import os
