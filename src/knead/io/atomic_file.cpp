@@ -1,9 +1,5 @@
 #include "knead/io/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <array>
 #include <atomic>
 #include <cerrno>
@@ -14,6 +10,7 @@
 #include <system_error>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 
 namespace knead {
 namespace {
