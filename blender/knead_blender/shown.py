@@ -32,7 +32,8 @@ def read(obj):
     """Returns the coordinates that the 3D view shows, (n, 3) float32: exactly those of shape.read() where nothing moves
     them. Modifiers that add vertices are left out. Raises Refusal where the vertices shown are not those of the mesh."""
     edited = shape.read(obj)
-    if not any(m.show_viewport for m in obj.modifiers) and obj.data.shape_keys is None:
+    may_move = any(m.show_viewport and (m.type == "NODES" or m.type not in _NEW_VERTICES) for m in obj.modifiers)
+    if not may_move and obj.data.shape_keys is None:
         return edited
     found = _evaluated(obj)
     return edited if _is_near(found, edited) else found

@@ -13,7 +13,7 @@ export BLENDER_USER_EXTENSIONS=$scratch/extensions BLENDER_USER_DATAFILES=$scrat
 mkdir -p "$BLENDER_USER_CONFIG" "$BLENDER_USER_SCRIPTS/addons"
 zip=$(realpath "$1")
 "$2" -c 'import bpy; print("bpy", bpy.app.version_string)'
-if python3 -m zipfile -l "$zip" | grep -q '^blender_manifest.toml'; then
+if [[ $(python3 -m zipfile -l "$zip") == *blender_manifest.toml* ]]; then
   "$2" "$here/install_extension.py" "$zip"
   export KNEAD_ADDON=bl_ext.user_default.knead
 else

@@ -25,7 +25,7 @@ def metadata(licences):
     project = (ROOT / "pyproject.toml").read_text()
 
     def value(key):
-        return re.search(rf'^{key} = "(.*)"$', project, re.M)[1]
+        return re.search(rf'^{key} = "(.*?)"', project, re.M)[1]
 
     def values(key):
         return re.findall(r'"(.*?)"', re.search(rf"^{key} = \[(.*?)\]$", project, re.M | re.S)[1])
