@@ -79,7 +79,7 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
         self.finish(context, obj, frames_of(obj, self.frames)())
 
     def _require(self, obj):
-        if obj.data.knead.seen:
+        if obj.data.knead.is_posed:
             raise state.Refusal("The session was made on a posed mesh, whose motion cannot be baked; the shape key has its end")
         state.require_own_key(obj)
         if state.changed_elsewhere(obj):

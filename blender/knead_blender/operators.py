@@ -125,11 +125,11 @@ class KNEAD_OT_session_clear(OfSession, bpy.types.Operator):
     def work(self, context, obj):
         if self.restore:
             state.require_own_key(obj)
-            state.require_pose(obj)
-            shape.write(obj, shown.follow(obj, _require_base(obj)))
+            shape.write(obj, state.to_edit(obj, _require_base(obj)))
         shape.remove_base(obj.data)
         obj.data.knead.session = ""
         obj.data.knead.result = obj.data.knead.seen = ""
+        obj.data.knead.is_posed = False
 
 
 def _require_base(obj):
@@ -145,11 +145,10 @@ def _replace(obj, session, discard=False):
         state.require_own_key(obj)
         if not discard and state.changed_elsewhere(obj):
             raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
-        state.require_pose(obj)
         base, frame = _require_base(obj), state.frame_of(obj.data)
     else:
         base, frame = shown.read(obj), shape.Frame()
-    coordinates = shown.follow(obj, rebuild.compute(base, shape.faces(obj.data), session, frame))
+    coordinates = state.to_edit(obj, rebuild.compute(base, shape.faces(obj.data), session, frame))
     if not obj.knead.session:
         state.begin(obj)
     state.keep(obj, session, coordinates)
@@ -172,7 +171,6 @@ class KNEAD_OT_session_rebuild(Background, OfSession, bpy.types.Operator):
             state.require_own_key(obj)
             if not self.discard and state.changed_elsewhere(obj):
                 raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
-            state.require_pose(obj)
             session, base, frame = state.parse(obj.knead.session), _require_base(obj), state.frame_of(obj.data)
             rebuild.check_session(session)
             faces = shape.faces(obj.data)
@@ -183,7 +181,7 @@ class KNEAD_OT_session_rebuild(Background, OfSession, bpy.types.Operator):
         return self.start(context, obj, lambda progress: rebuild.compute(base, faces, session, frame, progress=progress))
 
     def finish(self, context, obj, coordinates):
-        state.keep(obj, self._session, shown.follow(obj, coordinates))
+        state.keep(obj, self._session, state.to_edit(obj, coordinates))
 
 
 class OfStroke(OfSession):

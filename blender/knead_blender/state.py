@@ -53,7 +53,8 @@ class KneadMesh(bpy.types.PropertyGroup):
     space: StringProperty(name="Space", description="LOCAL, or WORLD: the strokes are in the frame below")
     frame: FloatVectorProperty(name="Frame", size=16, default=[float(i % 5 == 0) for i in range(16)])
     result: StringProperty(name="Result", description="Fingerprint of the vertices that the session gave")
-    seen: StringProperty(name="Seen", description="Fingerprint of the vertices that were shown then; empty: the same")
+    is_posed: BoolProperty(name="Posed", description="The base and the strokes are those of the mesh as it was shown, not of its own vertices")
+    seen: StringProperty(name="Seen", description="Fingerprint of the vertices that were shown then, of a posed mesh")
     strokes: CollectionProperty(type=KneadStroke)
     active: IntProperty(name="Active stroke", min=0)
     is_listing: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
@@ -124,8 +125,18 @@ def require_pose(obj):
     data = obj.data.knead
     if not data.session or changed_elsewhere(obj):
         return
-    if shape.fingerprint(shown.read(obj)) != (data.seen or data.result):
+    if shape.fingerprint(shown.read(obj)) != (data.seen if data.is_posed else data.result):
         raise Refusal("The session was made in another pose; go back to its pose, frame and shape keys, or clear the session")
+
+
+def to_edit(obj, coordinates):
+    """Returns the coordinates to edit for those that the session gives. Raises Refusal where a session of a posed mesh is
+    rebuilt in another pose; one of the mesh's own vertices is the same in each."""
+    data = obj.data.knead
+    if data.session and not data.is_posed:
+        return coordinates
+    require_pose(obj)
+    return shown.follow(obj, coordinates)
 
 
 def require_own_key(obj):
@@ -146,7 +157,8 @@ def begin(obj, space="LOCAL"):
     mesh is a shape key, so that the mesh itself stays as it is."""
     data = obj.data.knead
     base = shown.read(obj)
-    if obj.data.shape_keys is None and not np.array_equal(base, shape.read(obj)):
+    data.is_posed = not np.array_equal(base, shape.read(obj))
+    if data.is_posed and obj.data.shape_keys is None:
         shape.add_key(obj, "Knead")
     data.session = ""
     data.key = shape.key_name(obj)
@@ -169,8 +181,7 @@ def note_result(obj):
     data = obj.data.knead
     data.key = shape.key_name(obj)
     data.result = shape.fingerprint(shape.read(obj))
-    seen = shape.fingerprint(shown.read(obj))
-    data.seen = "" if seen == data.result else seen
+    data.seen = shape.fingerprint(shown.read(obj)) if data.is_posed else ""
 
 
 _CLASSES = (KneadStroke, KneadMesh, KneadObject)

@@ -118,6 +118,12 @@ class Shown(Case):
         turn(rig, 40)
         refuses(self, lambda: self.turned(obj, self.seen(obj)), "another pose")
         self.assertEqual(obj.knead.session, text)
+        after = self.vertices(obj)  # its strokes are those of the mesh itself, whatever the pose
+        bpy.ops.knead.stroke_off(index=0, off=True)
+        self.same(self.vertices(obj), self.base(obj))
+        bpy.ops.knead.stroke_off(index=0, off=False)
+        self.same(self.vertices(obj), after)
+        self.assertIsNone(obj.data.shape_keys)
 
     def test_check_measures_what_is_shown(self):
         obj = make_hand()

@@ -90,7 +90,7 @@ for target in "${targets[@]}"; do
     build "$target" "$python" "$suffix"
     wheel=$("$venv/bin/python" tools/packaging/make_wheel.py "$number" "manylinux_2_17_$processor" \
       "build/wheels/$target/python/knead/_knead$suffix" build/wheels/licences out/wheels)
-    "$venv/bin/auditwheel" show "$wheel" | grep -q "manylinux_2_17_$processor" || {
+    [[ $("$venv/bin/auditwheel" show "$wheel") == *'tag: "manylinux_2_17_'"$processor"* ]] || {
       say "$wheel needs a newer glibc than 2.17"
       exit 1
     }
