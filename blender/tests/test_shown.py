@@ -244,6 +244,9 @@ class AfterBakes(Case):
         text = obj.knead.session
         refuses(self, self.stroke, "modifier Knead")
         self.assertEqual(obj.knead.session, text)
+        bpy.context.scene.frame_set(2)
+        refuses(self, lambda: bpy.ops.knead.apply_session(filepath=session_file(self.folder), to="SHAPE_KEY"), "not shown")
+        self.assertIsNone(obj.data.shape_keys)
         obj.modifiers["Knead"].show_viewport = False
         self.stroke()
         self.assertEqual(len(obj.data.knead.strokes), 3)
