@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The keys of a stroke as properties of an operator, from the library's description of the tools."""
 
 import json

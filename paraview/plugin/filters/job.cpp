@@ -169,10 +169,11 @@ class Job {
       return;
     }
     const SafeUntil safe = safe_until(until_, [&](double until) { return inverts_nothing(until); });
-    throw Failure(
-        fmt::format("{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
-                    "transition{}; or switch FailOnInversion off",
-                    settings_.session_file, what, safe.until, wider_transition(safe)));
+    throw Failure(fmt::format(
+        "{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
+        "transition{}; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which "
+        "mends cells; or switch FailOnInversion off",
+        settings_.session_file, what, safe.until, wider_transition(safe)));
   }
 
   // Collective.

@@ -1,10 +1,6 @@
 #include "knead/io/atomic_file.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -19,6 +15,7 @@
 #include <vector>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 
 namespace knead {
 namespace {

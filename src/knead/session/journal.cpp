@@ -2,8 +2,6 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
@@ -14,6 +12,7 @@
 #include "knead/io/append_file.h"
 #include "knead/io/atomic_file.h"
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 #include "knead/session/journal_folder.h"
 
 namespace knead {

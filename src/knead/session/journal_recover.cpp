@@ -1,8 +1,3 @@
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
@@ -10,6 +5,7 @@
 #include <system_error>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 #include "knead/session/journal.h"
 #include "knead/session/journal_folder.h"
 #include "knead/session/workbench.h"
@@ -39,7 +35,7 @@ class Unheld {
   std::chrono::system_clock::time_point changed() const {
     struct stat state {};
     if (file_ < 0 || ::fstat(file_, &state) != 0) return {};
-    const auto since = std::chrono::seconds(state.st_mtim.tv_sec) + std::chrono::nanoseconds(state.st_mtim.tv_nsec);
+    const auto since = std::chrono::nanoseconds(changed_ns(file_, state));
     return std::chrono::system_clock::time_point(
         std::chrono::duration_cast<std::chrono::system_clock::duration>(since));
   }
