@@ -44,6 +44,37 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
   EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.screen(), before), 1e-3);
 }
 
+// A drag is applied in pieces. Their print is that of one stroke: no triangles cross, and the volume stays.
+TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
+  Studio studio(options());
+  run(studio, R"({"new": "sphere", "vertices": 40000}
+{"tool": "stamp"}
+{"stamp": "letter-y"}
+{"set": {"radius": 0.8, "drag": "normal"}}
+{"click": [0, 0, 1]}
+{"move": [400, 300]})");
+  ASSERT_TRUE(studio.placed().placement);
+  const double volume = measure(studio.shown().state.to_mesh()).volume;
+  const auto arrow = in_arrow(studio);
+  ASSERT_TRUE(arrow);
+  const double in = pixel_of(studio.screen(), arrow->to)->y < pixel_of(studio.screen(), arrow->from)->y ? -1 : 1;
+  const double pixels = 0.2 / pixel_size(studio.screen(), studio.placed().placement->center);
+  run(studio, fmt::format(R"({{"drag": [[400, 300], [400, {}]], "steps": 30}})", 300 + in * pixels));
+  const std::vector<Stroke> pieces = last_strokes(studio);
+  EXPECT_GT(pieces.size(), 5u);
+  for (const Stroke& piece : pieces) {
+    EXPECT_EQ(contact_of(std::get<StampStroke>(piece)), StampContact::slip);
+    EXPECT_FALSE(std::get<StampStroke>(piece).outer);
+  }
+  const Mesh printed = studio.shown().state.to_mesh();
+  EXPECT_EQ(self_intersections(triangulate(printed), printed.positions).count, 0u);
+  EXPECT_NEAR(measure(printed).volume, volume, 1e-4 * volume);
+  run(studio, R"({"set": {"contact": "stick"}})");
+  const StampStroke sticking = stamp_at(studio.settings(), *studio.placed().stamp, *studio.placed().placement);
+  EXPECT_EQ(sticking.contact, StampContact::stick);
+  EXPECT_DOUBLE_EQ(sticking.outer.value_or(0), 1.5 * 0.5 * 0.8);
+}
+
 TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
   Studio studio(options());
   run(studio, ball());
