@@ -51,9 +51,15 @@ class EveryUnit : public testing::TestWithParam<const Tool*> {
     }
   }
 
-  void SetUp() override { write_mesh(folder_ / "stamp.ply", make_shape(ShapeKind::sphere, 162), {true, {}}); }
+  void SetUp() override {
+    std::filesystem::create_directories(folder_);
+    write_mesh(folder_ / "stamp.ply", make_shape(ShapeKind::sphere, 162), {true, {}});
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
 
-  test::Scratch scratch_{"scale"};
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("knead_scale_" + std::to_string(::getpid()));
+};
 };
 
 TEST_P(EveryUnit, GivesTheSameShape) {
