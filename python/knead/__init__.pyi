@@ -38,6 +38,7 @@ class Stroke:
     off: bool
     strength: float
     duration: float
+    new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
     def describe(cls) -> list[dict[str, Any]]: ...
@@ -72,6 +73,7 @@ class Implicit(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Paint(Stroke):
@@ -92,6 +94,7 @@ class Paint(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Points(Stroke):
@@ -118,6 +121,7 @@ class Points(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Handles(Stroke):
@@ -142,6 +146,7 @@ class Handles(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Stamp(Stroke):
@@ -168,6 +173,7 @@ class Stamp(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Rotate(Stroke):
@@ -192,6 +198,7 @@ class Rotate(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Stretch(Stroke):
@@ -214,6 +221,7 @@ class Stretch(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Twist(Stroke):
@@ -242,6 +250,7 @@ class Twist(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Bend(Stroke):
@@ -274,6 +283,7 @@ class Bend(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Pins(Stroke):
@@ -292,6 +302,7 @@ class Pins(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Pose(Stroke):
@@ -310,6 +321,7 @@ class Pose(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Grid(Stroke):
@@ -330,6 +342,7 @@ class Grid(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Relax(Stroke):
@@ -350,6 +363,7 @@ class Relax(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Mask(Stroke):
@@ -368,6 +382,7 @@ class Mask(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 Strokes = Session | Stroke | Iterable[Stroke | Mapping[str, Any]]

@@ -47,6 +47,7 @@ class Stroke:
     off: bool
     strength: float
     duration: float
+    new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
     def describe(cls) -> list[dict[str, Any]]: ...
