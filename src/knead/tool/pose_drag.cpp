@@ -18,7 +18,6 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kMostSteps = 3;        // of an advance, about
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
 constexpr double kStepAngle = 8;        // degrees
 constexpr double kStepLength = 0.5;     // of the grid's spacing

@@ -251,7 +251,7 @@ std::vector<StrokeKey> keys(StampStroke& s) {
           {"pose", Quantity::finite, &s.pose, Presence::optional},
           {"outer", Quantity::positive, &s.outer, Presence::optional, "how far below the contact the motion reaches"},
           {"step", Quantity::positive, &s.step, Presence::optional},
-          {"contact", Quantity::other, choice(s.contact, {"stick", "slip", "auto"}), Presence::optional},
+          {"contact", Quantity::other, choice(s.contact, {"auto", "stick", "slip"}), Presence::optional},
           {"exponent",
            Quantity::other,
            s.contact != StampContact::slip ? &s.exponent : nullptr,
