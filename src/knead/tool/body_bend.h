@@ -10,8 +10,8 @@ namespace knead {
 // A plain bend by more degrees than this turns its zone against itself.
 inline constexpr double kMostOfPlainBend = 170;
 
-// Returns whether the stroke bends the body: by more than kMostOfPlainBend, or with "auto" where no barrel separates the
-// part from the rest, or where the part comes back over the zone or over what rests.
+// Returns whether the stroke bends the body: by more than kMostOfPlainBend, or with "auto" where no barrel separates
+// the part from the rest, or where the part comes back over the zone or over what rests.
 bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
 
 // Bends what lies in the zone of the stroke along an arc as long as the zone is wide, through the middle of the part;

@@ -47,8 +47,8 @@ class PoseDrag {
   bool takes(const PoseStroke& stroke) const;
 
   // Goes straight towards the ends of the stroke's ways, by about so many steps at most (of 8 degrees, or half of the
-  // grid's spacing), and passes their grids to apply. Returns false if that did. Throws InvalidInput where the equations
-  // cannot be solved.
+  // grid's spacing), and passes their grids to apply. Returns false if that did. Throws InvalidInput where the
+  // equations cannot be solved.
   bool advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply);
 
  private:
