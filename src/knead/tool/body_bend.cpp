@@ -1,4 +1,4 @@
-#include "knead/tool/body_bend.h"
+#include "knead/tool/pose.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,6 @@
 #include "knead/tool/barrel.h"
 #include "knead/tool/describe.h"
 #include "knead/tool/placement.h"
-#include "knead/tool/pose_flow.h"
 #include "knead/tool/strain.h"
 
 namespace knead {

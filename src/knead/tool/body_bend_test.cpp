@@ -1,4 +1,4 @@
-#include "knead/tool/body_bend.h"
+#include "knead/tool/pose.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,8 @@
 
 #include "knead/field/region.h"
 #include "knead/math/sincos.h"
-#include "knead/pose/pose_motion.h"
 #include "knead/tool/describe.h"
 #include "knead/tool/pose.h"
-#include "knead/tool/pose_flow.h"
 
 namespace knead {
 

@@ -21,7 +21,7 @@ using tool_detail::StampStep;
 using tool_detail::StampTool;
 
 constexpr double kDefaultOuter = 1.5;    // of the tool's half width
-constexpr double kNarrowestPrint = 0.9;  // likewise at least, where the stroke leaves the contact to Knead
+constexpr double kNarrowestPrint = 0.9;  // of it, the least where Knead chooses the contact
 constexpr double kStrokesPerPrint = 3;   // of the narrowest width: between these two
 constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the side walls into the tool
 constexpr double kStepsPerOuter = 25;    // by default
