@@ -113,6 +113,17 @@ TEST(BodyBend, TheBitsDependNotOnThreads) {
   EXPECT_EQ(one.mesh.positions, two.mesh.positions);
 }
 
+TEST(BodyBend, AVertexThatNoTriangleUsesDoesNotMatter) {
+  Mesh stray = bar();
+  stray.positions.push_back({-3, 1e6, 0});
+  Bent one(bar());
+  Bent two(stray);
+  one.bend(bend_of(175, 6));
+  two.bend(bend_of(175, 6));
+  two.mesh.positions.pop_back();
+  EXPECT_EQ(one.mesh.positions, two.mesh.positions);
+}
+
 TEST(BodyBend, TheCentreMayLieBesideThePart) {
   Bent one(bar());
   Bent two(bar());
