@@ -15,6 +15,7 @@
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
+#include "knead/tool/limb.h"
 #include "support/test_meshes.h"
 
 namespace knead {
@@ -126,6 +127,61 @@ TEST(PoseOnScans, AFingerOfTheProceduralHandTurns) {
   };
   expect_finger_turns(mesh, index.base + index.axis * (0.25 * index.length), Vec3d{0, 0, 0}, axis, is_finger,
                       [](const Vec3d& p) { return p.y < -0.4; });
+}
+
+std::vector<VertexRange> ranges_of(const Mesh& mesh, const std::vector<std::uint32_t>& vertices) {
+  std::vector<bool> is_wanted(mesh.vertex_count(), false);
+  for (const std::uint32_t v : vertices) is_wanted[v] = true;
+  std::uint32_t next = 0;
+  return vertices_where(mesh, [&](const Vec3d&) { return is_wanted[next++]; });
+}
+
+// The limb at a place turns by 70 degrees, and all else holds but for what bends about its joint: limbs beside it, too.
+void expect_limb_turns(const Mesh& mesh, const Vec3d& place, const Vec3d& axis) {
+  const std::vector<Triangle> triangles = triangulate(mesh);
+  const auto nearer = [&](const Vec3d& a, const Vec3d& b) { return norm2(a - place) < norm2(b - place); };
+  const auto nearest = std::min_element(mesh.positions.begin(), mesh.positions.end(), nearer);
+  const Limb limb = find_limb(mesh.positions, triangles, static_cast<std::uint32_t>(nearest - mesh.positions.begin()));
+  PosePart finger;
+  finger.vertices = ranges_of(mesh, limb.vertices);
+  finger.rotation = HandlesRotation{axis, limb.joint + limb.direction * (0.75 * limb.girth / std::numbers::pi), 70};
+  PosePart rest;
+  rest.vertices = ranges_of(mesh, limb.body);
+  rest.hold = true;
+  PoseStroke stroke;
+  stroke.parts = {finger, rest};
+  const PosedShape posed(mesh, stroke);
+  double square = 0;
+  double greatest = 0;
+  for (const std::uint32_t v : limb.body) {
+    const double off = norm(posed.after[v] - mesh.positions[v]) / posed.diagonal;
+    square += off * off / static_cast<double>(limb.body.size());
+    greatest = std::max(greatest, off);
+  }
+  const TriangleStretch stretch = posed.stretch();
+  fmt::print("stretch {:.3f} to {:.3f}, rms of its logarithm {:.4f}, volume {:+.1e}, held {:.1e} rms, {:.1e} at most\n",
+             stretch.least, stretch.greatest, stretch.rms_log, posed.volume_error(), std::sqrt(square), greatest);
+  EXPECT_LT(std::abs(posed.volume_error()), 1e-4);
+  EXPECT_EQ(posed.crossings(), 0u);
+  EXPECT_GT(stretch.least, 0.25);
+  EXPECT_LT(stretch.greatest, 2.5);
+  EXPECT_LT(stretch.rms_log, 0.075);
+  EXPECT_LT(std::sqrt(square), 1e-3);
+  EXPECT_LT(greatest, 8e-3);
+}
+
+TEST(PoseOnScans, AFingerTurnsBetweenOthersThatHold) {
+  const Mesh mesh = make_shape(ShapeKind::hand, 12000);
+  for (const int number : {1, 2, 4}) {
+    const Finger finger = hand_fingers()[static_cast<std::size_t>(number)];
+    expect_limb_turns(mesh, finger.base + finger.axis * (0.7 * finger.length),
+                      normalized(cross(finger.axis, Vec3d{0, 0, 1})));
+  }
+}
+
+TEST(PoseOnScans, AFingerOfTheScannedHandTurnsBetweenOthersThatHold) {
+  KNEAD_NEEDS_TEST_MESH("hand_50k.ply");
+  expect_limb_turns(read_shape(test_mesh("hand_50k.ply")).mesh, {-2.6, 0.4, 1.5}, normalized(Vec3d{0.18, 0.24, 0.95}));
 }
 
 // Eight pins at the ends of the limbs; one goes along an arc of 50 degrees.

@@ -71,18 +71,20 @@ void drag_gizmo(const Pointer& pointer, const Surroundings& around, PartGesture&
   }
 }
 
-// Those in the part that holds most of the body: what a person made a part of its own stays one.
-std::vector<std::uint32_t> of_same_part(const std::vector<std::uint32_t>& vertices,
-                                        const std::vector<std::uint32_t>& body, const PartMarks& parts) {
+// Joints that no longer bend hold again, with the part that holds most of the body.
+void mark_rest(const std::vector<std::uint32_t>& body, const ShapeState& state, PartMarks& parts) {
   std::vector<std::size_t> counts(parts.holds.size());
+  std::vector<std::uint32_t> rest;
   for (const std::uint32_t v : body) {
-    if (const std::optional<std::size_t> part = part_of(parts, v)) ++counts[*part];
+    const std::optional<std::size_t> part = part_of(parts, v);
+    if (part) {
+      ++counts[*part];
+    } else {
+      rest.push_back(v);
+    }
   }
   const auto most = static_cast<std::size_t>(std::max_element(counts.begin(), counts.end()) - counts.begin());
-  std::vector<std::uint32_t> result;
-  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(result),
-               [&](std::uint32_t v) { return part_of(parts, v) == most; });
-  return result;
+  if (counts[most] > 0) mark(rest, most, state, parts);
 }
 
 }  // namespace
@@ -116,11 +118,12 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
   PartMarks& parts = placed.parts;
   const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end() ||
                         std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
-  if (!parts.of_vertex.empty()) {
+  if (!has_body) {
+    add_part(limb.body, around.state, parts);
+  } else if (!parts.of_vertex.empty()) {
+    mark_rest(limb.body, around.state, parts);
     mark(limb.bending, std::nullopt, around.state, parts);
-    mark(of_same_part(limb.beside, limb.body, parts), std::nullopt, around.state, parts);
   }
-  if (!has_body) add_part(limb.body, around.state, parts);
   add_part(limb.vertices, around.state, parts);
   return {};
 }

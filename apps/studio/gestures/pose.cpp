@@ -4,6 +4,8 @@
 
 #include "gestures/gesture_kinds.h"
 #include "gestures/parts.h"
+#include "knead/mesh/surface_tree.h"
+#include "knead/tool/limb.h"
 
 namespace knead::studio {
 
@@ -11,6 +13,7 @@ namespace {
 
 constexpr double kLiveDetail = 0.12;           // at least, while the pointer moves
 constexpr double kRoom = 0.06;                 // of the shape: what is nearer to what moves does not hold
+constexpr double kNearImage = 0.01;            // of the shape: what is nearer to an image of a part is of that image
 constexpr double kSamePart = 0.25;             // of its extent: images that are nearer to a part are that part
 constexpr std::size_t kPointsOfPart = 150;     // where it is named by its points
 constexpr std::size_t kMostRanges = 2000;      // of numbers that name a part
@@ -87,15 +90,12 @@ struct PartOfShape {
   double extent = 0;
 };
 
-// Without what is nearer than `room` to a place.
-PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeState& state, double room = 0,
-                          std::span<const Vec3d> places = {}) {
+// Without the vertices for which is_free(vertex) holds.
+template <class IsFree>
+PartOfShape part_of_shape(const PartMarks& parts, std::size_t part, const ShapeState& state, const IsFree& is_free) {
   PartOfShape result;
   std::vector<std::uint32_t> vertices = vertices_of(parts, part);
-  std::erase_if(vertices, [&](std::uint32_t v) {
-    const Vec3d& p = state.positions[v];
-    return std::any_of(places.begin(), places.end(), [&](const Vec3d& q) { return norm2(p - q) < room * room; });
-  });
+  std::erase_if(vertices, is_free);
   std::vector<Vec3d> all;
   for (const std::uint32_t v : vertices) {
     all.push_back(state.positions[v]);
@@ -178,31 +178,49 @@ void add_held_pins(const Holding& holding, const std::vector<Pin>& pins, const s
   }
 }
 
-// Those that hold, but for some, for images of what moves, and for what has no room beside it.
-void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, std::span<const Vec3d> moving,
-                    double room, PoseItems& items) {
+// Those that hold, but for some, for images of what moves, and for vertices that are free.
+template <class IsFree>
+void add_held_parts(const Holding& holding, const std::vector<bool>& left_out, const IsFree& is_free,
+                    PoseItems& items) {
   const PartMarks& parts = holding.parts;
   const ShapeState& state = holding.state;
   const std::vector<Vec3d>& taken = holding.taken;
   for (std::size_t part = 0; part < parts.holds.size(); ++part) {
     if (left_out[part] || !parts.holds[part]) continue;
-    const PartOfShape shape = part_of_shape(parts, part, state, room, moving);
+    const PartOfShape shape = part_of_shape(parts, part, state, is_free);
     const bool is_image = std::any_of(
         taken.begin(), taken.end(), [&](const Vec3d& p) { return norm(p - shape.middle) <= kSamePart * shape.extent; });
     if (!is_image && !shape.ranges.empty()) add_part(shape, nullptr, state, items);
   }
 }
 
-// Of a gesture's own images; what holds must leave room for them, too.
-std::vector<Vec3d> with_images(std::vector<Vec3d> points, const ToolSettings& settings) {
-  const std::vector<Vec3d> own = points;
-  for (const SymmetryImage& image : images_of(settings)) {
-    for (const Vec3d& p : own) points.push_back(image.motion(p));
+// What bends when a part and its images move, by vertex.
+std::vector<bool> bending_of(const PartMarks& parts, std::size_t part, const ShapeState& state,
+                             const ToolSettings& settings) {
+  const std::vector<Vec3d> positions = state.positions.copy();
+  std::vector<Triangle> triangles;
+  for_each_triangle(*state.mesh, positions, [&](const Triangle& t) { triangles.push_back(t); });
+  std::vector<bool> bends(positions.size(), false);
+  const auto add = [&](std::span<const std::uint32_t> vertices) {
+    for (const std::uint32_t v : bending_about(positions, triangles, vertices)) bends[v] = true;
+  };
+  const std::vector<std::uint32_t> own = vertices_of(parts, part);
+  add(own);
+  const std::vector<SymmetryImage> images = images_of(settings);
+  if (images.empty()) return bends;
+  std::vector<Triangle> of_part;
+  for (const std::uint32_t v : own) of_part.push_back({v, v, v});
+  const SurfaceTree tree(of_part, positions);
+  const double near = kNearImage * bounding_box(positions).diagonal();
+  for (const SymmetryImage& image : images) {  // those of an image are among the images
+    std::vector<std::uint32_t> vertices;
+    for (std::uint32_t v = 0; v < positions.size(); ++v) {
+      if (tree.closest(image.motion(positions[v]), near)) vertices.push_back(v);
+    }
+    add(vertices);
   }
-  return points;
+  return bends;
 }
-
-double room_on(const ShapeState& state) { return kRoom * bounding_box(state.mesh->positions).diagonal(); }
 
 }  // namespace
 
@@ -249,9 +267,14 @@ std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const Shap
     if (goal.is_image) continue;
     for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(pin.place));
   }
-  moving = with_images(std::move(moving), settings);
+  moving.insert(moving.end(), taken.begin(), taken.end());
+  const double room = kRoom * bounding_box(state.mesh->positions).diagonal();
+  const auto is_near = [&](std::uint32_t v) {
+    return std::any_of(moving.begin(), moving.end(),
+                       [&](const Vec3d& p) { return norm2(state.positions[v] - p) < room * room; });
+  };
   add_held_pins({gesture.parts, state, taken}, gesture.pins, moves, near, plan.held);
-  add_held_parts({gesture.parts, state, taken}, left_out, moving, room_on(state), plan.held);
+  add_held_parts({gesture.parts, state, taken}, left_out, is_near, plan.held);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
@@ -259,15 +282,16 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
                                           const ToolSettings& settings) {
   PosePlan plan;
   const std::size_t selected = *gesture.parts.selected;
-  plan.moving = part_of_shape(gesture.parts, selected, state);
+  plan.moving = part_of_shape(gesture.parts, selected, state, [](std::uint32_t) { return false; });
   std::vector<bool> left_out(gesture.parts.holds.size());
   left_out[selected] = true;
   std::vector<Vec3d> taken;
   for (const SymmetryImage& image : images_of(settings)) taken.push_back(image.motion(plan.moving.middle));
-  const std::vector<Vec3d> moving = with_images(plan.moving.points, settings);
+  const std::vector<bool> bends = bending_of(gesture.parts, selected, state, settings);
   add_held_pins({gesture.parts, state, taken}, gesture.pins, std::vector<bool>(gesture.pins.size()),
                 kOneImage * settings.radius, plan.held);
-  add_held_parts({gesture.parts, state, taken}, left_out, moving, room_on(state), plan.held);
+  add_held_parts(
+      {gesture.parts, state, taken}, left_out, [&](std::uint32_t v) { return bends[v]; }, plan.held);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 

@@ -240,8 +240,11 @@ BodyPoints body_points(std::span<const Vec3d> positions, std::span<const Triangl
   result.inside = result.points.size();
   const double found = static_cast<double>(result.inside) * spacing * spacing * spacing;
   if (found < kLeastInside * volume) return shell_of(positions, triangles, options);
-  const double of_surface = std::sqrt(3 * area_of(positions, triangles) / static_cast<double>(options.inside));
-  append_spread(surface_points(positions, triangles, of_surface), options.inside / 3, result.points);
+  const double area = area_of(positions, triangles);
+  double of_surface = std::sqrt(3 * area / static_cast<double>(options.inside));
+  if (options.most_spacing > 0) of_surface = std::min(of_surface, options.most_spacing);
+  const auto on_surface = static_cast<std::size_t>(area / (of_surface * of_surface));
+  append_spread(surface_points(positions, triangles, of_surface), on_surface, result.points);
   return result;
 }
 

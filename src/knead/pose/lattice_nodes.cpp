@@ -30,6 +30,12 @@ struct NodeBox {
   }
 };
 
+// One of the 64 nodes that count in a cell.
+LatticeCell node_of(const LatticeCell& cell, std::size_t i) {
+  return {cell[0] - 1 + static_cast<int>(i % 4), cell[1] - 1 + static_cast<int>(i / 4 % 4),
+          cell[2] - 1 + static_cast<int>(i / 16)};
+}
+
 // Orders nodes by nested dissection.
 void dissect(std::span<LatticeCell> nodes) {
   NodeBox box;
@@ -62,14 +68,13 @@ void dissect(std::span<LatticeCell> nodes) {
 
 }  // namespace
 
-LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells) {
+LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others) {
   std::sort(cells.begin(), cells.end(), before);
   cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   find_box(cells);
   for (const LatticeCell& cell : cells) {
     for (std::size_t i = 0; i < kCellNodes; ++i) {
-      const LatticeCell node{cell[0] - 1 + static_cast<int>(i % 4), cell[1] - 1 + static_cast<int>(i / 4 % 4),
-                             cell[2] - 1 + static_cast<int>(i / 16)};
+      const LatticeCell node = node_of(cell, i);
       int& number = number_at_[index_of(node)];
       if (number < 0) nodes_.push_back(node);
       number = 0;
@@ -77,7 +82,7 @@ LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells) {
   }
   dissect(nodes_);
   for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
-  find_neighbors(cells);
+  find_neighbors(cells, others);
 }
 
 void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
@@ -98,26 +103,17 @@ void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
 
 std::array<int, kCellNodes> LatticeNodes::of_cell(const LatticeCell& cell) const {
   std::array<int, kCellNodes> numbers;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
-  const std::size_t first = index_of({cell[0] - 1, cell[1] - 1, cell[2] - 1});
-  const auto row = static_cast<std::size_t>(counts_[0]);
-  const std::size_t plane = row * static_cast<std::size_t>(counts_[1]);
   for (std::size_t i = 0; i < kCellNodes; ++i) {
-    numbers[i] = number_at_[first + i % 4 + row * (i / 4 % 4) + plane * (i / 16)];
+    const LatticeCell node = node_of(cell, i);
+    numbers[i] = contains(node) ? number_at_[index_of(node)] : -1;
   }
   return numbers;
 }
 
-void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells) {
+void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others) {
   rank_.assign(kOffsets * nodes_.size(), -1);
-  for (const LatticeCell& cell : cells) {
-    const std::array<int, kCellNodes> numbers = of_cell(cell);
-    for (std::size_t a = 0; a < kCellNodes; ++a) {
-      for (std::size_t b = 0; b < kCellNodes; ++b) {
-        if (numbers[b] >= numbers[a]) {
-          rank_[static_cast<std::size_t>(numbers[a]) * kOffsets + offset_between(a, b)] = numbers[b];
-        }
-      }
-    }
+  for (const auto* list : {&cells, &others}) {
+    for (const LatticeCell& cell : *list) add_ranks(of_cell(cell));
   }
   begin_.assign(1, 0);
   for (std::size_t node = 0; node < nodes_.size(); ++node) {
@@ -134,6 +130,17 @@ void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells) {
       table[i] = static_cast<int>(place - neighbors_.begin()) - static_cast<int>(first);
     }
     begin_.push_back(neighbors_.size());
+  }
+}
+
+// Of nodes that share a cell, each is a neighbour of those that are not after it.
+void LatticeNodes::add_ranks(const std::array<int, kCellNodes>& numbers) {
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    for (std::size_t b = 0; b < kCellNodes && numbers[a] >= 0; ++b) {
+      if (numbers[b] >= numbers[a]) {
+        rank_[static_cast<std::size_t>(numbers[a]) * kOffsets + offset_between(a, b)] = numbers[b];
+      }
+    }
   }
 }
 

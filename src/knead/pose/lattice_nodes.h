@@ -17,12 +17,13 @@ namespace knead::detail {
 class LatticeNodes {
  public:
   LatticeNodes() = default;
-  // Throws InvalidInput where the cells are too far apart for a grid.
-  explicit LatticeNodes(std::vector<LatticeCell> cells);
+  // The nodes that count in one of the cells; nodes also meet in the others. Throws InvalidInput where the cells are
+  // too far apart for a grid.
+  explicit LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others = {});
 
   std::size_t size() const { return nodes_.size(); }
 
-  // Returns the numbers of the 64 nodes that count in one of the cells.
+  // Returns the numbers of the 64 nodes that count in a cell; -1: not one of these nodes.
   std::array<int, kCellNodes> of_cell(const LatticeCell& cell) const;
 
   // Returns the numbers of the nodes that share a cell with a node and are not before it, ascending: itself first.
@@ -60,6 +61,13 @@ class LatticeNodes {
     return along(1) + 7 * (along(4) + 7 * along(16));
   }
 
+  bool contains(const LatticeCell& node) const {
+    const auto is_within = [&](std::size_t axis) {
+      return node[axis] >= low_[axis] && node[axis] - low_[axis] < counts_[axis];
+    };
+    return is_within(0) && is_within(1) && is_within(2);
+  }
+
   std::size_t index_of(const LatticeCell& node) const {
     const auto along = [&](std::size_t axis) { return static_cast<std::size_t>(node[axis] - low_[axis]); };
     return along(0) +
@@ -67,7 +75,9 @@ class LatticeNodes {
   }
 
   void find_box(const std::vector<LatticeCell>& cells);
-  void find_neighbors(const std::vector<LatticeCell>& cells);
+  void find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others);
+
+  void add_ranks(const std::array<int, kCellNodes>& numbers);
 
   LatticeCell low_{};               // of the box of all nodes
   std::array<int, 3> counts_{};     // of nodes in it

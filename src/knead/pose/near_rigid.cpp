@@ -123,19 +123,26 @@ class Assembly {
            const Progress* progress)
       : lattice_(lattice), body_(body), rows_(rows), threads_(threads), progress_(progress) {
     std::vector<CellPoint> samples;
-    for (std::size_t i = 0; i < body.points.size(); ++i) samples.push_back(point_at(body.points[i], 0, i));
+    std::vector<LatticeCell> resting;
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+      samples.push_back(point_at(body.points[i], 0, i));
+      (!body.held.empty() && body.held[i] ? resting : cells_).push_back(samples.back().cell);
+    }
     std::vector<CellPoint> wanted;
     for (std::size_t list = 0; list < rows.size(); ++list) {
       for (std::size_t i = 0; i < rows[list].points.size(); ++i) {
         wanted.push_back(point_at(rows[list].points[i], list, i));
+        (rows[list].rests ? resting : cells_).push_back(wanted.back().cell);
       }
     }
-    for (const auto* list : {&samples, &wanted}) {
-      for (const CellPoint& point : *list) cells_.push_back(point.cell);
-    }
     for (const Vec3d& p : body.around) cells_.push_back(point_at(p, 0, 0).cell);
-    std::sort(cells_.begin(), cells_.end());
-    cells_.erase(std::unique(cells_.begin(), cells_.end()), cells_.end());
+    sort_cells(cells_);
+    divide(std::move(resting));
+    std::vector<LatticeCell> all = cells_;
+    all.insert(all.end(), touched_.begin(), touched_.end());
+    std::sort(all.begin(), all.end());
+    drop_far(all, samples);
+    drop_far(all, wanted);
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       samples.push_back({cells_[i], kCellMiddle, static_cast<std::uint32_t>(i)});
     }
@@ -143,7 +150,7 @@ class Assembly {
     wanted_ = sorted_by_cells(std::move(wanted));
   }
 
-  LatticeNodes find_nodes() const { return LatticeNodes(cells_); }
+  LatticeNodes find_nodes() const { return LatticeNodes(cells_, touched_); }
 
   // Returns the matrix without the ridge; sets the mean diagonal of the strain.
   SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
@@ -184,6 +191,45 @@ class Assembly {
             static_cast<std::uint32_t>(number)};
   }
 
+  static void sort_cells(std::vector<LatticeCell>& cells) {
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  }
+
+  // Of the cells in which all rests, those next to others get nodes, too; in those up to `kReach` from these, nodes
+  // count.
+  void divide(std::vector<LatticeCell> resting) {
+    constexpr int kGiving = 1;
+    constexpr int kReach = 3;
+    sort_cells(resting);
+    const auto is_near = [](const LatticeCell& cell, const std::vector<LatticeCell>& others, int most) {
+      for (int x = -most; x <= most; ++x) {
+        for (int y = -most; y <= most; ++y) {
+          for (int z = -most; z <= most; ++z) {
+            const LatticeCell near{cell[0] + x, cell[1] + y, cell[2] + z};
+            if (std::binary_search(others.begin(), others.end(), near)) return true;
+          }
+        }
+      }
+      return false;
+    };
+    std::vector<LatticeCell> giving;
+    for (const LatticeCell& cell : resting) {
+      if (is_near(cell, cells_, kGiving)) giving.push_back(cell);
+    }
+    cells_.insert(cells_.end(), giving.begin(), giving.end());
+    sort_cells(cells_);
+    for (const LatticeCell& cell : resting) {
+      const bool has_nodes = std::binary_search(cells_.begin(), cells_.end(), cell);
+      if (!has_nodes && is_near(cell, cells_, kReach)) touched_.push_back(cell);
+    }
+  }
+
+  // Drops points in cells where no node counts.
+  static void drop_far(const std::vector<LatticeCell>& cells, std::vector<CellPoint>& points) {
+    std::erase_if(points, [&](const CellPoint& p) { return !std::binary_search(cells.begin(), cells.end(), p.cell); });
+  }
+
   // The columns of spins hold their own 3 x 3 and the nodes about their patch; those of nodes the neighbours with
   // greater numbers.
   void make_pattern() {
@@ -217,7 +263,7 @@ class Assembly {
     std::vector<int> near;
     for (const Vec3d& p : points) {
       const auto of_cell = nodes_->of_cell(SplineBasis(p - lattice_.origin, lattice_.spacing).cell());
-      near.insert(near.end(), of_cell.begin(), of_cell.end());
+      std::copy_if(of_cell.begin(), of_cell.end(), std::back_inserter(near), [](int node) { return node >= 0; });
     }
     std::sort(near.begin(), near.end());
     near.erase(std::unique(near.begin(), near.end()), near.end());
@@ -283,6 +329,7 @@ class Assembly {
     const std::array<int, kCellNodes> numbers = nodes_->of_cell(cell);
     for (std::size_t a = 0; a < kCellNodes; ++a) {
       for (std::size_t b = a; b < kCellNodes; ++b) {
+        if (numbers[a] < 0 || numbers[b] < 0) continue;
         const bool in_order = numbers[a] <= numbers[b];
         const int column = in_order ? numbers[a] : numbers[b];
         const std::size_t rank =
@@ -332,7 +379,7 @@ class Assembly {
           for (const Vec3d& row : spin) at(spins_[list] + static_cast<int>(r), column) += weight * row[q] * row[r];
         }
         for (std::size_t node = 0; node < kCellNodes; ++node) {
-          for (std::size_t axis = 0; axis < kComponents; ++axis) {
+          for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
             double sum = 0;
             for (std::size_t i = 0; i < 3; ++i) sum += spin[i][q] * v[i][axis][node];
             at(static_cast<int>(first_) + kOfNode * numbers[node] + static_cast<int>(axis), column) += weight * sum;
@@ -347,7 +394,8 @@ class Assembly {
   std::span<const VelocityRows> rows_;
   int threads_;
   const Progress* progress_;
-  std::vector<LatticeCell> cells_;  // of all points, ascending
+  std::vector<LatticeCell> cells_;    // whose nodes are unknown, ascending
+  std::vector<LatticeCell> touched_;  // others of the body, in which some of these nodes count, ascending
   std::vector<CellPoint> samples_;
   std::vector<CellPoint> wanted_;
   const LatticeNodes* nodes_ = nullptr;
@@ -358,6 +406,10 @@ class Assembly {
 };
 
 }  // namespace
+
+std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows) {
+  return kComponents * Assembly(lattice, body, rows, 1, nullptr).find_nodes().size();
+}
 
 NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows,
                                  int threads, const Progress* progress) {
@@ -373,7 +425,7 @@ NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body
                     unknowns, kMaxUnknowns));
   }
   const SymmetricMatrix matrix = assembly.fill(equations->nodes, equations->mean_diagonal);
-  if (!equations->factor.factorize(matrix, progress)) {
+  if (!equations->factor.factorize(matrix, threads, progress)) {
     throw InvalidInput("the pose cannot be solved: its equations are singular; make \"detail\" larger");
   }
   equations_ = std::move(equations);
@@ -402,7 +454,7 @@ PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
       if (!list.normals.empty()) wanted = list.normals[i] * dot(list.normals[i], wanted);
       wanted *= list.weight * unit;
       for (std::size_t node = 0; node < kCellNodes; ++node) {
-        for (std::size_t axis = 0; axis < kComponents; ++axis) {
+        for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
           right[first + kComponents * static_cast<std::size_t>(numbers[node]) + axis] +=
               v[0][axis][node] * wanted.x + v[1][axis][node] * wanted.y + v[2][axis][node] * wanted.z;
         }

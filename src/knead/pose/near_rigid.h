@@ -4,6 +4,7 @@
 // The field is v = curl A of a grid (field/potential_grid.h). Its coefficients a minimise
 //     mean over the body's samples of stiffness |sym grad v|^2 + ridge |a|^2 + sum over rows of weight |row(v) -
 //     wanted|^2.
+// Where all that is near rests the coefficients are 0: a fine grid costs only what it moves.
 // A rigid motion has no strain, so the flow moves rigidly wherever it can. A third of the unknowns is nearly free
 // (adding a gradient to A changes no v): the ridge takes care of that.
 #pragma once
@@ -24,6 +25,7 @@ namespace knead::detail {
 struct BodySamples {
   std::vector<Vec3d> points;
   std::vector<double> stiffness{};  // as many weights above 0; empty: all 1
+  std::vector<bool> held{};         // as many: what rests; empty: nothing does
   // Where the body also is, or comes to while the field acts: the field is whole there, and goes on from the body as
   // nearly rigidly as it can.
   std::vector<Vec3d> around{};
@@ -34,6 +36,7 @@ struct VelocityRows {
   std::vector<Vec3d> points;
   std::vector<Vec3d> wanted;     // as many velocities
   double weight = 1;             // of each row, in units of the mean diagonal of the strain times spacing^2; above 0
+  bool rests = false;            // the points hold, as held samples do
   bool spins = false;            // the points are a patch that also turns about its middle, by a rate that is not given
   std::vector<Vec3d> normals{};  // as many unit vectors: only n.v is wanted; or empty: all of v
 };
@@ -43,6 +46,9 @@ struct Lattice {
   Vec3d origin{0, 0, 0};
   double spacing = 1;
 };
+
+// Returns how many unknown coefficients there are.
+std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows);
 
 // The equations of one moment, factorised: wanted velocities can be changed and solved for again.
 class NearRigidSystem {

@@ -16,18 +16,23 @@ namespace knead::detail {
 namespace {
 
 constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
-constexpr double kMaxDistance = 0.5;                 // of the spacing
+// How far it moves there at most: so far of the diagonal, but within these bounds, of the spacing.
+constexpr double kMaxDistance = 0.03;
+constexpr double kLeastDistance = 0.5;
+constexpr double kMostDistance = 1.5;
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
 constexpr double kWeightOfHold = 60;
 constexpr double kWeightOfPart = 2800;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
+constexpr double kMostUnknowns = 2000;  // that count for that
 constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
 constexpr double kMaxCorrection = 0.25;  // of the spacing
-constexpr double kTolerance = 1e-6;      // of the diagonal, for the body's own points
+constexpr int kSettling = 1;
+constexpr double kTolerance = 1e-6;  // of the diagonal, for the body's own points
 
 // A pin's patch: its point, and the corners of an icosahedron about it.
 std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
@@ -145,7 +150,10 @@ RigidRate rate_of(const PosedPart& part, double begin, double end) {
 // moved get one more step without time, in which they settle at their places.
 class Schedule {
  public:
-  explicit Schedule(const PoseProblem& problem) : problem_(problem) {
+  explicit Schedule(const PoseProblem& problem)
+      : problem_(problem),
+        longest_(std::clamp(kMaxDistance * problem.diagonal, kLeastDistance * problem.spacing,
+                            kMostDistance * problem.spacing)) {
     for (const PosedPin& pin : problem.pins) {
       if (pin.path.size() < 2) continue;
       const std::size_t own = pin.path.size() - 1;
@@ -165,7 +173,7 @@ class Schedule {
     }
     const bool parts_move = problem.settles && std::any_of(problem.parts.begin(), problem.parts.end(),
                                                            [](const PosedPart& part) { return !part.holds(); });
-    if (parts_move) times_.push_back(times_.back());
+    for (int k = 0; k < kSettling && parts_move; ++k) times_.push_back(times_.back());
   }
 
   const std::vector<double>& times() const { return times_; }
@@ -188,19 +196,19 @@ class Schedule {
     double most = 1;
     for (const PosedPart& part : problem_.parts) {
       const double distance = distance_of(part);
-      most = std::max(
-          {most, share * std::abs(part.angle) / kMaxAngle, share * distance / (kMaxDistance * problem_.spacing)});
+      most = std::max({most, share * std::abs(part.angle) / kMaxAngle, share * distance / longest_});
     }
     for (const PosedPin& pin : problem_.pins) {
       if (pin.turn) most = std::max(most, share * norm(*pin.turn) / kMaxAngle);
       if (pin.path.size() < 2) continue;
       const double distance = together_ ? norm(pin.path[piece + 1] - pin.path[piece]) : length_of(pin.path);
-      most = std::max(most, distance / (kMaxDistance * problem_.spacing));
+      most = std::max(most, distance / longest_);
     }
     return std::ceil(most * (1 - 1e-9));
   }
 
   const PoseProblem& problem_;
+  double longest_ = 0;  // that anything moves in a segment
   std::size_t pieces_ = 0;
   bool together_ = true;  // the paths advance piece by piece
   std::vector<double> times_;
@@ -220,13 +228,14 @@ class PoseRun::Motion {
     for (const PosedPin& pin : problem_.pins) {
       std::vector<Vec3d> patch = patch_about(pin.path.front(), pin.size);
       const double weight = kWeightOfPin / static_cast<double>(patch.size());
-      rows_.push_back({patch, patch, weight, !pin.turn});
+      rows_.push_back({patch, patch, weight, false, !pin.turn});
     }
     if (problem_.across) {
       const std::size_t count = problem_.body.points.size();
-      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, false,
+      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, true, false,
                        std::vector<Vec3d>(count, *problem_.across)});
     }
+    limit_unknowns();
   }
 
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
@@ -255,7 +264,7 @@ class PoseRun::Motion {
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
-    for (int round = 0; round < kCorrections; ++round) {
+    for (int round = 0; round < kCorrections && !problem_.pins.empty(); ++round) {
       correct(grid, to);
       grid = system.solve(rows_);
     }
@@ -279,13 +288,24 @@ class PoseRun::Motion {
       }
     };
     for (std::size_t i = 0; i < problem_.body.points.size(); ++i) {
+      if (!problem_.body.held.empty() && problem_.body.held[i]) continue;
       add(problem_.body.points[i]);
       if (!before_.empty()) add(problem_.body.points[i] * 2.0 - before_[i]);
     }
     for (const VelocityRows& list : rows_) {
-      for (std::size_t k = 0; k < list.points.size(); ++k) add(list.points[k] + list.wanted[k]);
+      for (std::size_t k = 0; k < list.points.size() && !list.rests; ++k) add(list.points[k] + list.wanted[k]);
     }
     before_ = problem_.body.points;
+  }
+
+  void limit_unknowns() {
+    constexpr std::size_t kMany = 9000;
+    constexpr double kCoarser = 1.2;
+    for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
+    while (problem_.spacing < problem_.most_spacing && count_unknowns(lattice_, problem_.body, rows_) > kMany) {
+      problem_.spacing = std::min(problem_.most_spacing, kCoarser * problem_.spacing);
+      lattice_.spacing = problem_.spacing;
+    }
   }
 
   bool is_part(std::size_t list) const { return list < problem_.parts.size(); }
@@ -297,6 +317,7 @@ class PoseRun::Motion {
     const double end = schedule_->part_at(to);
     if (is_part(i)) {
       const PosedPart& part = problem_.parts[i];
+      rows_[i].rests = part.holds();
       part.holds() ? hold(i) : want(part, starts_[i], begin, end, rows_[i]);
     } else if (is_pin(i)) {
       VelocityRows& list = rows_[i];
@@ -318,8 +339,8 @@ class PoseRun::Motion {
   // The same rate is wanted where the part comes to: else a thin part is bent a little more by each step.
   void want(const PosedPart& part, const std::vector<Vec3d>& starts, double begin, double end, VelocityRows& list) {
     const std::size_t count = starts.size();
-    list.weight =
-        kWeightOfPart / static_cast<double>(count) * std::max(1.0, static_cast<double>(outcome_.unknowns) / kUnknowns);
+    list.weight = kWeightOfPart / static_cast<double>(count) *
+                  std::clamp(static_cast<double>(outcome_.unknowns), kUnknowns, kMostUnknowns) / kUnknowns;
     list.points.resize(count);
     list.wanted.resize(count);
     std::vector<Vec3d> misses;

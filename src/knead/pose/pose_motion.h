@@ -39,6 +39,7 @@ struct PoseProblem {
   std::vector<PosedPin> pins;
   std::optional<Vec3d> across{};  // a unit vector along which hardly anything flows
   double spacing = 0;             // of the grids
+  double most_spacing = 0;        // up to which it grows where the unknowns would be too many
   double diagonal = 0;            // of the shape: what accuracy is measured by
   bool settles = true;            // a last step without time takes parts that moved to their places
   int threads = 0;
@@ -54,8 +55,9 @@ struct PoseOutcome {
   std::vector<Vec3d> places;   // as many: where they should be
 };
 
-// Returns how many grids the pose becomes: none turns a part by more than 8 degrees, or moves it by more than half the
-// spacing. A path that goes on only adds grids. Throws InvalidInput if they are more than 2000.
+// Returns how many grids the pose becomes: none turns a part by more than 8 degrees, or moves it by more than 0.03
+// of the diagonal or half the spacing, and never by more than 1.5 spacings. A path that goes on only adds grids. Throws
+// InvalidInput if they are more than 2000.
 std::size_t pose_segments(const PoseProblem& problem);
 
 // A pose under way: the body, parts and pins where they are by now.

@@ -4,15 +4,17 @@
 #include <cmath>
 #include <utility>
 
+#include "knead/math/parallel.h"
 #include "knead/pose/clones.h"
 
 namespace knead::detail {
 
 namespace {
 
-constexpr std::size_t kPanel = 8;        // columns that are taken from the others together
-constexpr std::size_t kWideEnough = 16;  // narrower fronts are joined with their parent where that adds few zeros
-constexpr double kMostZeros = 0.15;      // of the joined front
+constexpr std::size_t kPanel = 8;           // columns that are taken from the others together
+constexpr std::size_t kPairsOfThread = 64;  // of columns, at least
+constexpr std::size_t kWideEnough = 16;     // narrower fronts are joined with their parent where that adds few zeros
+constexpr double kMostZeros = 0.15;         // of the joined front
 
 // Two columns, and the factors with which a panel's columns are taken from them.
 struct TwoColumns {
@@ -68,13 +70,15 @@ struct DenseFront {
     return true;
   }
 
-  bool eliminate(std::size_t width) {
+  bool eliminate(std::size_t width, int threads) {
     for (std::size_t begin = 0; begin < width; begin += kPanel) {
       const std::size_t end = std::min(begin + kPanel, width);
       if (!factorize_panel(begin, end)) return false;
-      std::size_t j = end;
-      for (; end - begin == kPanel && j + 1 < size; j += 2) take_panel_from_two(begin, j);
-      for (; j < size; ++j) {
+      const std::size_t pairs = end - begin == kPanel ? (size - end) / 2 : 0;
+      parallel_for(pairs, kPairsOfThread, threads, [&](std::size_t first, std::size_t last) {
+        for (std::size_t pair = first; pair < last; ++pair) take_panel_from_two(begin, end + 2 * pair);
+      });
+      for (std::size_t j = end + 2 * pairs; j < size; ++j) {
         for (std::size_t k = begin; k < end; ++k) subtract_column(column(k) + j, size - j, column(k)[j], column(j) + j);
       }
     }
@@ -163,7 +167,7 @@ void SparseCholesky::find_fronts(const SymmetricMatrix& matrix) {
   }
 }
 
-bool SparseCholesky::factorize(const SymmetricMatrix& matrix, const Progress* progress) {
+bool SparseCholesky::factorize(const SymmetricMatrix& matrix, int threads, const Progress* progress) {
   find_fronts(matrix);
   std::vector<DenseFront> rests(fronts_.size());  // what each front leaves to its parent
   std::vector<std::size_t> place(matrix.size());  // of a row in the front
@@ -190,7 +194,7 @@ bool SparseCholesky::factorize(const SymmetricMatrix& matrix, const Progress* pr
       }
       rest = {};
     }
-    if (!dense.eliminate(width)) return false;
+    if (!dense.eliminate(width, threads)) return false;
     front.columns.assign(dense.column(0), dense.column(0) + width * dense.size);
     DenseFront& rest = rests[f];
     rest.size = dense.size - width;

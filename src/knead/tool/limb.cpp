@@ -10,7 +10,6 @@
 #include <queue>
 #include <stdexcept>
 
-#include "knead/mesh/surface_tree.h"
 #include "knead/tool/pose.h"
 
 namespace knead {
@@ -21,14 +20,15 @@ constexpr std::size_t kLevels = 200;  // from the tip to the farthest place
 constexpr double kWidens = 0.75;      // of the girth ahead, below which a girth is a neck
 constexpr double kSameNeck = 1.2;     // of a girth: what a thinner place near it may have
 constexpr double kMostArea = 0.6;     // of the surface, of a limb
-constexpr double kBending = 1.5;      // thicknesses behind the joint that bend with the limb
-constexpr std::size_t kEnds = 5;      // of a shape, that are looked at
-constexpr double kCore = 1.1;         // of the least distance from the farthest end
-constexpr double kStraight = 0.7;     // of a way along the surface: how far it rises if it leads along a limb
-constexpr double kTip = 0.9;          // of that, at a tip
-constexpr double kRoom = 0.06;        // of the shape's diagonal: what is nearer beside a limb cannot hold
-constexpr int kMostBeside = 4;        // limbs
-constexpr double kShared = 0.1;       // of the vertices of a limb beside it
+// Thicknesses that bend: of the limb beyond its neck, behind it, and along what runs beside the limb.
+constexpr double kBendingAhead = 0.75;
+constexpr double kBending = 1.5;
+constexpr double kBendingBeside = 0.8;
+constexpr double kMostThickness = 0.08;  // of the shape's diagonal
+constexpr std::size_t kEnds = 5;         // of a shape, that are looked at
+constexpr double kCore = 1.1;            // of the least distance from the farthest end
+constexpr double kStraight = 0.7;        // of a way along the surface: how far it rises if it leads along a limb
+constexpr double kTip = 0.9;             // of that, at a tip
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The vertices next to each vertex.
@@ -219,8 +219,69 @@ std::optional<std::size_t> find_neck(const Sections& sections, std::size_t from)
   return std::nullopt;
 }
 
-// The limb without a look at others.
-Limb limb_at(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
+// Where a part of a shape ends.
+struct Border {
+  Vec3d middle{0, 0, 0};
+  double girth = 0;  // 0: nowhere
+  Vec3d inwards{0, 0, 0};
+};
+
+Border border_of(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                 const std::vector<bool>& is_part) {
+  Border border;
+  for (const Triangle& t : triangles) {
+    std::array<Vec3d, 2> cut;  // the middles of the edges that lead out of the part
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t from = t[i];
+      const std::uint32_t to = t[(i + 1) % 3];
+      if (is_part[from] != is_part[to]) cut[count++] = (positions[from] + positions[to]) * 0.5;
+    }
+    if (count == 0) continue;
+    const double length = norm(cut[1] - cut[0]);
+    border.girth += length;
+    border.middle += (cut[0] + cut[1]) * (0.5 * length);
+  }
+  if (!(border.girth > 0)) return border;
+  border.middle = border.middle / border.girth;
+  Vec3d near{0, 0, 0};
+  Vec3d all{0, 0, 0};
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (!is_part[v]) continue;
+    const Vec3d off = positions[v] - border.middle;
+    all += off;
+    if (norm(off) < border.girth / std::numbers::pi) near += off;
+  }
+  const Vec3d along = norm(near) > 0 ? near : all;
+  if (norm(along) > 0) border.inwards = normalized(along);
+  return border;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> bending_about(std::span<const Vec3d> positions, std::span<const Triangle> triangles,
+                                         std::span<const std::uint32_t> part) {
+  std::vector<bool> is_part(positions.size(), false);
+  for (const std::uint32_t v : part) is_part.at(v) = true;
+  const Border border = border_of(positions, triangles, is_part);
+  if (!(border.girth > 0)) return {};
+  LiveSurface shape;
+  shape.positions = positions;
+  shape.triangles = triangles;
+  const double thickness = std::min(border.girth / std::numbers::pi, kMostThickness * tool_detail::diagonal_of(shape));
+  const std::vector<double> behind = distances_from(part, positions, Neighbours(positions.size(), triangles));
+  const Vec3d neck = border.middle - border.inwards * (kBendingAhead * thickness);
+  std::vector<std::uint32_t> bending;
+  for (std::uint32_t v = 0; v < positions.size(); ++v) {
+    const bool is_beside = dot(positions[v] - neck, border.inwards) > 0;
+    const double reach = (kBendingAhead + (is_beside ? kBendingBeside : kBending)) * thickness;
+    if (!is_part[v] && behind[v] <= reach) bending.push_back(v);
+  }
+  return bending;
+}
+
+Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
+  if (vertex >= positions.size()) throw std::out_of_range("find_limb: there is no such vertex");
   Limb limb;
   const Neighbours neighbours(positions.size(), triangles);
   if (neighbours.of(vertex).empty()) return limb;
@@ -235,82 +296,19 @@ Limb limb_at(std::span<const Vec3d> positions, std::span<const Triangle> triangl
   limb.joint = sections.middles[joint];
   limb.girth = sections.girths[joint];
   const double thickness = sections.thickness(joint);
+  const double neck_level = sections.level(joint);
+  const double end = std::max(neck_level - kBendingAhead * thickness, 0.5 * neck_level);
   const auto back = static_cast<std::size_t>(0.5 * thickness / sections.spacing) + 1;
   const Vec3d along = (back < joint ? sections.middles[joint - back] : positions[tip.front()]) - limb.joint;
   if (norm(along) > 0) limb.direction = normalized(along);
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    if (distances[v] <= sections.level(joint)) limb.vertices.push_back(v);
+    if (distances[v] <= end) limb.vertices.push_back(v);
   }
-  const std::vector<double> behind = distances_from(limb.vertices, positions, neighbours);
+  limb.bending = bending_about(positions, triangles, limb.vertices);
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
-    const bool is_bending = behind[v] > 0 && behind[v] <= kBending * thickness;
-    if (is_bending) limb.bending.push_back(v);
-    if (behind[v] > kBending * thickness && behind[v] < kInfinity) limb.body.push_back(v);
+    const bool bends = std::binary_search(limb.bending.begin(), limb.bending.end(), v);
+    if (distances[v] > end && distances[v] < kInfinity && !bends) limb.body.push_back(v);
   }
-  return limb;
-}
-
-// Of what may hold, the vertex beyond the joint that is nearest to the limb and too near; nothing if there is none.
-std::optional<std::uint32_t> nearest_beside(const Limb& limb, const SurfaceTree& surface, double room,
-                                            std::span<const Vec3d> positions) {
-  std::optional<std::uint32_t> nearest;
-  double least = room;
-  for (const std::uint32_t v : limb.body) {
-    if (dot(positions[v] - limb.joint, limb.direction) < room) continue;
-    const std::optional<SurfacePoint> at = surface.closest(positions[v], least);
-    if (!at || !(at->distance < least)) continue;
-    least = at->distance;
-    nearest = v;
-  }
-  return nearest;
-}
-
-std::vector<std::uint32_t> without(const std::vector<std::uint32_t>& all, const std::vector<std::uint32_t>& others) {
-  std::vector<std::uint32_t> rest;
-  std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::back_inserter(rest));
-  return rest;
-}
-
-// Takes limbs beside it from the body.
-void free_neighbours(std::span<const Vec3d> positions, std::span<const Triangle> triangles, Limb& limb) {
-  std::vector<bool> is_own(positions.size(), false);
-  for (const std::uint32_t v : limb.vertices) is_own[v] = true;
-  std::vector<Triangle> own;
-  for (const Triangle& t : triangles) {
-    if (is_own[t[0]] && is_own[t[1]] && is_own[t[2]]) own.push_back(t);
-  }
-  if (own.empty()) return;
-  LiveSurface shape;
-  shape.positions = positions;
-  shape.triangles = triangles;
-  const double room = kRoom * tool_detail::diagonal_of(shape);
-  const SurfaceTree surface(own, positions);
-  for (int i = 0; i < kMostBeside; ++i) {
-    const std::optional<std::uint32_t> vertex = nearest_beside(limb, surface, room, positions);
-    if (!vertex) return;
-    const Limb other = limb_at(positions, triangles, *vertex);
-    // Where two fingers meet, each takes a little of the other.
-    const auto shared = std::count_if(other.vertices.begin(), other.vertices.end(), [&](auto v) { return is_own[v]; });
-    const bool is_other =
-        other.has_neck && static_cast<double>(shared) < kShared * static_cast<double>(other.vertices.size());
-    if (!is_other) return;
-    std::vector<std::uint32_t> freed;
-    std::set_union(other.vertices.begin(), other.vertices.end(), other.bending.begin(), other.bending.end(),
-                   std::back_inserter(freed));
-    std::vector<std::uint32_t> beside = without(limb.body, without(limb.body, freed));
-    limb.body = without(limb.body, freed);
-    beside.insert(beside.end(), limb.beside.begin(), limb.beside.end());
-    std::sort(beside.begin(), beside.end());
-    limb.beside = std::move(beside);
-  }
-}
-
-}  // namespace
-
-Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
-  if (vertex >= positions.size()) throw std::out_of_range("find_limb: there is no such vertex");
-  Limb limb = limb_at(positions, triangles, vertex);
-  if (limb.has_neck) free_neighbours(positions, triangles, limb);
   return limb;
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "knead/math/error.h"
 #include "knead/tool/check.h"
@@ -19,7 +20,9 @@ using namespace tool_detail;
 constexpr double kSpoiledStretch = 6;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
+constexpr double kLeastDetail = 0.025;
 constexpr double kSamePlace = 1e-6;  // of the diagonal
+constexpr double kSpacingOfGap = 2;  // at most: a wider spacing cannot part what moves from what holds
 
 std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {
   std::vector<Vec3d> all = part.points;
@@ -88,6 +91,38 @@ void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySam
   for (std::size_t i = 0; i < nearest.size(); ++i) body.stiffness[i] *= of_vertex[nearest[i]];
 }
 
+// From a part that moves to one that holds; infinite where there are no such parts.
+double least_gap(const PoseStroke& stroke, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> held;
+  std::vector<Vec3d> moved;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* const part = std::get_if<PosePart>(&item);
+    if (part == nullptr) continue;
+    const std::vector<Vec3d> all = all_points_of(*part, positions);
+    std::vector<Vec3d>& to = part->hold ? held : moved;
+    to.insert(to.end(), all.begin(), all.end());
+  }
+  if (held.empty() || moved.empty()) return std::numeric_limits<double>::infinity();
+  const std::vector<std::uint32_t> nearest = nearest_of(held, moved);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < moved.size(); ++i) least = std::min(least, norm(held[nearest[i]] - moved[i]));
+  return least;
+}
+
+// A sample rests if the nearest vertex is of a part that holds.
+void mark_held(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
+  std::vector<bool> holds(positions.size(), false);
+  for (const PoseItem& item : stroke.parts) {
+    const auto* const part = std::get_if<PosePart>(&item);
+    if (part == nullptr || !part->hold) continue;
+    for (const VertexRange& range : part->vertices) {
+      std::fill(holds.begin() + range.first, holds.begin() + range.last + 1, true);
+    }
+  }
+  if (std::find(holds.begin(), holds.end(), true) == holds.end()) return;
+  for (const std::uint32_t vertex : nearest_of(positions, body.points)) body.held.push_back(holds[vertex]);
+}
+
 // A place far from the shape is a mistake.
 void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
   constexpr double kFar = 10;  // diagonals
@@ -126,14 +161,16 @@ void warn(PoseResult& result) {
 }  // namespace
 
 PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
-                                    int threads, std::vector<std::string>& warnings) {
+                                    double least_detail, int threads, std::vector<std::string>& warnings) {
   PoseProblem problem;
   problem.threads = threads;
   problem.progress = surface.progress;
   if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
   problem.diagonal = diagonal_of(surface);
   if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
-  problem.spacing = stroke.detail * problem.diagonal;
+  problem.most_spacing = stroke.detail * problem.diagonal;
+  problem.spacing = std::min(problem.most_spacing, std::max(least_detail * problem.diagonal,
+                                                            kSpacingOfGap * least_gap(stroke, surface.positions)));
   for (const PoseItem& item : stroke.parts) {
     if (const auto* part = std::get_if<PosePart>(&item)) {
       problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
@@ -148,6 +185,7 @@ PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface&
   require_apart(problem.pins);
   problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
   stiffen(stroke, surface.positions, problem.body);
+  mark_held(stroke, surface.positions, problem.body);
   return problem;
 }
 
@@ -162,7 +200,7 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   PoseResult result;
-  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, threads, result.warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kLeastDetail, threads, result.warnings);
   const double diagonal = problem.diagonal;
   Flow flow;
   const PoseOutcome outcome = find_flow(std::move(problem), flow);

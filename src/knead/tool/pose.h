@@ -91,9 +91,10 @@ inline constexpr std::size_t kSamplesInside = 4000;  // of a body
 detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
                             std::vector<std::string>& warnings);
 
-// Returns what a pose on the surface is, in numbers. Throws as pose_on. Adds a warning if the surface is open.
-detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside, int threads,
-                               std::vector<std::string>& warnings);
+// Returns what a pose on the surface is, in numbers. Where a part moves near one that holds, the spacing is smaller
+// than the stroke's `detail`, down to `least_detail`. Throws as pose_on. Adds a warning if the surface is open.
+detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                               double least_detail, int threads, std::vector<std::string>& warnings);
 
 // Returns for each point the number of the nearest position.
 std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points);

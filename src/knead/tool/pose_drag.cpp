@@ -17,8 +17,9 @@ using namespace detail;
 using namespace tool_detail;
 
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
-constexpr double kStepAngle = 8;        // degrees
-constexpr double kStepLength = 0.5;     // of the grid's spacing
+constexpr double kLeastDetail = 0.05;
+constexpr double kStepAngle = 8;     // degrees
+constexpr double kStepLength = 0.5;  // of the grid's spacing
 
 // The same pose with nothing said of how far parts and pins go.
 PoseStroke without_ways(PoseStroke stroke) {
@@ -89,7 +90,7 @@ struct PoseDrag::State {
 PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   std::vector<std::string> warnings;
-  PoseProblem problem = problem_of(stroke, surface, kSamples, threads, warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamples, kLeastDetail, threads, warnings);
   problem.settles = false;
   problem.progress = nullptr;  // that of the surface may end before the drag
   std::vector<Vec3d> places;

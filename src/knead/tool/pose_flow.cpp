@@ -15,11 +15,11 @@ namespace {
 
 using namespace detail;
 
-constexpr double kCellsOfSample = 0.6;      // the samples' greatest spacing, in that of the grid
+constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
 constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is what is seen
 constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
 constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
-constexpr std::size_t kMaxPointsOfPart = 3000;
+constexpr std::size_t kMaxPointsOfPart = 20000;
 constexpr std::size_t kCheckedOfPart = 2000;  // points whose places are looked at
 constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
 
