@@ -158,6 +158,41 @@ void move_part(const Pointer& pointer, const Surroundings& around, PartGesture& 
   }
 }
 
+namespace {
+
+bool is_seen(std::uint32_t vertex, const Surroundings& around) {
+  const Vec3d place = around.state.positions[vertex];
+  const auto pixel = pixel_of(around.screen, place);
+  const auto hit = around.picker->pick(ray_through(around.screen, pixel->x, pixel->y), around.state);
+  return hit && norm(hit->point - place) < 2 * pixel_size(around.screen, place);
+}
+
+// Drops the pieces of which nothing is seen: what lies behind others is not meant. A piece hangs together by triangles.
+void drop_hidden(const Surroundings& around, std::vector<std::uint32_t>& vertices) {
+  if (around.picker == nullptr) return;
+  constexpr std::uint32_t kNone = 0xffffffff;
+  std::vector<std::uint32_t> parent(around.state.positions.size(), kNone);
+  for (const std::uint32_t v : vertices) parent[v] = v;
+  const auto root_of = [&](std::uint32_t v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  for (const Triangle& t : around.picker->triangles()) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = t[i];
+      const std::uint32_t b = t[(i + 1) % 3];
+      if (parent[a] != kNone && parent[b] != kNone) parent[root_of(a)] = root_of(b);
+    }
+  }
+  std::vector<bool> is_shown(parent.size(), false);  // by roots
+  for (const std::uint32_t v : vertices) {
+    if (!is_shown[root_of(v)] && is_seen(v, around)) is_shown[root_of(v)] = true;
+  }
+  std::erase_if(vertices, [&](std::uint32_t v) { return !is_shown[root_of(v)]; });
+}
+
+}  // namespace
+
 void end_part_lasso(const Pointer& pointer, const Surroundings& around, const LassoGesture& gesture, Placed& placed) {
   if (gesture.line.size() < 3) return select_part(part_at(pointer, around, placed.parts), placed.parts);
   std::vector<std::uint32_t> within;
@@ -165,6 +200,7 @@ void end_part_lasso(const Pointer& pointer, const Surroundings& around, const La
     const auto pixel = pixel_of(around.screen, around.state.positions[v]);
     if (pixel && is_within(gesture.line, *pixel)) within.push_back(v);
   }
+  drop_hidden(around, within);
   if (gesture.handle != 0) {
     add_part(within, around.state, placed.parts);
   } else if (!placed.parts.of_vertex.empty()) {

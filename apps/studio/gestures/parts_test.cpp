@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -54,6 +55,23 @@ class PartsTest : public GesturesTest {
     return most;
   }
 };
+
+TEST_F(PartsTest, ALassoDoesNotTakeWhatIsHiddenBehindOthers) {
+  Studio studio(options());
+  run(studio, R"({"size": [800, 600]}
+{"new": "torus", "vertices": 4000}
+{"view": {"yaw_deg": 0, "pitch_deg": 90, "target": [0, 0, 0], "height": 4}}
+{"tool": "pose"}
+{"set": {"pose": "lasso"}}
+{"drag": [[370, 200], [430, 200], [430, 400], [370, 400], [370, 210]], "steps": 4}
+)");
+  ASSERT_EQ(parts(studio).holds.size(), 1u);
+  const std::vector<Vec3d> now = positions(studio);
+  const std::vector<std::uint32_t> part = vertices_of(parts(studio), 0);
+  const auto behind = [&](std::uint32_t v) { return now[v].y < 0; };
+  EXPECT_TRUE(std::none_of(part.begin(), part.end(), behind));
+  EXPECT_TRUE(std::any_of(now.begin(), now.end(), [](const Vec3d& p) { return std::abs(p.x) < 0.05 && p.y < 0; }));
+}
 
 TEST_F(PartsTest, ALassoMakesAPartThatHoldsAndIsSelected) {
   Studio studio(options());
