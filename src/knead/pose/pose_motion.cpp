@@ -22,8 +22,8 @@ constexpr double kLeastDistance = 0.5;
 constexpr double kMostDistance = 1.5;
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
-constexpr double kWeightOfHold = 60;
-constexpr double kWeightOfPart = 2800;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfHold = 500;
+constexpr double kWeightOfPart = 5600;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
 constexpr double kMostUnknowns = 2000;  // that count for that
 constexpr double kWeightAcross = 200;

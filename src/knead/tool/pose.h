@@ -19,8 +19,8 @@ namespace knead {
 // What a pose did. Distances are fractions of the shape's diagonal.
 struct PoseResult {
   double part_distance = 0;     // the greatest of a point of a part, or of a pin, from its place
-  double greatest_stretch = 1;  // singular values of the flow, at points spread over the surface
-  double least_stretch = 1;
+  double greatest_stretch = 1;  // singular values of the flow along the surface, at points spread over it; of clouds in
+  double least_stretch = 1;     // all directions
   double rms_log_stretch = 0;  // root mean square of their logarithms
   std::size_t unknowns = 0;    // of a grid, the most
   std::size_t segments = 0;
@@ -102,7 +102,7 @@ std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const st
 // Solves the problem; the flow gets one segment for each grid.
 detail::PoseOutcome find_flow(detail::PoseProblem problem, Flow& flow);
 
-// Sets the stretches of the result: how the flow stretches the surface at evenly spread points.
+// Sets the stretches of the result, at evenly spread points.
 void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result);
 
 // Passes each grid of the flow to surface.apply; returns false if that did.
