@@ -421,7 +421,7 @@ NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body
   if (unknowns > kMaxUnknowns) {
     throw InvalidInput(
         fmt::format("\"detail\" is too fine: the field has {} unknowns, and {} at most can be solved; "
-                    "make it larger",
+                    "make it larger, or move the parts less",
                     unknowns, kMaxUnknowns));
   }
   const SymmetricMatrix matrix = assembly.fill(equations->nodes, equations->mean_diagonal);

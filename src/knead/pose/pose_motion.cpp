@@ -32,7 +32,9 @@ constexpr int kMaxSegments = 2000;
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
 constexpr double kMaxCorrection = 0.25;  // of the spacing
 constexpr int kSettling = 1;
-constexpr double kTolerance = 1e-6;  // of the diagonal, for the body's own points
+constexpr std::size_t kManyUnknowns = 9000;   // more than that are not begun with, and
+constexpr std::size_t kMostInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
+constexpr double kTolerance = 1e-6;           // of the diagonal, for the body's own points
 
 // A pin's patch: its point, and the corners of an icosahedron about it.
 std::vector<Vec3d> patch_about(const Vec3d& p, double size) {
@@ -235,7 +237,8 @@ class PoseRun::Motion {
       rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, true, false,
                        std::vector<Vec3d>(count, *problem_.across)});
     }
-    limit_unknowns();
+    for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
+    limit_unknowns(kManyUnknowns);
   }
 
   PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
@@ -261,6 +264,7 @@ class PoseRun::Motion {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
     find_surroundings();
+    limit_unknowns(kMostInAStep);
     const NearRigidSystem system(lattice_, problem_.body, rows_, problem_.threads, problem_.progress);
     outcome_.unknowns = std::max(outcome_.unknowns, system.unknowns());
     PotentialGrid grid = system.solve(rows_);
@@ -298,12 +302,11 @@ class PoseRun::Motion {
     before_ = problem_.body.points;
   }
 
-  void limit_unknowns() {
-    constexpr std::size_t kMany = 9000;
-    constexpr double kCoarser = 1.2;
-    for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
-    while (problem_.spacing < problem_.most_spacing && count_unknowns(lattice_, problem_.body, rows_) > kMany) {
-      problem_.spacing = std::min(problem_.most_spacing, kCoarser * problem_.spacing);
+  // Makes the spacing wider until the unknowns are no more than so many.
+  void limit_unknowns(std::size_t most) {
+    constexpr double kWider = 1.2;
+    while (problem_.spacing < problem_.most_spacing && count_unknowns(lattice_, problem_.body, rows_) > most) {
+      problem_.spacing = std::min(problem_.most_spacing, kWider * problem_.spacing);
       lattice_.spacing = problem_.spacing;
     }
   }

@@ -281,7 +281,7 @@ TEST(Pose, RefusesToSpoilTheShape) {
   auto& part = std::get<PosePart>(stroke.parts[1]);
   part.rotation.reset();
   part.translation = Vec3d{0, 0, -4.5};
-  expect_refused(mesh, stroke, "contradict each other");
+  expect_refused(mesh, stroke, "move the parts less");
 }
 
 TEST(Pose, OpenSurfacesAndCloudsArePosedByTheirShell) {
