@@ -163,6 +163,7 @@ class Studio {
   void clear_pins();
   // Parts of a pose, by their number. They stay through clear_placed, which selects none.
   void hold_part(std::size_t part, bool holds);
+  void stiffen_part(std::size_t part, double stiffness);
   void select_part(std::optional<std::size_t> part);
   void remove_part(std::size_t part);
   void clear_parts() { placed_.parts = {}; }

@@ -79,6 +79,8 @@ bool Studio::propose_limb(const ButtonChanged& button) {
 
 void Studio::hold_part(std::size_t part, bool holds) { placed_.parts.holds[part] = holds; }
 
+void Studio::stiffen_part(std::size_t part, double stiffness) { placed_.parts.stiffness[part] = stiffness; }
+
 void Studio::select_part(std::optional<std::size_t> part) { studio::select_part(part, placed_.parts); }
 
 void Studio::remove_part(std::size_t part) { studio::remove_part(part, placed_.parts); }

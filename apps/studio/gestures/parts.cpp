@@ -75,6 +75,7 @@ std::optional<std::size_t> add_part(std::span<const std::uint32_t> vertices, con
                                     PartMarks& parts) {
   if (vertices.empty() || parts.holds.size() == kMostParts) return std::nullopt;
   parts.holds.push_back(true);
+  parts.stiffness.push_back(1);
   mark(vertices, parts.holds.size() - 1, state, parts);
   remove_empty_parts(parts);
   select_part(parts.holds.size() - 1, parts);
@@ -99,6 +100,7 @@ void remove_part(std::size_t part, PartMarks& parts) {
     }
   }
   parts.holds.erase(parts.holds.begin() + static_cast<std::ptrdiff_t>(part));
+  parts.stiffness.erase(parts.stiffness.begin() + static_cast<std::ptrdiff_t>(part));
   if (parts.selected == part) parts.selected.reset();
   if (parts.selected && *parts.selected > part) --*parts.selected;
   if (parts.holds.empty()) parts = {};

@@ -129,6 +129,39 @@ TEST_F(PartsTest, ADragOfAPartTurnsItAboutItsJointWhileTheOtherHolds) {
   EXPECT_LT(norm(parts(studio).placement->center - marked.placement->center), 1e-12);
 }
 
+TEST_F(PartsTest, AStiffPartStaysAsItIsWhereAnotherBends) {
+  double stretch[2];
+  for (const double stiffness : {1.0, 100.0}) {
+    Studio studio(options());
+    run(studio, two_parts() + R"({"set": {"pose": "lasso"}}
+{"drag": [[350, 200], [400, 200], [400, 400], [350, 400], [350, 210]], "steps": 4}
+{"set": {"pose": "pins"}})");
+    const std::vector<Vec3d> before = positions(studio);
+    ASSERT_EQ(parts(studio).stiffness.size(), 3u);
+    studio.hold_part(2, false);
+    studio.stiffen_part(2, stiffness);
+    const std::vector<std::uint32_t> middle = vertices_of(parts(studio), 2);
+    run(studio, R"({"drag": [[2.8, 0, 0.5], [2.5, 1, 0.5]], "steps": 2})");
+    EXPECT_EQ(errors(studio), "");
+    const std::vector<PoseStiffness> regions = last_pose(studio).stiffness;
+    EXPECT_EQ(regions.size(), stiffness == 1 ? 0u : 1u);
+    std::size_t named = 0;
+    for (const PoseStiffness& region : regions) {
+      EXPECT_EQ(region.value, stiffness);
+      for (const VertexRange& range : region.vertices) named += range.last - range.first + 1;
+    }
+    EXPECT_EQ(named, stiffness == 1 ? 0 : middle.size());
+    double& most = stretch[stiffness == 1 ? 0 : 1];
+    most = 0;
+    const std::vector<Vec3d> now = positions(studio);
+    for (const std::uint32_t v : middle) {
+      const double length = norm(before[v] - before[middle.front()]);
+      if (length > 0) most = std::max(most, std::abs(norm(now[v] - now[middle.front()]) / length - 1));
+    }
+  }
+  EXPECT_LT(stretch[1], 0.6 * stretch[0]);
+}
+
 TEST_F(PartsTest, AnArrowMovesAPartByATypedLengthAndARingTurnsItByATypedAngle) {
   Studio studio(options());
   run(studio, two_parts());

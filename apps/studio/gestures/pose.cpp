@@ -227,13 +227,26 @@ std::vector<bool> bending_of(const PartMarks& parts, std::size_t part, const Sha
 struct PosePlan {
   PoseItems held;
   PartOfShape moving;  // of a part
+  std::vector<PoseStiffness> stiffness;
 };
 
 namespace {
 
-PoseStroke stroke_of(PoseItems items, bool rests, const ToolSettings& settings) {
+// Of the parts that are not as stiff as all else. Numbers name vertices of the first mesh only.
+std::vector<PoseStiffness> stiffness_of(const PartMarks& parts, const ShapeState& state) {
+  std::vector<PoseStiffness> regions;
+  for (std::size_t part = 0; part < parts.stiffness.size() && !is_renumbered(state); ++part) {
+    if (parts.stiffness[part] == 1) continue;
+    regions.push_back({ranges_of(vertices_of(parts, part)), parts.stiffness[part]});
+  }
+  return regions;
+}
+
+PoseStroke stroke_of(PoseItems items, const PosePlan& plan, bool rests, const ToolSettings& settings) {
+  items.add(plan.held);
   items.add_images(images_of(settings));
   PoseStroke stroke;
+  stroke.stiffness = plan.stiffness;
   stroke.detail = rests ? settings.pose_detail : std::max(settings.pose_detail, kLiveDetail);
   stroke.parts = items.parts();
   return stroke;
@@ -275,6 +288,7 @@ std::shared_ptr<const PosePlan> plan_pose(const PinsGesture& gesture, const Shap
   };
   add_held_pins({gesture.parts, state, taken}, gesture.pins, moves, near, plan.held);
   add_held_parts({gesture.parts, state, taken}, left_out, is_near, plan.held);
+  plan.stiffness = stiffness_of(gesture.parts, state);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
@@ -292,6 +306,7 @@ std::shared_ptr<const PosePlan> plan_pose(const PartGesture& gesture, const Shap
                 kOneImage * settings.radius, plan.held);
   add_held_parts(
       {gesture.parts, state, taken}, left_out, [&](std::uint32_t v) { return bends[v]; }, plan.held);
+  plan.stiffness = stiffness_of(gesture.parts, state);
   return std::make_shared<const PosePlan>(std::move(plan));
 }
 
@@ -304,8 +319,7 @@ std::optional<PoseStroke> pose_stroke(const PinsGesture& gesture, const ShapeSta
     if (goal.is_image) continue;
     add_pin(gesture.pins[goal.pin], path_of(gesture, goal), state, kOneImage * settings.radius, items);
   }
-  items.add(plan->held);
-  return stroke_of(std::move(items), gesture.rests, settings);
+  return stroke_of(std::move(items), *plan, gesture.rests, settings);
 }
 
 std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeState& state,
@@ -314,8 +328,7 @@ std::optional<PoseStroke> pose_stroke(const PartGesture& gesture, const ShapeSta
   const auto plan = gesture.plan ? gesture.plan : plan_pose(gesture, state, settings);
   PoseItems items;
   add_part(plan->moving, &gesture.motion, state, items);
-  items.add(plan->held);
-  return stroke_of(std::move(items), gesture.rests, settings);
+  return stroke_of(std::move(items), *plan, gesture.rests, settings);
 }
 
 bool* rests_of(Gesture& gesture) {

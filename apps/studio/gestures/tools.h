@@ -243,6 +243,7 @@ struct Pin {
 struct PartMarks {
   std::vector<std::uint8_t> of_vertex;    // for each vertex the number of its part, from 1; 0: none; empty: none has
   std::vector<bool> holds;                // of each part
+  std::vector<double> stiffness;          // of each part; 1: as all else
   std::optional<std::size_t> selected{};  // from 0
   std::optional<Placement> placement{};   // of the gizmo of the selected part
   bool is_ahead = false;                  // the gizmo is where a drag has taken it, before the shape is

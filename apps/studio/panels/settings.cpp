@@ -18,6 +18,8 @@ namespace {
 constexpr float kEdge = 7;              // points at the left of the panel that can be dragged
 constexpr double kFinestDetail = 0.03;  // of a pose
 constexpr double kCoarsestDetail = 0.15;
+constexpr double kSoftest = 0.01;  // of a part of a pose
+constexpr double kStiffest = 100;
 constexpr std::size_t kPinsShown = 8;  // rows of their list; of more it scrolls
 // In font sizes: before the places in that list, and before and after them.
 constexpr float kBeforeNumbers = 3.2F;
@@ -141,6 +143,12 @@ void draw_parts(Studio& studio) {
     ImGui::SameLine();
     const bool is_removed = ImGui::SmallButton("x");
     help_on_hover("Removes the part (Alt+click on it).");
+    double stiffness = parts.stiffness[part];
+    if (is_selected) {
+      slide("Stiffness", stiffness, {kSoftest, kStiffest},
+            "how stiff the part is where it bends: bone above 1, flesh below; it counts until the shape is remeshed");
+      if (stiffness != parts.stiffness[part]) studio.stiffen_part(part, stiffness);
+    }
     ImGui::PopID();
     if (!is_removed) continue;
     studio.remove_part(part);
