@@ -320,6 +320,37 @@ TEST_F(StudioLayers, TheViewAndTheToolComeBackAfterACrash) {
   next.close();
 }
 
+TEST_F(StudioLayers, PartsOfAPoseComeBackAfterACrash) {
+  PartMarks parts;
+  {
+    Studio studio(options());
+    run(studio, ball());
+    run(studio, R"({"tool": "pose"}
+{"set": {"pose": "lasso"}}
+{"drag": [[300, 200], [380, 200], [380, 400], [300, 400], [300, 210]], "steps": 4}
+{"drag": [[420, 200], [500, 200], [500, 400], [420, 400], [420, 210]], "steps": 4}
+{"move": [700, 500]})");
+    ASSERT_EQ(studio.placed().parts.holds.size(), 2u);
+    studio.hold_part(0, false);
+    studio.stiffen_part(1, 7.5);
+    run(studio, R"({"move": [700, 510]})");
+    parts = studio.placed().parts;
+  }
+  Studio next(options());
+  run(next, R"({"size": [800, 600]}
+{"recover": "newest"})");
+  EXPECT_EQ(errors(next), "");
+  EXPECT_EQ(next.placed().parts.of_vertex, parts.of_vertex);
+  EXPECT_EQ(next.placed().parts.holds, (std::vector<bool>{false, true}));
+  EXPECT_EQ(next.placed().parts.stiffness, (std::vector<double>{1, 7.5}));
+  run(next, R"({"parts": [{"vertices": [[0, 5]]}], "of": 7})");
+  EXPECT_EQ(next.placed().parts.of_vertex, parts.of_vertex) << "of a shape with other vertices";
+  EXPECT_THROW(
+      run(next, R"({"parts": [{"vertices": [[0, 999999]]}], "of": )" + std::to_string(parts.of_vertex.size()) + "}"),
+      InvalidInput);
+  next.close();
+}
+
 TEST_F(StudioLayers, ATurntableShowsTheShapeFromAllAround) {
   Studio studio(options());
   run(studio, ball());

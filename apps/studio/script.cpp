@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <numbers>
 #include <thread>
 
+#include "gestures/parts.h"
 #include "knead/io/json.h"
 #include "knead/math/error.h"
 
@@ -185,6 +187,8 @@ class Script {
       choose_tool(line.at("tool").text());
     } else if (line.has("pins")) {
       set_pins(line);
+    } else if (line.has("parts")) {
+      set_parts(line);
     } else if (line.has("set")) {
       for (const auto& [key, value] : line.at("set").members()) set(key, value);
     } else if (line.has("view")) {
@@ -227,6 +231,30 @@ class Script {
       pins.push_back(std::move(pin));
     }
     studio_.set_pins(std::move(pins));
+  }
+
+  // A shape with other vertices gets none.
+  void set_parts(const Json& line) {
+    const ShapeState& state = studio_.shown().state;
+    if (state.mesh == nullptr) fail("there is no shape to make parts of");
+    PartMarks parts;
+    if (line.at("of").whole() != state.positions.size()) return;
+    for (const Json& one : line.at("parts").items()) {
+      std::vector<std::uint32_t> vertices;
+      for (const Json& range : one.at("vertices").items()) {
+        const std::size_t last = range.items().at(1).whole();
+        if (last >= state.positions.size()) fail("a part has a vertex that the shape has not");
+        for (std::size_t v = range.items().at(0).whole(); v <= last; ++v) {
+          vertices.push_back(static_cast<std::uint32_t>(v));
+        }
+      }
+      const std::optional<std::size_t> part = add_part(vertices, state, parts);
+      if (!part) continue;
+      parts.holds[*part] = member_or(one, "holds", true).flag();
+      parts.stiffness[*part] = std::clamp(one.has("stiffness") ? one.at("stiffness").number() : 1.0, 0.01, 100.0);
+    }
+    select_part(std::nullopt, parts);
+    studio_.set_parts(std::move(parts));
   }
 
   void set(const std::string& key, const Json& value) {

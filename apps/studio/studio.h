@@ -162,6 +162,7 @@ class Studio {
   void remove_pin(std::size_t pin);
   void clear_pins();
   // Parts of a pose, by their number. They stay through clear_placed, which selects none.
+  void set_parts(PartMarks parts) { placed_.parts = std::move(parts); }
   void hold_part(std::size_t part, bool holds);
   void stiffen_part(std::size_t part, double stiffness);
   void select_part(std::optional<std::size_t> part);

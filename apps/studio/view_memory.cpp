@@ -7,6 +7,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "gestures/parts.h"
 #include "knead/math/error.h"
 #include "script.h"
 
@@ -80,13 +81,30 @@ std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
   return fmt::format(R"({{"pins": [{}], "of": {}}})", text, state.positions.size());
 }
 
+// Of what the shape's vertices are numbered as now.
+std::string parts_line(const PartMarks& parts) {
+  std::string text;
+  for (std::size_t part = 0; part < parts.holds.size(); ++part) {
+    std::string ranges;
+    for (const VertexRange& range : ranges_of(vertices_of(parts, part))) {
+      ranges += fmt::format("{}[{}, {}]", ranges.empty() ? "" : ", ", range.first, range.last);
+    }
+    text += fmt::format(R"({}{{"vertices": [{}], "holds": {}, "stiffness": {}}})", text.empty() ? "" : ", ", ranges,
+                        parts.holds[part], parts.stiffness[part]);
+  }
+  return fmt::format(R"({{"parts": [{}], "of": {}}})", text, parts.of_vertex.size());
+}
+
 }  // namespace
 
 std::string script_of_view(Studio& studio) {
   const std::string tool = fmt::format(R"({{"tool": "{}"}})", word_of(*studio.settings().tool));
   const std::vector<Pin>& pins = studio.placed().pins;
   const std::string of_pins = pins.empty() ? "" : pins_line(pins, studio.shown().state) + "\n";
-  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n" + of_pins;
+  const PartMarks& parts = studio.placed().parts;
+  const std::string of_parts = parts.holds.empty() ? "" : parts_line(parts) + "\n";
+  return tool + "\n" + settings_line(studio.settings()) + "\n" + view_line(studio.navigation().view) + "\n" + of_pins +
+         of_parts;
 }
 
 void restore_view(Studio& studio, const std::string& script) {
