@@ -105,7 +105,7 @@ report_of() {
   {
     printf '[%s](../examples/gallery/%s.knead): %s vertices, volume error %s' "$1" "$1" "$(value "$report" vertices)" \
       "$(number %.1e "$(value "$report" volume_error)")"
-    if [[ $(value "$report" self_intersections_after) =~ ^[0-9]+$ ]]; then
+    if [[ $(value "$report" self_intersections_after) =~ ^[1-9] ]]; then
       printf ', %s crossing pairs' "$(value "$report" self_intersections_after)"
     fi
     if [[ -n $depth && $depth != null ]]; then printf ', at most %s inside the tool' "$(number %.4f "$depth")"; fi
@@ -113,19 +113,17 @@ report_of() {
   } >>"$page"
 }
 
-certificate_row() { # WHAT REPORT
-  printf '| %s | %s | %s | %s | %s | %s |\n' "$1" "$(value "$2" vertices)" \
+certificate_line() { # WHAT REPORT
+  printf '%s: %s vertices, volume error %s, %s crossing pairs, smallest angle %s, distance %s.\n' "$1" "$(value "$2" vertices)" \
     "$(number %.1e "$(certified "$2" volume_error)")" "$(certified "$2" crossings_after)" \
     "$(number %.2g "$(certified "$2" touched_angle_after)")" "$(number %.1e "$(certified "$2" distance_max)")"
 }
 
-# Writes the certificates of a session's plain and remeshed result as a table.
+# Writes the certificates of a session's plain and remeshed result as two lines.
 certificates_of() {
   {
-    printf '| %s | vertices | volume error | crossing pairs | smallest angle | distance |\n' "[$1](../examples/gallery/$1.knead)"
-    printf '| --- | ---: | ---: | ---: | ---: | ---: |\n'
-    certificate_row plain "$out/$1.json"
-    certificate_row remeshed "$out/$1_remeshed.json"
+    certificate_line "[$1](../examples/gallery/$1.knead)" "$out/$1.json"
+    certificate_line Remeshed "$out/$1_remeshed.json"
     printf '\n'
   } >>"$page"
 }
@@ -162,7 +160,6 @@ remeshed() {
   read -ra options <<<"$2"
   shift 2
   remesh "$name" "${options[@]}"
-  printf "The shape, the plain result, and the result with \`--remesh%s\`:\n\n" "${options[*]:+ ${options[*]}}" >>"$page"
   while :; do
     if [[ $# -eq 0 || $1 == --and ]]; then
       picture "$part" "$(header "$out/$name.knead" mesh)" "$name.ply" "${name}_remeshed.ply" "${arguments[@]}"
@@ -177,17 +174,17 @@ remeshed() {
   certificates_of "$name"
 }
 
-distance_row() { # WHAT REPORT KEY: in percent of the diagonal
+distances_of() { # REPORT KEY: mean, percentile and maximum in percent of the diagonal
   local key part numbers=()
   for key in mean most_95 max; do
-    part=$(value <(sed -n '/"'"$3"'"/,$p' "$2") "$key")
+    part=$(value <(sed -n '/"'"$2"'"/,$p' "$1") "$key")
     numbers+=("$(awk "BEGIN { printf \"%.2g\", 100 * $part }")")
   done
-  printf '| %s | %s | %s | %s |' "$1" "${numbers[@]}"
+  printf '%s (95%% within %s, all within %s)' "${numbers[@]}"
 }
 
 # fit NAME RENDER ARGUMENTS...: the shape is fitted to the result of the session with the landmarks of NAME_pairs.csv:
-# a picture of the shape, the target and the fitted shape, one of the distances from the target, and a table.
+# a picture of the shape, the target and the fitted shape, one of the distances from the target, and a line of figures.
 fit() {
   local name=$1 mesh report=$out/$1_fit.json diagonal
   shift
@@ -199,19 +196,14 @@ fit() {
   "$knead" deform "$out/$mesh" "$out/${name}_fit.knead" -q -o "$out/${name}_fitted.ply"
   diagonal=$(value <("$knead" info "$out/$mesh" --json) diagonal)
   printf '%s\n\n' "$(header "$out/$name.knead" note)" >>"$page"
-  printf 'The shape, the target and the fitted shape:\n\n' >>"$page"
   picture "$name" "$mesh" "$name.ply" "${name}_fitted.ply" "$@"
-  printf 'Their distance from the target; dark red is 0.5%% of the diagonal or more:\n\n' >>"$page"
   picture "${name}_distances" "$mesh" "${name}_fitted.ply" --distance-to "$name.ply" \
     --distance-max "$(awk "BEGIN { print 0.005 * $diagonal }")" "$@"
   {
-    printf '| [%s](../examples/gallery/%s.knead), distance in %% of the diagonal | mean | 95%% within | greatest |\n' "$name" "$name"
-    printf '| --- | ---: | ---: | ---: |\n'
-    printf '%s\n' "$(distance_row before "$report" distance_before)"
-    printf '%s\n\n' "$(distance_row fitted "$report" distance_after)"
-    printf 'The fit has %s strokes of up to %s pins, a volume error of %s and %s crossing pairs.\n\n' \
-      "$(value "$report" strokes)" "$(value "$report" pins)" "$(number %.1e "$(value "$report" volume_error)")" \
-      "$(value "$report" crossings_after)"
+    printf '[%s](../examples/gallery/%s.knead): mean distance in %% of the diagonal %s before, %s fitted; ' "$name" "$name" \
+      "$(distances_of "$report" distance_before)" "$(distances_of "$report" distance_after)"
+    printf '%s strokes of up to %s pins, volume error %s, %s crossing pairs.\n\n' "$(value "$report" strokes)" \
+      "$(value "$report" pins)" "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)"
   } >>"$page"
 }
 
@@ -230,24 +222,24 @@ intro() {
   cat >"$page" <<END
 # Gallery: the paper's figures
 
-\`./dev gallery --docs\` writes this page: every picture and number is its output. The figures are those of W. von Funck,
-H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations", SIGGRAPH 2006; pins, poses and fits follow them. A name
-leads to its session. \`./dev gallery\` leaves the sessions with their shapes in \`out/gallery\`, so you can change them:
+\`./dev gallery --docs\` writes this page. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based
+Shape Deformations", SIGGRAPH 2006; pins, poses and fits follow. A name leads to its session. \`./dev gallery\` leaves the
+sessions with their shapes in \`out/gallery\`, so you can change them:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
     knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
 
-Red is where the inner region ends, green where the outer one begins; a stamp is blue. Crossing pairs are pairs of
-triangles: where triangles are as large as the gap between them they cross, although the surface does not. Finer meshes have
-fewer, and \`--remesh\` should leave none. "Smallest angle" (degrees, where the shape was touched) and "distance" (the
-greatest from the exact image, as a fraction of the box diagonal) come from [the certificate](command.md#the-certificate).
+Red is where the inner region ends, green where the outer one begins; a stamp is blue. Three shapes with edges are the shape,
+the plain result, and the one with \`--remesh\`. Triangles as large as the gap between them can cross although the surface does
+not; none do unless a line counts crossing pairs. "Smallest angle" (degrees, where touched) and "distance" (the greatest from
+the exact image, by box diagonal) come from [the certificate](command.md#the-certificate).
 
 END
 }
 
 figure_3() {
   title "Figure 3: the field in the plane"
-  printf 'Above: p as a height field, in the inner and outer region (left) and in all regions (right). Below: v in the inner and\nintermediate region as line integral convolution. v = (-p_y, p_x) is constant in the disc and zero outside. ([field2d_picture.cpp](../examples/field2d_picture.cpp))\n\n' >>"$page"
+  printf 'p as a height field, without and with the intermediate region, and v = (-p_y, p_x) as line integral convolution\n([field2d_picture.cpp](../examples/field2d_picture.cpp)).\n\n' >>"$page"
   [[ $can_draw == yes && -x ${FIELD2D_PICTURE:-} ]] || return 0
   "$FIELD2D_PICTURE" "$out"
   picture fig03ab fig03a.ply fig03b.ply --size 1000x320 --view 15,35 --no-ground --close-up 0,0.1,0,3.5
@@ -342,7 +334,7 @@ pose_figures() {
 fit_figures() {
   title "Fits: a hand in another pose"
   # shellcheck disable=SC2016  # backquotes of Markdown
-  printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds a session of pins that takes one surface to the other. Where limbs move by about their own width, their tips need landmarks: with evenly spread ones alone, the tip of the index finger of the scan folds.\n\n' >>"$page"
+  printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds pins that take one surface to the other. Tips of limbs that\nmove by their own width need landmarks. Shape, target and fitted shape; then the distances before and after, dark red from\n0.5%% of the diagonal.\n\n' >>"$page"
   fit fig_fit --size 1200x480 --view 25,12
   fit mesh_fit --size 1200x400 --view 20,35
 }
@@ -360,9 +352,8 @@ error_row() { # WHAT SESSION THE-PAPER'S-ERROR [plain: without remeshing, which 
 volume_errors() {
   title "Volume errors"
   cat >>"$page" <<'END'
-The paper's table (its section 6) beside the same kinds of scene. The error is one of sampling: vertices are where the flow
-takes them, but the triangles between them cut corners. It falls with the square of the edge length. With `--remesh` the
-missing volume is given back. Spider and dragon are not remeshed here, because that takes minutes.
+The paper's table (its section 6) beside the same kinds of scene. Vertices are where the flow takes them, but the triangles
+between them cut corners; the error falls with the square of the edge length. `--remesh` gives the missing volume back.
 
 | scene | session | error, paper | vertices | error | error, remeshed |
 | --- | --- | ---: | ---: | ---: | ---: |
@@ -383,10 +374,10 @@ models() {
   cat >>"$page" <<'END'
 ## Models
 
-`knead make` makes the shapes of sessions whose names begin with `fig`. The shapes of `mesh` sessions are not part of the
-project: armadillo and dragon come from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics
-Laboratory), reduced; the bust of Nefertiti from odedstein/meshes, public domain; the fan disk is by Hugues Hoppe, courtesy
-of Pratt & Whitney; camel and hand are found among test data of graphics projects.
+`knead make` makes the shapes of `fig` sessions. Those of `mesh` sessions are not part of the project: armadillo and dragon
+are from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics Laboratory), reduced; Nefertiti from
+odedstein/meshes, public domain; the fan disk by Hugues Hoppe, courtesy of Pratt & Whitney; camel and hand are test data of
+graphics projects.
 END
 }
 
