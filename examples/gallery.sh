@@ -103,10 +103,10 @@ report_of() {
   local report=$out/$1.json depth
   depth=$(value "$report" penetration)
   {
-    printf '[%s](../examples/gallery/%s.knead): %s vertices, volume error %s' "$1" "$1" "$(value "$report" vertices)" \
+    printf '[%s](../examples/gallery/%s.knead): %s vertices, %s' "$1" "$1" "$(value "$report" vertices)" \
       "$(number %.1e "$(value "$report" volume_error)")"
     if [[ $(value "$report" self_intersections_after) =~ ^[1-9] ]]; then
-      printf ', %s crossing pairs' "$(value "$report" self_intersections_after)"
+      printf ', %s crossings' "$(value "$report" self_intersections_after)"
     fi
     if [[ -n $depth && $depth != null ]]; then printf ', at most %s inside the tool' "$(number %.4f "$depth")"; fi
     printf '\n\n'
@@ -114,7 +114,7 @@ report_of() {
 }
 
 certificate_line() { # WHAT REPORT
-  printf '%s: %s vertices, volume error %s, %s crossing pairs, smallest angle %s, distance %s.\n' "$1" "$(value "$2" vertices)" \
+  printf '%s: %s vertices, %s, %s crossings, %s degrees, %s.\n' "$1" "$(value "$2" vertices)" \
     "$(number %.1e "$(certified "$2" volume_error)")" "$(certified "$2" crossings_after)" \
     "$(number %.2g "$(certified "$2" touched_angle_after)")" "$(number %.1e "$(certified "$2" distance_max)")"
 }
@@ -180,7 +180,7 @@ distances_of() { # REPORT KEY: mean, percentile and maximum in percent of the di
     part=$(value <(sed -n '/"'"$2"'"/,$p' "$1") "$key")
     numbers+=("$(awk "BEGIN { printf \"%.2g\", 100 * $part }")")
   done
-  printf '%s (95%% within %s, all within %s)' "${numbers[@]}"
+  printf '%s (95%%: %s, all: %s)' "${numbers[@]}"
 }
 
 # fit NAME RENDER ARGUMENTS...: the shape is fitted to the result of the session with the landmarks of NAME_pairs.csv:
@@ -200,9 +200,9 @@ fit() {
   picture "${name}_distances" "$mesh" "${name}_fitted.ply" --distance-to "$name.ply" \
     --distance-max "$(awk "BEGIN { print 0.005 * $diagonal }")" "$@"
   {
-    printf '[%s](../examples/gallery/%s.knead): mean distance in %% of the diagonal %s before, %s fitted; ' "$name" "$name" \
+    printf '[%s](../examples/gallery/%s.knead): distance in %% of the diagonal %s before, %s fitted; ' "$name" "$name" \
       "$(distances_of "$report" distance_before)" "$(distances_of "$report" distance_after)"
-    printf '%s strokes of up to %s pins, volume error %s, %s crossing pairs.\n\n' "$(value "$report" strokes)" \
+    printf '%s strokes of up to %s pins, volume error %s, %s crossings.\n\n' "$(value "$report" strokes)" \
       "$(value "$report" pins)" "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)"
   } >>"$page"
 }
@@ -231,15 +231,16 @@ sessions with their shapes in \`out/gallery\`, so you can change them:
 
 Red is where the inner region ends, green where the outer one begins; a stamp is blue. Three shapes with edges are the shape,
 the plain result, and the one with \`--remesh\`. Triangles as large as the gap between them can cross although the surface does
-not; none do unless a line counts crossing pairs. "Smallest angle" (degrees, where touched) and "distance" (the greatest from
-the exact image, by box diagonal) come from [the certificate](command.md#the-certificate).
+not; none do unless a line counts crossings. The number behind the vertices is the volume error. Degrees are the smallest
+angle, and the last number the greatest distance from the exact image, by box diagonal, both of
+[the certificate](command.md#the-certificate).
 
 END
 }
 
 figure_3() {
   title "Figure 3: the field in the plane"
-  printf 'p as a height field, without and with the intermediate region, and v = (-p_y, p_x) as line integral convolution\n([field2d_picture.cpp](../examples/field2d_picture.cpp)).\n\n' >>"$page"
+  printf 'p as a height field, and v = (-p_y, p_x) as line integral convolution\n([field2d_picture.cpp](../examples/field2d_picture.cpp)).\n\n' >>"$page"
   [[ $can_draw == yes && -x ${FIELD2D_PICTURE:-} ]] || return 0
   "$FIELD2D_PICTURE" "$out"
   picture fig03ab fig03a.ply fig03b.ply --size 1000x320 --view 15,35 --no-ground --close-up 0,0.1,0,3.5
@@ -295,7 +296,6 @@ bend_figures() {
 
 session_figures() {
   title "Figure 17: shapes from a sphere"
-  printf 'The legs are pulled out of so few triangles that these cross and lose volume. Remeshing mends that.\n\n' >>"$page"
   figure fig17_spider --until 0,8,35 --tools none --size 1320x380 --view 35,30
   figure fig17_monster --until 0,5,14 --tools none --size 1320x440 --view 25,10
   remeshed fig17_monster "" --wireframe --size 1320x440 --view 25,10
@@ -345,7 +345,7 @@ error_row() { # WHAT SESSION THE-PAPER'S-ERROR [plain: without remeshing, which 
   local report=$out/$2.json after=$out/$2_remeshed.json
   [[ -f $report ]] || return 0
   if [[ ${4:-} == plain ]]; then after=/dev/null; elif [[ ! -f $after ]]; then remesh "$2"; fi
-  printf '| %s | %s | %s | %s | %s | %s |\n' "$1" "$2" "$3" "$(value "$report" vertices)" \
+  printf '| %s | %s | %s | %s |\n' "$1" "$3" \
     "$(number %.6f "$(certified "$report" volume_error)")" "$(number %.1e "$(certified "$after" volume_error)")" >>"$page"
 }
 
@@ -355,13 +355,13 @@ volume_errors() {
 The paper's table (its section 6) beside the same kinds of scene. Vertices are where the flow takes them, but the triangles
 between them cut corners; the error falls with the square of the edge length. `--remesh` gives the missing volume back.
 
-| scene | session | error, paper | vertices | error | error, remeshed |
-| --- | --- | ---: | ---: | ---: | ---: |
+| scene | error, paper | error | error, remeshed |
+| --- | ---: | ---: | ---: |
 END
   error_row "sphere, Fig. 7b" fig07_through -0.001060
   error_row "box, twisted, Fig. 14d" fig14_twist 0.000781
   error_row "box, bent, Fig. 15c" fig15_box 0.000751
-  error_row "fan disk, Fig. 11c" fig11_features -0.000007
+  error_row "bar, as fan disk, Fig. 11c" fig11_features -0.000007
   error_row "fan disk, Fig. 11c" mesh11_features -0.000007
   error_row "armadillo, Fig. 16c" mesh16_bow 0.001344
   error_row "dragon, Fig. 19h" mesh19_dragon -0.001520 plain
@@ -374,10 +374,9 @@ models() {
   cat >>"$page" <<'END'
 ## Models
 
-`knead make` makes the shapes of `fig` sessions. Those of `mesh` sessions are not part of the project: armadillo and dragon
-are from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics Laboratory), reduced; Nefertiti from
-odedstein/meshes, public domain; the fan disk by Hugues Hoppe, courtesy of Pratt & Whitney; camel and hand are test data of
-graphics projects.
+The shapes of `mesh` sessions are not part of the project: armadillo and dragon are from the Stanford 3D Scanning Repository
+(courtesy of the Stanford Computer Graphics Laboratory), reduced; Nefertiti from odedstein/meshes, public domain; the fan disk
+by Hugues Hoppe, courtesy of Pratt & Whitney; camel and hand are test data of graphics projects.
 END
 }
 
