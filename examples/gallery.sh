@@ -98,59 +98,37 @@ picture() {
   printf '![%s](images/gallery/%s.jpg)\n\n' "$name" "$name" >>"$page"
 }
 
-# Writes the report as a table of one row.
+# Writes a line with the session and what its report says.
 report_of() {
   local report=$out/$1.json depth
   depth=$(value "$report" penetration)
   {
-    printf '| vertices | moved | segments | steps a vertex | seconds | volume error | crossing pairs |\n'
-    printf '| ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
-    printf '| %s | %s | %s | %s | %s | %s | %s, before %s |\n\n' "$(value "$report" vertices)" \
-      "$(value "$report" moved_vertices)" "$(value "$report" segments)" "$(number %.1f "$(value "$report" steps_mean)")" \
-      "$(number %.2f "$(value "$report" deform)")" "$(number %.1e "$(value "$report" volume_error)")" \
-      "$(number %s "$(value "$report" self_intersections_after)")" \
-      "$(number %s "$(value "$report" self_intersections_before)")"
-    if [[ -n $depth && $depth != null ]]; then
-      printf 'At the end the surface lies at most %s inside the tool.\n\n' "$(number %.4f "$depth")"
+    printf '[%s](../examples/gallery/%s.knead): %s vertices, %s' "$1" "$1" "$(value "$report" vertices)" \
+      "$(number %.1e "$(value "$report" volume_error)")"
+    if [[ $(value "$report" self_intersections_after) =~ ^[1-9] ]]; then
+      printf ', %s crossings' "$(value "$report" self_intersections_after)"
     fi
+    if [[ -n $depth && $depth != null ]]; then printf ', at most %s inside the tool' "$(number %.4f "$depth")"; fi
+    printf '\n\n'
   } >>"$page"
 }
 
-certificate_row() { # WHAT REPORT VERTICES-BEFORE
-  printf '| %s | %s, before %s | %s | %s | %s, before %s | %s, before %s | %s, at most %s | %s |\n' "$1" "$(value "$2" vertices)" "$3" \
-    "$(number %.1e "$(value "$2" volume_error_uncompensated)")" "$(number %.1e "$(certified "$2" volume_error)")" \
-    "$(certified "$2" crossings_after)" "$(certified "$2" crossings_before)" \
-    "$(number %.2g "$(certified "$2" touched_angle_after)")" "$(number %.2g "$(certified "$2" touched_angle_before)")" \
-    "$(number %.1e "$(certified "$2" distance_rms)")" "$(number %.1e "$(certified "$2" distance_max)")" \
-    "$(number %.2f "$(value "$2" deform)")"
+certificate_line() { # WHAT REPORT
+  printf '%s: %s vertices, %s, %s crossings, %s degrees, %s.\n' "$1" "$(value "$2" vertices)" \
+    "$(number %.1e "$(certified "$2" volume_error)")" "$(certified "$2" crossings_after)" \
+    "$(number %.2g "$(certified "$2" touched_angle_after)")" "$(number %.1e "$(certified "$2" distance_max)")"
 }
 
-# Writes the certificates of a session's plain and remeshed result as a table.
+# Writes the certificates of a session's plain and remeshed result as two lines.
 certificates_of() {
-  local vertices
-  vertices=$(value "$out/$1.json" vertices)
   {
-    printf '| | vertices | volume error, uncompensated | volume error | crossing pairs | smallest angle | distance from the exact image | seconds |\n'
-    printf '| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
-    certificate_row plain "$out/$1.json" "$vertices"
-    certificate_row remeshed "$out/$1_remeshed.json" "$vertices"
+    certificate_line "[$1](../examples/gallery/$1.knead)" "$out/$1.json"
+    certificate_line Remeshed "$out/$1_remeshed.json"
     printf '\n'
   } >>"$page"
 }
 
-# Writes the first lines of the session, cut to a readable length.
-lines_of() {
-  local most=4 strokes
-  strokes=$(($(wc -l <"$out/$1.knead") - 1))
-  {
-    printf '[%s](../examples/gallery/%s.knead), %s of its strokes:\n\n' "$1.knead" "$1" \
-      "$([[ $strokes -gt $most ]] && printf 'the first %s of %s' "$most" "$strokes" || printf 'all')"
-    sed -n "2,$((most + 1))p" "$out/$1.knead" | sed 's/^\(.\{220\}\).*$/\1 .../; s/^/    /'
-    printf '\n'
-  } >>"$page"
-}
-
-# figure NAME RENDER ARGUMENTS...: a picture of moments of the session, its lines and its report; --and NAME ARGUMENTS
+# figure NAME RENDER ARGUMENTS...: a picture of moments of the session, and its report; --and NAME ARGUMENTS
 # adds another picture.
 figure() {
   local name=$1 mesh
@@ -171,7 +149,6 @@ figure() {
     fi
   done
   picture "$part" "$mesh" --session "$name.knead" "${arguments[@]}"
-  lines_of "$name"
   report_of "$name"
 }
 
@@ -183,7 +160,6 @@ remeshed() {
   read -ra options <<<"$2"
   shift 2
   remesh "$name" "${options[@]}"
-  printf "The shape (left), the plain result (middle) and the result with \`--remesh%s\`:\n\n" "${options[*]:+ ${options[*]}}" >>"$page"
   while :; do
     if [[ $# -eq 0 || $1 == --and ]]; then
       picture "$part" "$(header "$out/$name.knead" mesh)" "$name.ply" "${name}_remeshed.ply" "${arguments[@]}"
@@ -198,17 +174,17 @@ remeshed() {
   certificates_of "$name"
 }
 
-distance_row() { # WHAT REPORT KEY: in percent of the diagonal
+distances_of() { # REPORT KEY: mean, percentile and maximum in percent of the diagonal
   local key part numbers=()
   for key in mean most_95 max; do
-    part=$(value <(sed -n '/"'"$3"'"/,$p' "$2") "$key")
+    part=$(value <(sed -n '/"'"$2"'"/,$p' "$1") "$key")
     numbers+=("$(awk "BEGIN { printf \"%.2g\", 100 * $part }")")
   done
-  printf '| %s | %s | %s | %s |' "$1" "${numbers[@]}"
+  printf '%s (95%%: %s, all: %s)' "${numbers[@]}"
 }
 
 # fit NAME RENDER ARGUMENTS...: the shape is fitted to the result of the session with the landmarks of NAME_pairs.csv:
-# a picture of the shape, the target and the fitted shape, one of the distances from the target, and a table.
+# a picture of the shape, the target and the fitted shape, one of the distances from the target, and a line of figures.
 fit() {
   local name=$1 mesh report=$out/$1_fit.json diagonal
   shift
@@ -220,19 +196,14 @@ fit() {
   "$knead" deform "$out/$mesh" "$out/${name}_fit.knead" -q -o "$out/${name}_fitted.ply"
   diagonal=$(value <("$knead" info "$out/$mesh" --json) diagonal)
   printf '%s\n\n' "$(header "$out/$name.knead" note)" >>"$page"
-  printf 'The shape (left), the target (middle) and the fitted shape (right):\n\n' >>"$page"
   picture "$name" "$mesh" "$name.ply" "${name}_fitted.ply" "$@"
-  printf 'The distance from the target, before (left) and fitted (right). Dark red is 0.5%% of the diagonal or more:\n\n' >>"$page"
   picture "${name}_distances" "$mesh" "${name}_fitted.ply" --distance-to "$name.ply" \
     --distance-max "$(awk "BEGIN { print 0.005 * $diagonal }")" "$@"
-  lines_of "$name"
   {
-    printf '| distance in %% of the diagonal | mean | 95%% within | greatest | volume error | crossing pairs | strokes | pins at most |\n'
-    printf '| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n'
-    printf '%s - | %s | - | - |\n' "$(distance_row before "$report" distance_before)" "$(value "$report" crossings_before)"
-    printf '%s %s | %s | %s | %s |\n\n' "$(distance_row fitted "$report" distance_after)" \
-      "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)" \
-      "$(value "$report" strokes)" "$(value "$report" pins)"
+    printf '[%s](../examples/gallery/%s.knead): distance in %% of the diagonal %s before, %s fitted; ' "$name" "$name" \
+      "$(distances_of "$report" distance_before)" "$(distances_of "$report" distance_after)"
+    printf '%s strokes of up to %s pins, volume error %s, %s crossings.\n\n' "$(value "$report" strokes)" \
+      "$(value "$report" pins)" "$(number %.1e "$(value "$report" volume_error)")" "$(value "$report" crossings_after)"
   } >>"$page"
 }
 
@@ -240,7 +211,6 @@ fit() {
 compared() {
   deform "$1" || return 0
   printf '%s\n\n' "$(header "$out/$1.knead" note)" >>"$page"
-  lines_of "$1"
   remeshed "$@"
 }
 
@@ -252,32 +222,25 @@ intro() {
   cat >"$page" <<END
 # Gallery: the paper's figures
 
-\`./dev gallery\` writes this page. It takes some minutes and needs no display; every picture, number and session line below
-is its output. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based Shape Deformations",
-SIGGRAPH 2006; pins and poses follow them. The sessions are in examples/gallery. Afterwards \`out/gallery\` holds them with
-their shapes, so you can change and try them:
+\`./dev gallery --docs\` writes this page. The figures are those of W. von Funck, H. Theisel, H.-P. Seidel, "Vector Field Based
+Shape Deformations", SIGGRAPH 2006; pins, poses and fits follow. A name leads to its session. \`./dev gallery\` leaves the
+sessions with their shapes in \`out/gallery\`, so you can change them:
 
     knead deform sphere.ply fig05_implicit.knead -o out.ply
     knead render sphere.ply --session fig05_implicit.knead --until 0,0.5,1 --tools each -o steps.png
 
-In the pictures, red is the surface where the region field has its inner threshold, green the outer one; a stamp is blue.
-In the tables:
-
-- Steps are accepted integration steps of one path line; seconds are those of the deformation alone (on $(nproc) cores).
-- The volume error is volume after / volume before - 1.
-- Crossing pairs are pairs of triangles. Where triangles become as large as the gap between them, they cross although the
-  surface that they stand for does not. Finer meshes have fewer, and meshes that follow the strokes (\`--remesh\`) should
-  have none.
-- For remeshed results the tables add what [the certificate](command.md#the-certificate) states: the smallest angle in
-  degrees where the shape was touched, and the distance of vertices and face centres from the exact image, root mean
-  square and greatest, as a fraction of the box diagonal.
+Red is where the inner region ends, green where the outer one begins; a stamp is blue. Three shapes with edges are the shape,
+the plain result, and the one with \`--remesh\`. Triangles as large as the gap between them can cross although the surface does
+not; none do unless a line counts crossings. The number behind the vertices is the volume error. Degrees are the smallest
+angle, and the last number the greatest distance from the exact image, by box diagonal, both of
+[the certificate](command.md#the-certificate).
 
 END
 }
 
 figure_3() {
   title "Figure 3: the field in the plane"
-  printf 'Above: p as a height field, in the inner and outer region (left) and in all regions (right). Below: v in the inner and\nintermediate region as line integral convolution. v = (-p_y, p_x) is constant in the disc and zero outside. ([field2d_picture.cpp](../examples/field2d_picture.cpp))\n\n' >>"$page"
+  printf 'p as a height field, and v = (-p_y, p_x) as line integral convolution\n([field2d_picture.cpp](../examples/field2d_picture.cpp)).\n\n' >>"$page"
   [[ $can_draw == yes && -x ${FIELD2D_PICTURE:-} ]] || return 0
   "$FIELD2D_PICTURE" "$out"
   picture fig03ab fig03a.ply fig03b.ply --size 1000x320 --view 15,35 --no-ground --close-up 0,0.1,0,3.5
@@ -333,7 +296,6 @@ bend_figures() {
 
 session_figures() {
   title "Figure 17: shapes from a sphere"
-  printf 'The legs are pulled out of so few triangles that these cross and lose volume. Remeshing mends that.\n\n' >>"$page"
   figure fig17_spider --until 0,8,35 --tools none --size 1320x380 --view 35,30
   figure fig17_monster --until 0,5,14 --tools none --size 1320x440 --view 25,10
   remeshed fig17_monster "" --wireframe --size 1320x440 --view 25,10
@@ -372,44 +334,39 @@ pose_figures() {
 fit_figures() {
   title "Fits: a hand in another pose"
   # shellcheck disable=SC2016  # backquotes of Markdown
-  printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds a session of pins that takes one surface to the other. Where limbs move by about their own width, their tips need landmarks: with evenly spread ones alone, the tip of the index finger of the scan folds.\n\n' >>"$page"
+  printf '`knead fit SOURCE TARGET --landmarks pairs.csv --surface` finds pins that take one surface to the other. Tips of limbs that\nmove by their own width need landmarks. Shape, target and fitted shape; then the distances before and after, dark red from\n0.5%% of the diagonal.\n\n' >>"$page"
   fit fig_fit --size 1200x480 --view 25,12
   fit mesh_fit --size 1200x400 --view 20,35
 }
 
 # --- volume errors ----------------------------------------------------------------------------------------------------
 
-error_row() { # WHAT THE-PAPER'S-ERROR THE-PAPER'S-VERTICES SESSION [plain: without remeshing, which would take minutes]
-  local report=$out/$4.json after=$out/$4_remeshed.json
+error_row() { # WHAT SESSION THE-PAPER'S-ERROR [plain: without remeshing, which would take minutes]
+  local report=$out/$2.json after=$out/$2_remeshed.json
   [[ -f $report ]] || return 0
-  if [[ ${5:-} == plain ]]; then after=/dev/null; elif [[ ! -f $after ]]; then remesh "$4"; fi
-  printf '| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n' "$1" "$3" "$2" "$4" "$(value "$report" vertices)" \
-    "$(number %.6f "$(certified "$report" volume_error)")" "$(certified "$report" crossings_after)" "$(number %s "$(value "$after" vertices)")" \
-    "$(number %.6f "$(value "$after" volume_error_uncompensated)")" "$(number %.1e "$(certified "$after" volume_error)")" \
-    "$(number %s "$(certified "$after" crossings_after)")" >>"$page"
+  if [[ ${4:-} == plain ]]; then after=/dev/null; elif [[ ! -f $after ]]; then remesh "$2"; fi
+  printf '| %s | %s | %s | %s |\n' "$1" "$3" \
+    "$(number %.6f "$(certified "$report" volume_error)")" "$(number %.1e "$(certified "$after" volume_error)")" >>"$page"
 }
 
 volume_errors() {
   title "Volume errors"
   cat >>"$page" <<'END'
-The paper's table (its section 6) compared with the same kinds of scene here. The error is one of sampling: the vertices are
-where the flow takes them, but the triangles between them cut corners. It falls with the square of the edge length. The
-paper does not give the number of vertices for most of its shapes. The columns on the right show the same with `--remesh`:
-the error before and after the volume that the chords miss is given back, for positions as they are written, in floats.
-Spider and dragon are not remeshed here, because that takes minutes.
+The paper's table (its section 6) beside the same kinds of scene. Vertices are where the flow takes them, but the triangles
+between them cut corners; the error falls with the square of the edge length. `--remesh` gives the missing volume back.
 
-| scene | vertices, paper | error, paper | session | vertices | error | crossing pairs | remeshed: vertices | uncompensated | error | crossing pairs |
-| --- | ---: | ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
+| scene | error, paper | error | error, remeshed |
+| --- | ---: | ---: | ---: |
 END
-  error_row "sphere, Fig. 7b" -0.001060 "" fig07_through
-  error_row "box, twisted, Fig. 14d" 0.000781 51202 fig14_twist
-  error_row "box, bent, Fig. 15c" 0.000751 51202 fig15_box
-  error_row "fan disk, Fig. 11c" -0.000007 "" fig11_features
-  error_row "fan disk, Fig. 11c" -0.000007 "" mesh11_features
-  error_row "armadillo, Fig. 16c" 0.001344 172974 mesh16_bow
-  error_row "dragon, Fig. 19h" -0.001520 437645 mesh19_dragon plain
-  error_row "spider, Fig. 17a" 0.001875 "" fig17_spider plain
-  error_row "own monster, Fig. 17b" 0.000070 "" fig17_monster
+  error_row "sphere, Fig. 7b" fig07_through -0.001060
+  error_row "box, twisted, Fig. 14d" fig14_twist 0.000781
+  error_row "box, bent, Fig. 15c" fig15_box 0.000751
+  error_row "bar, as fan disk, Fig. 11c" fig11_features -0.000007
+  error_row "fan disk, Fig. 11c" mesh11_features -0.000007
+  error_row "armadillo, Fig. 16c" mesh16_bow 0.001344
+  error_row "dragon, Fig. 19h" mesh19_dragon -0.001520 plain
+  error_row "spider, Fig. 17a" fig17_spider 0.001875 plain
+  error_row "own monster, Fig. 17b" fig17_monster 0.000070
   printf '\n' >>"$page"
 }
 
@@ -417,10 +374,9 @@ models() {
   cat >>"$page" <<'END'
 ## Models
 
-`knead make` makes the shapes of sessions whose names begin with `fig`. The shapes of `mesh` sessions are not part of the
-project: armadillo and dragon come from the Stanford 3D Scanning Repository (courtesy of the Stanford Computer Graphics
-Laboratory), reduced; the bust of Nefertiti from odedstein/meshes, public domain; the fan disk is by Hugues Hoppe, courtesy
-of Pratt & Whitney; camel and hand are found among test data of graphics projects.
+The shapes of `mesh` sessions are not part of the project: armadillo and dragon are from the Stanford 3D Scanning Repository
+(courtesy of the Stanford Computer Graphics Laboratory), reduced; Nefertiti from odedstein/meshes, public domain; the fan disk
+by Hugues Hoppe, courtesy of Pratt & Whitney; camel and hand are test data of graphics projects.
 END
 }
 

@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "keys.h"
+#include "knead/render/scene.h"
+
 namespace knead::studio {
 namespace {
 
@@ -73,6 +76,19 @@ TEST(Words, NoRetiredWordStandsInWhatIsInstalledBesideStudio) {
     const std::string text = text_of(kSources / "share" / name);
     EXPECT_FALSE(text.empty()) << name;
     EXPECT_FALSE(std::regex_search(text, retired())) << name;
+  }
+}
+
+// The messages about a setting that is not known send readers there.
+TEST(Words, TheDocumentationListsEveryActionAndMatcap) {
+  const std::string page = text_of(kSources / "docs/studio.md");
+  for (const Action action : all_actions()) {
+    const std::string name(tool_of(action) == nullptr ? name_of(action) : "tool_");
+    EXPECT_NE(page.find("`" + name + "`"), std::string::npos) << name;
+  }
+  for (const render::Matcap matcap : render::all_matcaps()) {
+    const std::string name(render::name_of(matcap));
+    EXPECT_NE(page.find("`" + name + "`"), std::string::npos) << name;
   }
 }
 

@@ -8,7 +8,7 @@ namespace knead::remesh_detail {
 
 namespace {
 
-// Random strong strokes on scans need up to 371 (docs/performance.md); a heap of faces took 287,000.
+// Random strong strokes on scans need up to 371 (docs/remeshing.md); a heap of faces took 287,000.
 constexpr std::uint64_t kTestsPerFace = 1000;
 constexpr std::uint64_t kFewFaces = 200;  // may take as long as so many more
 

@@ -1,0 +1,51 @@
+# shellcheck shell=bash
+# What ./dev and the scripts beside this one share: messages, packages, and how a preset is configured, built and tested.
+# Read by them with `source`; goes to the root of the source tree.
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
+cd "$root" || exit
+
+say() { printf 'dev: %s\n' "$*" >&2; }
+die() {
+  say "$@"
+  exit 1
+}
+have() { command -v "$1" >/dev/null; }
+
+# shellcheck source=tools/dev/packages.sh
+source "$root/tools/dev/packages.sh"
+
+# Tests are part of a build as soon as their packages are installed; `demo` does not install them.
+has_test_packages() {
+  local wanted
+  read -ra wanted <<<"${packages[test]}"
+  ! have dpkg-query || [[ -z $(missing_packages "${wanted[@]}") ]]
+}
+
+configure() {
+  local options=()
+  if [[ $1 != fuzz && $1 != web* ]]; then
+    if has_test_packages; then options+=(-DKNEAD_BUILD_TESTS=ON); else options+=(-DKNEAD_BUILD_TESTS=OFF); fi
+  fi
+  if have ccache; then options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache); fi
+  if [[ $1 == web* ]]; then options+=(-DKNEAD_IMGUI_SOURCES="$root/build/web/imgui"); fi
+  if [[ -x /usr/bin/python3 ]]; then options+=(-DPython_EXECUTABLE=/usr/bin/python3); fi # Debian's, not a shim
+  if [[ $1 != arm64 && $1 != web* ]] && have mold; then options+=(-DCMAKE_EXE_LINKER_FLAGS=-fuse-ld=mold); fi
+  cmake --preset "$@" "${options[@]}" --log-level=NOTICE ||
+    die "could not configure; after a change of compiler delete build/$1 and try again"
+}
+
+# Builds a preset, or with more arguments some of its targets.
+compile() {
+  local preset=$1
+  shift
+  configure "$preset"
+  cmake --build --preset "$preset" ${1:+--target "$@"} || die "the build failed; the first 'error:' above says where"
+}
+
+run_tests() {
+  local preset=$1
+  shift
+  ctest --test-dir "build/$preset" --output-on-failure --no-tests=error -j "$(nproc)" "$@" ||
+    die "tests failed; run one alone with: ctest --test-dir build/$preset --output-on-failure -R NAME"
+}

@@ -1,0 +1,86 @@
+#!/usr/bin/env bash
+# Studio's page in out/web and the module of JavaScript in out/web/npm:  web.sh [serve [PORT]]
+# Tests them in node and Chromium where these are there; serve shows out/web at localhost.
+set -euo pipefail
+# shellcheck source=tools/dev/build.sh
+source "$(dirname "${BASH_SOURCE[0]}")/build.sh"
+
+# What the tests take from the npm registry; false where it is not reached.
+web_test_packages() {
+  cp web/package.json build/web
+  npm install --prefix build/web --no-audit --no-fund --loglevel=error >build/web/npm.log 2>&1 || return 1
+  ln -sfn ../npm build/web/node_modules/knead
+}
+
+# Dear ImGui's sources, which Debian's package of headers was made of.
+fetch_imgui() {
+  [[ ! -f build/web/imgui/imgui.cpp ]] || return 0
+  local folder=$root/build/web/imgui_source file
+  rm -rf "$folder" && mkdir -p "$folder/lists/partial" "$folder/parts"
+  # The system's own package servers, asked for sources.
+  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
+    if [[ -f $file ]]; then sed 's/^deb /deb-src /; s/^Types:.*/Types: deb-src/' "$file" >"$folder/parts/$(basename "$file")"; fi
+  done
+  local apt=(apt-get -qq -o Dir::Etc::sourcelist=- -o Dir::Etc::sourceparts="$folder/parts"
+    -o Dir::State::lists="$folder/lists" -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
+  (cd "$folder" && { "${apt[@]}" update; "${apt[@]}" source imgui; }) >"$folder/log" 2>&1 || return 1
+  mv "$folder"/imgui-* build/web/imgui
+}
+
+# Puts the page together: what is served, and the list of it that is kept for later.
+make_site() {
+  local site=build/web/site files
+  rm -rf "$site" && mkdir -p "$site"
+  cp web/page/* web/npm/fused.js build/web/page/knead_studio.{mjs,wasm} LICENSE "$site"
+  cp build/web_threads/page/knead_studio_threads.{mjs,wasm,worker.js} "$site"
+  cp share/knead-studio.svg "$site/icon.svg"
+  files=$(cd "$site" && printf "'%s', " ./ index.html ./*.css ./*.js ./*.mjs ./*.wasm ./*.svg ./*.webmanifest | sed "s/'[^']*sw.js', //; s/'[^']*knead_studio[^']*', //g")
+  sed -i -e "s|KNEAD_FILES|${files%, }|" \
+    -e "s|KNEAD_VERSION_OF_FILES|$(cat "$site"/*.* | sha256sum | cut -c1-16)|" "$site/sw.js"
+}
+
+test_web() {
+  if ! have npm || ! web_test_packages; then
+    say "the tests of the web are left out: the npm registry was not reached; see build/web/npm.log"
+    return 0
+  fi
+  rm -rf build/web/tests build/web/bench
+  cp -r web/tests web/bench web/serve.mjs build/web
+  build/web/node_modules/.bin/tsc --noEmit --strict --target es2022 --module nodenext build/web/tests/types_test.ts ||
+    die "the types of the module are wrong: see above"
+  export KNEAD=$root/build/release/knead KNEAD_WEB_BUILD=$root/build/web
+  export KNEAD_TEST_MESHES=${KNEAD_TEST_MESHES:-$root/../shared/meshes}
+  node --test build/web/tests || die "tests of the web failed; see above"
+}
+
+web() {
+  if [[ ${1:-} == serve ]]; then
+    [[ -d out/web ]] || die "nothing is built for the web yet; run: ./dev web"
+    exec node web/serve.mjs out/web "${@:2}"
+  fi
+  [[ $# -eq 0 ]] || die "web: nothing or serve, not '$*'"
+  if ! have emcc || ! have node; then
+    say "emscripten or node is not installed, so nothing is built for the web; on Debian: apt-get install emscripten chromium"
+    return 0
+  fi
+  require build
+  export NODE_PATH=/usr/share/nodejs # where Debian has what emscripten needs
+  mkdir -p build/web
+  require web || say "building without Studio's page, which needs the packages above"
+  fetch_imgui || say "building without Studio's page: Dear ImGui's sources were not reached; see build/web/imgui_source/log"
+  compile web
+  rm -rf out/web build/web/site
+  mkdir -p out/web
+  if [[ -f build/web/page/knead_studio.wasm ]]; then
+    compile web_threads
+    make_site
+    cp -r build/web/site/. out/web
+    say "made out/web, Studio's page; ./dev web serve shows it"
+  fi
+  cp -r build/web/npm out/web/npm
+  say "made out/web/npm, the module of JavaScript"
+  compile release knead
+  test_web
+}
+
+web "$@"
