@@ -196,10 +196,9 @@ class Assembly {
     cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
   }
 
-  // Of the cells in which all rests, those next to others get nodes, too; in those up to `kReach` from these, nodes
-  // count.
+  // Cells in which all rests give way next to others, and get nodes, too; farther ones are touched by nodes.
   void divide(std::vector<LatticeCell> resting) {
-    constexpr int kGiving = 1;
+    constexpr int kGiving = 1;  // cells
     constexpr int kReach = 3;
     sort_cells(resting);
     const auto is_near = [](const LatticeCell& cell, const std::vector<LatticeCell>& others, int most) {

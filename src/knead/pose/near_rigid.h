@@ -36,9 +36,9 @@ struct VelocityRows {
   std::vector<Vec3d> points;
   std::vector<Vec3d> wanted;     // as many velocities
   double weight = 1;             // of each row, in units of the mean diagonal of the strain times spacing^2; above 0
-  bool rests = false;            // the points hold, as held samples do
   bool spins = false;            // the points are a patch that also turns about its middle, by a rate that is not given
   std::vector<Vec3d> normals{};  // as many unit vectors: only n.v is wanted; or empty: all of v
+  bool rests = false;            // the points hold, as held samples do
 };
 
 // The lattice that all grids of a motion share: nodes at origin + spacing (i, j, k).

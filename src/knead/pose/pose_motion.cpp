@@ -29,9 +29,8 @@ constexpr double kMostUnknowns = 2000;  // that count for that
 constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
-constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
-constexpr double kMaxCorrection = 0.25;  // of the spacing
-constexpr int kSettling = 1;
+constexpr int kCorrections = 2;               // of the wanted velocities, by where the points arrive
+constexpr double kMaxCorrection = 0.25;       // of the spacing
 constexpr std::size_t kManyUnknowns = 9000;   // more than that are not begun with, and
 constexpr std::size_t kMostInAStep = 12'000;  // more than that not gone on with, where a wider spacing is allowed
 constexpr double kTolerance = 1e-6;           // of the diagonal, for the body's own points
@@ -175,7 +174,7 @@ class Schedule {
     }
     const bool parts_move = problem.settles && std::any_of(problem.parts.begin(), problem.parts.end(),
                                                            [](const PosedPart& part) { return !part.holds(); });
-    for (int k = 0; k < kSettling && parts_move; ++k) times_.push_back(times_.back());
+    if (parts_move) times_.push_back(times_.back());
   }
 
   const std::vector<double>& times() const { return times_; }
@@ -230,12 +229,12 @@ class PoseRun::Motion {
     for (const PosedPin& pin : problem_.pins) {
       std::vector<Vec3d> patch = patch_about(pin.path.front(), pin.size);
       const double weight = kWeightOfPin / static_cast<double>(patch.size());
-      rows_.push_back({patch, patch, weight, false, !pin.turn});
+      rows_.push_back({patch, patch, weight, !pin.turn});
     }
     if (problem_.across) {
       const std::size_t count = problem_.body.points.size();
-      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, true, false,
-                       std::vector<Vec3d>(count, *problem_.across)});
+      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, false,
+                       std::vector<Vec3d>(count, *problem_.across), true});
     }
     for (std::size_t i = 0; i < problem_.parts.size(); ++i) rows_[i].rests = problem_.parts[i].holds();
     limit_unknowns(kManyUnknowns);

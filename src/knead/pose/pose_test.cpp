@@ -194,6 +194,32 @@ TEST(NearRigidSystem, APatchThatSpinsTurnsWithTheBody) {
   EXPECT_LT(std::abs(turning(false)), 0.03);
 }
 
+// The left half of a bar rests. Far from the middle nothing is unknown there, and the rest moves as before.
+TEST(NearRigidSystem, WhatRestsHasNoUnknowns) {
+  const std::vector<Vec3d> bar = bar_points();
+  VelocityRows hold{where(bar, [](const Vec3d& p) { return p.x < 0; }), {}, 500};
+  hold.wanted.assign(hold.points.size(), Vec3d{});
+  VelocityRows pull{where(bar, [](const Vec3d& p) { return p.x > 0.7; }), {}, 100};
+  pull.wanted.assign(pull.points.size(), Vec3d{0, 0.1, 0});
+  BodySamples body{bar, {}};
+  const std::vector<VelocityRows> all{hold, pull};
+  const NearRigidSystem whole({{0, 0, 0}, 0.1}, body, all);
+  for (const Vec3d& p : bar) body.held.push_back(p.x < 0);
+  hold.rests = true;
+  const std::vector<VelocityRows> rows{hold, pull};
+  const NearRigidSystem part({{0, 0, 0}, 0.1}, body, rows);
+  EXPECT_LT(part.unknowns(), 0.8 * static_cast<double>(whole.unknowns()));
+  EXPECT_EQ(part.unknowns(), count_unknowns({{0, 0, 0}, 0.1}, body, rows));
+  const std::vector<Vec3d> v = velocities(flow_of(whole.solve(all)), bar, 0);
+  const std::vector<Vec3d> u = velocities(flow_of(part.solve(rows)), bar, 0);
+  for (std::size_t i = 0; i < bar.size(); ++i) {
+    EXPECT_LT(norm(u[i] - v[i]), 0.005) << bar[i].x;
+    if (bar[i].x < -0.5) {
+      EXPECT_EQ(u[i], Vec3d{});
+    }
+  }
+}
+
 TEST(NearRigidSystem, RowsWithNormalsLetPointsSlide) {
   const std::vector<Vec3d> bar = bar_points();
   VelocityRows pull{{{0.9, 0, 0}}, {{0.1, 0, 0}}, 100};
