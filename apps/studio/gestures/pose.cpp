@@ -197,6 +197,7 @@ std::vector<bool> bending_of(const PartMarks& parts, std::size_t part, const Sha
   const std::vector<SymmetryImage> images = images_of(settings);
   if (images.empty()) return bends;
   std::vector<Triangle> of_part;
+  of_part.reserve(own.size());
   for (const std::uint32_t v : own) of_part.push_back({v, v, v});
   const SurfaceTree tree(of_part, positions);
   const double near = kNearImage * bounding_box(positions).diagonal();
