@@ -21,7 +21,7 @@ constexpr double kSpoiledStretch = 6;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
 constexpr double kLeastDetail = 0.025;
-constexpr double kSamePlace = 1e-6;  // of the diagonal
+constexpr double kSamePlace = 1e-6;     // of the diagonal
 constexpr double kSpacingOfGap = 1.25;  // at most: a wider spacing cannot part what moves from what holds
 
 std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {

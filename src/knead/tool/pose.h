@@ -21,8 +21,8 @@ struct PoseResult {
   double part_distance = 0;     // the greatest of a point of a part, or of a pin, from its place
   double greatest_stretch = 1;  // singular values of the flow along the surface, at points spread over it; of clouds in
   double least_stretch = 1;     // all directions
-  double rms_log_stretch = 0;  // root mean square of their logarithms
-  std::size_t unknowns = 0;    // of a grid, the most
+  double rms_log_stretch = 0;   // root mean square of their logarithms
+  std::size_t unknowns = 0;     // of a grid, the most
   std::size_t segments = 0;
   bool stopped = false;  // apply returned false
   std::vector<std::string> warnings;

@@ -293,8 +293,8 @@ struct PoseStiffness {
 // Pose: parts and pins go to their places, others stay, and the body between follows as nearly rigidly as a flow that
 // keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
 struct PoseStroke {
-  // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down to
-  // 0.025, where a part moves close past one that holds.
+  // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down
+  // to 0.025, where a part moves close past one that holds.
   double detail = 0.075;
   std::vector<PoseItem> parts;
   std::vector<PoseStiffness> stiffness{};
