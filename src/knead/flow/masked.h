@@ -28,7 +28,7 @@ struct BorderSpeed {
   double of_tool = 0;    // anywhere, without the mask
 };
 
-// Looks at 3 moments.
+// Looks at 3 moments; of a sum at each part by itself.
 BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points);
 
 }  // namespace knead::detail

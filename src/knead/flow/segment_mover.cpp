@@ -5,7 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <utility>
+#include <vector>
 
 #include "knead/field/grid_nodes.h"
 #include "knead/flow/contact.h"
@@ -13,6 +15,7 @@
 #include "knead/flow/owned_pins.h"
 #include "knead/flow/pins.h"
 #include "knead/flow/step_rule.h"
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 
 namespace knead::detail {
@@ -225,11 +228,15 @@ double reach_in(const Region& region) {
 double expected_error(const Segment& segment) {
   double greatest = segment.grid.is_empty() ? 0 : kGridReach;
   for (const Field& field : segment.fields) greatest = std::max(greatest, reach_in(field.region));
-  return kExpectedThirdOrderError * greatest * greatest * greatest;
+  double error = kExpectedThirdOrderError * greatest * greatest * greatest;
+  for (const Segment& part : segment.parts) error = std::max(error, expected_error(part));
+  return error;
 }
 
-// What positions are relative to: the first field's centre, of pins the middle of all, of a grid a node.
+// What positions are relative to: the first field's centre, of pins the middle of all, of a grid a node, of a sum what
+// they are for its first part.
 Vec3d center_of(const Segment& segment) {
+  if (!segment.parts.empty()) return center_of(segment.parts.front());
   if (!segment.grid.is_empty()) return middle_node(segment.grid);
   if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
   Box box;
@@ -289,8 +296,8 @@ struct KernelMover {
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               const Kernels<S>& kernels)
       : KernelMover(segment, mask_of, options, kernels.move,
-                    has_pack_kernel(segment) ? pack_kernel<S>(segment, mask_of, kernels)
-                                             : lane_kernel<S>(segment, options.tolerance, mask_of)) {}
+                    segment.parts.empty() ? kernel_of<S>(segment, options.tolerance, mask_of, kernels)
+                                          : sum_kernel<S>(segment, options, kernels)) {}
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
       : bound(std::move(kernel)),
@@ -374,6 +381,137 @@ class PinMover {
   std::vector<std::unique_ptr<const KernelMover<S>>> movers_;
 };
 
+// Adds the counts of a mover to those of the movers before it.
+void add_counts(const GroupCounts& counts, LiveGroup& group, GroupCounts& sum) {
+  sum.accepted += counts.accepted;
+  sum.rejected += counts.rejected;
+  sum.evaluations += counts.evaluations;
+  sum.complete = sum.complete && counts.complete;
+  group.stop.before = sum.evaluations;
+  group.between = 0;  // that was known of the beginning
+}
+
+// The parts of a sum that act apart move the points one after the other.
+class ApartMover {
+ public:
+  ApartMover(const Segment& sum, const AdvectOptions& options, const KernelTable& kernels) : parts_(parts_of(sum)) {
+    for (const Segment& part : parts_) movers_.push_back(make_segment_mover(part, options, kernels));
+  }
+  ApartMover(const ApartMover&) = delete;
+  ApartMover& operator=(const ApartMover&) = delete;
+  ~ApartMover() = default;
+
+  GroupCounts operator()(LiveGroup group) const {
+    GroupCounts sum;
+    for (const SegmentMover& mover : movers_) {
+      add_counts(mover(group), group, sum);
+      if (!sum.complete) break;
+    }
+    return sum;
+  }
+
+ private:
+  std::vector<Segment> parts_;  // to which the movers refer
+  std::vector<SegmentMover> movers_;
+};
+
+// The parts of a sum each move the points that begin in their barrel.
+class BarrelsMover {
+ public:
+  BarrelsMover(const Segment& sum, const AdvectOptions& options, const KernelTable& kernels)
+      : sum_(sum), options_(options), kernels_(kernels) {
+    for (std::size_t i = 0; sum.begin != 0 && i < sum.parts.size(); ++i) {
+      to_start_[i].segment = chosen_parts(sum, 1U << i);
+      to_start_[i].segment.end = 0;
+      to_start_[i].move = make_segment_mover(to_start_[i].segment, options, kernels);
+    }
+  }
+  BarrelsMover(const BarrelsMover&) = delete;
+  BarrelsMover& operator=(const BarrelsMover&) = delete;
+  ~BarrelsMover() = default;
+
+  GroupCounts operator()(LiveGroup group) const {
+    const std::vector<std::uint8_t> chosen = parts_of_points(group);
+    std::array<bool, 1U << kMostParts> is_there{};
+    for (const std::uint8_t parts : chosen) is_there[parts] = true;
+    GroupCounts sum;
+    for (unsigned parts = 1; parts < is_there.size() && sum.complete; ++parts) {
+      if (!is_there[parts]) continue;
+      std::array<std::uint64_t, kBlocksPerGroup> members{};
+      for (std::size_t i = 0; i < kGroup; ++i) {
+        if (chosen[i] == parts) members[i / kBlock] |= std::uint64_t{1} << i % kBlock;
+      }
+      LiveGroup own = group;
+      own.members = members.data();
+      own.between = 0;
+      add_counts(mover_of(parts)(own), group, sum);
+    }
+    return sum;
+  }
+
+ private:
+  struct Mover {
+    Segment segment;
+    SegmentMover move;
+  };
+
+  // Of each point of the group the parts that move it, as bits.
+  std::vector<std::uint8_t> parts_of_points(const LiveGroup& group) const {
+    std::vector<std::uint8_t> chosen(kGroup, 0);
+    for (std::size_t part = 0; part < sum_.parts.size(); ++part) {
+      std::vector<double> copy;
+      Coordinates at = group.points;
+      if (to_start_[part].move) {
+        for (const double* from : {at.x, at.y, at.z}) copy.insert(copy.end(), from, from + kGroup);
+        at = {copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
+        std::vector<std::uint32_t> steps(kGroup);
+        std::array<double, kBlocksPerGroup> moved{};
+        to_start_[part].move(
+            {at, group.members, group.blocks, group.block_count, 0, steps.data(), moved.data(), group.stop});
+      }
+      const std::optional<SegmentBarrel>& barrel = sum_.parts[part].barrel;
+      for (int k = 0; k < group.block_count; ++k) {
+        for (std::uint64_t rest = group.members[group.blocks[k]]; rest != 0; rest &= rest - 1) {
+          const std::size_t i = group.blocks[k] * kBlock + static_cast<std::size_t>(__builtin_ctzll(rest));
+          if (!barrel || is_within(*barrel, {at.x[i], at.y[i], at.z[i]})) {
+            chosen[i] = static_cast<std::uint8_t>(chosen[i] | 1U << part);
+          }
+        }
+      }
+    }
+    return chosen;
+  }
+
+  const SegmentMover& mover_of(unsigned parts) const {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    std::unique_ptr<Mover>& mover = movers_[parts];
+    if (mover == nullptr) {
+      mover = std::make_unique<Mover>(Mover{chosen_parts(sum_, parts), {}});
+      mover->move = make_segment_mover(mover->segment, options_, kernels_);
+    }
+    return mover->move;
+  }
+
+  const Segment& sum_;
+  AdvectOptions options_;
+  const KernelTable& kernels_;
+  std::array<Mover, kMostParts> to_start_;  // of each part, where the sum begins later
+  mutable std::mutex mutex_;
+  mutable std::array<std::unique_ptr<Mover>, 1U << kMostParts> movers_;  // made when they are needed
+};
+
+// Null where a sum is moved as other segments are.
+SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
+  if (segment.parts.empty()) return nullptr;
+  if (has_barrels(segment)) {
+    const auto mover = std::make_shared<const BarrelsMover>(segment, options, kernels);
+    return [mover](const LiveGroup& group) { return (*mover)(group); };
+  }
+  if (!act_apart(segment)) return nullptr;
+  const auto mover = std::make_shared<const ApartMover>(segment, options, kernels);
+  return [mover](const LiveGroup& group) { return (*mover)(group); };
+}
+
 template <class S>
 SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   if (segment.time_law == TimeLaw::pinned) {
@@ -386,6 +524,20 @@ SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, 
 
 }  // namespace
 
+template <class S>
+BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const SegmentMask& mask, const Kernels<S>& kernels) {
+  return has_pack_kernel(segment) ? pack_kernel<S>(segment, mask, kernels) : lane_kernel<S>(segment, tolerance, mask);
+}
+
+template BoundKernel<float> kernel_of<float>(const Segment&, double, const SegmentMask&, const Kernels<float>&);
+template BoundKernel<double> kernel_of<double>(const Segment&, double, const SegmentMask&, const Kernels<double>&);
+
+bool is_within(const SegmentBarrel& barrel, const Vec3d& x) {
+  const Vec3d d = x - barrel.point;
+  const Vec3d across = d - barrel.direction * dot(barrel.direction, d);
+  return norm2(across) <= barrel.radius * barrel.radius;
+}
+
 double reach_of_step(const Segment& segment) {
   if (!segment.grid.is_empty()) return kGridReach * segment.grid.spacing;
   double reach = std::numeric_limits<double>::infinity();
@@ -393,6 +545,7 @@ double reach_of_step(const Segment& segment) {
     if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
     reach = std::min(reach, reach_in(field.region) * (field.thresholds.outer - field.thresholds.inner));
   }
+  for (const Segment& part : segment.parts) reach = std::min(reach, reach_of_step(part));
   return reach;
 }
 
@@ -405,6 +558,7 @@ bool carries(const Segment& segment) {
 }
 
 bool has_pack_kernel(const Segment& segment) {
+  if (!segment.parts.empty()) return false;
   if (!segment.grid.is_empty()) return true;
   const Field& first = segment.fields.front();
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && is_for_packs(first.region) &&
@@ -425,10 +579,17 @@ BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, 
 Method<double> method_in_double(Integrator integrator) { return method_of<double>(integrator); }
 
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
-  return task_of<double>(segment, tolerance);
+  SegmentTask<double> task = task_of<double>(segment, tolerance);
+  // Of a sum the tools move differently: |v - u| of any is at most twice the greater of |v| and |u|.
+  for (const Segment& part : segment.parts) {
+    task.tool_speed = std::max(task.tool_speed, task_of<double>(part, tolerance).tool_speed);
+  }
+  if (!segment.parts.empty()) task.reach *= 0.5;
+  return task;
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
+  if (SegmentMover mover = mover_of_parts(segment, options, kernels)) return mover;
   const bool in_float = options.precision == Precision::float32;
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }

@@ -57,11 +57,14 @@ BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, 
 
 Method<double> method_in_double(Integrator integrator);
 
-// What a segment asks of a kernel, which is left out.
+// What a segment asks of a kernel, which is left out. Of a sum: for those who know no limits of the parts.
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance);
 
 // How far a step may pass, a length; infinity between handles, where that depends on the place.
 double reach_of_step(const Segment& segment);
+
+// Whether the point is in the barrel, at t = 0.
+bool is_within(const SegmentBarrel& barrel, const Vec3d& x);
 
 // Whether the fields' inner region moves with the tool.
 bool carries(const Segment& segment);
