@@ -1,6 +1,7 @@
 // What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
 #include <variant>
 
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 #include "knead/mesh/measures.h"
 #include "studio.h"
@@ -14,7 +15,7 @@ Box reach_of(const std::vector<SessionStroke>& strokes) {
   Box box;
   for (const SessionStroke& stroke : strokes) {
     if (reads_surface(stroke.stroke)) continue;
-    for (const Segment& segment : flow_of(stroke.stroke).segments) {
+    for (const Segment& segment : detail::each_part(flow_of(stroke.stroke, stroke.mirror)).segments) {
       if (!segment.grid.is_empty()) {
         const PotentialGrid& grid = segment.grid;
         const auto [x, y, z] = grid.counts;

@@ -8,7 +8,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from .native import knead
 
-_COMMON = {"name", "off", "duration"}
+_COMMON = {"name", "off", "duration", "mirror"}
 _TEXT = {"samples", "path", "pose", "parts", "stiffness"}  # as JSON; too long for a panel
 
 

@@ -13,6 +13,7 @@ Path = str | PathLike[str]
 Precision = Literal["float32", "float64", "float", "double"]
 Integrator = Literal["tsit5", "dp54", "bs32", "rk4"]
 Progress = Callable[[float], bool | None]
+Mirror = str | dict[str, Any] | list[dict[str, Any]]
 _Mesh = TypeVar("_Mesh")
 
 class HasVertices(Protocol):
@@ -38,6 +39,7 @@ class Stroke:
     off: bool
     strength: float
     duration: float
+    mirror: Mirror
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
     def describe(cls) -> list[dict[str, Any]]: ...
@@ -72,6 +74,7 @@ class Implicit(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Paint(Stroke):
@@ -92,6 +95,7 @@ class Paint(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Points(Stroke):
@@ -118,6 +122,7 @@ class Points(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Handles(Stroke):
@@ -142,6 +147,7 @@ class Handles(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Stamp(Stroke):
@@ -168,6 +174,7 @@ class Stamp(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Rotate(Stroke):
@@ -192,6 +199,7 @@ class Rotate(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Stretch(Stroke):
@@ -214,6 +222,7 @@ class Stretch(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Twist(Stroke):
@@ -242,6 +251,7 @@ class Twist(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Bend(Stroke):
@@ -274,6 +284,7 @@ class Bend(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Pins(Stroke):
@@ -292,6 +303,7 @@ class Pins(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Pose(Stroke):
@@ -310,6 +322,7 @@ class Pose(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Grid(Stroke):
@@ -330,6 +343,7 @@ class Grid(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Relax(Stroke):
@@ -596,8 +610,8 @@ def symmetric(
     strokes: Strokes,
     planes: str,
     *,
-    size: float = 1.0,
-    image_file: Callable[[str, str], str] | None = None,
+    size: float | None = None,
+    image_file: Any = None,
 ) -> list[Stroke]: ...
 
 def deform_cells(

@@ -181,6 +181,43 @@ SegmentMask mask_on(const Segment& segment) {
 
 namespace {
 
+// A vector potential in the planes through which the bits of `image` lead, of all planes in order: it is mirrored as an
+// axis is about which something turns.
+Vec3d potential_in(const std::vector<std::size_t>& planes, std::size_t image, Vec3d a) {
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if ((image >> i & 1U) == 0) continue;
+    a[planes[i]] = -a[planes[i]];
+    a = -a;
+  }
+  return a;
+}
+
+}  // namespace
+
+std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts) {
+  std::vector<SegmentMask> masks;
+  for (const Segment& part : parts) masks.push_back(mask_on(part));
+  std::vector<std::size_t> planes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (sum.mirrored_at[axis]) planes.push_back(axis);
+  }
+  const auto has_all = [&](const SegmentMask& mask) {
+    return mask.acts && mask.offsets.size() == masks.front().offsets.size();
+  };
+  if (parts.size() != std::size_t{1} << planes.size() || !std::all_of(masks.begin(), masks.end(), has_all)) {
+    return masks;
+  }
+  for (std::size_t field = 0; field < masks.front().offsets.size(); ++field) {
+    Vec3d mean{0, 0, 0};
+    for (std::size_t i = 0; i < parts.size(); ++i) mean += potential_in(planes, i, masks[i].offsets[field]);
+    mean = mean / static_cast<double>(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) masks[i].offsets[field] = potential_in(planes, i, mean);
+  }
+  return masks;
+}
+
+namespace {
+
 BorderSpeed border_speed_of_grid(const Segment& segment, std::span<const Vec3d> points) {
   const GridNodes<double> nodes(segment.grid);
   BorderSpeed result;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "knead/field/dual.h"
 #include "knead/field/grid_nodes.h"
@@ -104,18 +105,23 @@ enum class Wanted { determinant, jacobian };
 class SegmentJacobians {
  public:
   SegmentJacobians(const Segment& segment, const AdvectOptions& options, Wanted wanted)
+      : SegmentJacobians(segment, detail::mask_on(segment), options, wanted) {}
+  SegmentJacobians(const Segment& segment, detail::SegmentMask mask, const AdvectOptions& options, Wanted wanted)
       : segment_(segment),
         options_(options),
         wanted_(wanted),
-        mask_(detail::mask_on(segment)),
+        mask_(std::move(mask)),
         kernels_(detail::kernels_in_use().jacobians),
         bound_(detail::gradient_kernel(segment, mask_, kernels_)),
         method_(detail::method_in_double(options.integrator)),
         task_(detail::task_in_double(segment, options.tolerance)) {
     if (!segment.grid.is_empty()) nodes_ = std::make_unique<const detail::GridNodes<double>>(segment.grid);
     if (!segment.parts.empty()) own_parts_ = detail::parts_of(segment);
-    for (const Segment& part : own_parts_) {
-      parts_.push_back(std::make_unique<const SegmentJacobians>(part, options, wanted));
+    if (!own_parts_.empty()) {
+      std::vector<detail::SegmentMask> masks = detail::masks_on(segment, own_parts_);
+      for (std::size_t i = 0; i < own_parts_.size(); ++i) {
+        parts_.push_back(std::make_unique<const SegmentJacobians>(own_parts_[i], std::move(masks[i]), options, wanted));
+      }
     }
     if (segment.time_law == TimeLaw::pinned) pieces_ = detail::solve_pins(segment, options.tolerance);
     task_.method = &method_;

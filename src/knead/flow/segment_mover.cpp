@@ -507,7 +507,7 @@ SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options
     const auto mover = std::make_shared<const BarrelsMover>(segment, options, kernels);
     return [mover](const LiveGroup& group) { return (*mover)(group); };
   }
-  if (!act_apart(segment)) return nullptr;
+  if (!segment.mask.is_empty() || !act_apart(segment)) return nullptr;
   const auto mover = std::make_shared<const ApartMover>(segment, options, kernels);
   return [mover](const LiveGroup& group) { return (*mover)(group); };
 }

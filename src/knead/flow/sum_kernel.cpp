@@ -262,10 +262,11 @@ Classified classify_sum(const void* data, const BlockTask& task) {
 }
 
 template <class S>
-SumPart<S> make_part(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels) {
+SumPart<S> make_part(const Segment& segment, const SegmentMask& mask, const AdvectOptions& options,
+                     const Kernels<S>& kernels) {
   SumPart<S> part;
   part.segment = std::make_unique<const Segment>(segment);
-  part.bound = kernel_of<S>(*part.segment, options.tolerance, mask_on(*part.segment), kernels);
+  part.bound = kernel_of<S>(*part.segment, options.tolerance, mask, kernels);
   part.ball = ball_around(segment);
   const SegmentTask<double> task = task_in_double(segment, options.tolerance);
   part.center = task.center;
@@ -282,7 +283,11 @@ SumPart<S> make_part(const Segment& segment, const AdvectOptions& options, const
 template <class S>
 BoundKernel<S> sum_kernel(const Segment& sum, const AdvectOptions& options, const Kernels<S>& kernels) {
   auto field = std::make_shared<SumField<S>>(SumField<S>{sum});
-  for (const Segment& part : parts_of(sum)) field->parts.push_back(make_part<S>(part, options, kernels));
+  const std::vector<Segment> parts = parts_of(sum);
+  const std::vector<SegmentMask> masks = masks_on(sum, parts);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    field->parts.push_back(make_part<S>(parts[i], masks[i], options, kernels));
+  }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     field->planes[axis] = sum.mirrored_at[axis].value_or(std::numeric_limits<double>::quiet_NaN());
   }

@@ -53,18 +53,6 @@ bool act_apart(const Segment& sum) {
   return true;
 }
 
-Flow taken_apart(const Flow& flow) {
-  Flow result;
-  for (const Segment& segment : flow.segments) {
-    if (segment.parts.empty() || !act_apart(segment)) {
-      result.segments.push_back(segment);
-    } else {
-      for (Segment& part : parts_of(segment)) result.segments.push_back(std::move(part));
-    }
-  }
-  return result;
-}
-
 bool has_barrels(const Segment& segment) {
   return std::any_of(segment.parts.begin(), segment.parts.end(), [](const Segment& part) { return !!part.barrel; });
 }

@@ -19,10 +19,6 @@ Flow each_part(const Flow& flow);
 // facts about one (closed_form.h) hold for the sum. Barrels are not looked at.
 bool act_apart(const Segment& sum);
 
-// Returns the flow with each sum whose parts act apart in their place, one after the other. It moves every point as the
-// flow does, and has the same duration only where it has the same number of segments.
-Flow taken_apart(const Flow& flow);
-
 // Returns whether a part has a barrel.
 bool has_barrels(const Segment& segment);
 

@@ -95,6 +95,33 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
+// A pose with a mirror is that of all parts and their images; its grids and their images add up to their mean, which is
+// exactly symmetric.
+bool is_mirrored_pose(const PreparedStroke& stroke) {
+  return std::holds_alternative<PoseStroke>(stroke.stroke()) && !stroke.source->mirror.empty();
+}
+
+Stroke stroke_to_read(const PreparedStroke& stroke, std::span<const Vec3d> positions) {
+  if (!is_mirrored_pose(stroke)) return stroke.stroke();
+  return with_images(std::get<PoseStroke>(stroke.stroke()), stroke.source->mirror, positions);
+}
+
+SharedVectors scaled(const SharedVectors& vectors, double factor) {
+  std::vector<Vec3d> result(vectors.begin(), vectors.end());
+  for (Vec3d& v : result) v = v * factor;
+  return SharedVectors(std::move(result));
+}
+
+Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
+  const auto* grid = std::get_if<GridStroke>(&part);
+  if (grid == nullptr || !is_mirrored_pose(stroke)) return part;
+  GridStroke share = *grid;
+  const double factor = 1.0 / static_cast<double>(1U << stroke.source->mirror.size());
+  share.grid.coefficients = scaled(share.grid.coefficients, factor);
+  share.grid.end_coefficients = scaled(share.grid.end_coefficients, factor);
+  return share;
+}
+
 // Resolves a stroke on a shape, and moves the shape through it, but not through one with barrels, which are checked
 // first.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
@@ -102,7 +129,8 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   surface.positions = shape.positions();
   surface.triangles = shape.triangles();
   if (shape.has_normals()) surface.normal = [&](std::uint32_t vertex) { return shape.normal(vertex); };
-  surface.apply = [&](const Stroke& part) {
+  surface.apply = [&](const Stroke& own) {
+    const Stroke part = share_of_image(own, stroke);
     Flow flow = masked(flow_of(part, stroke.source->mirror), shape.mask());
     stroke.barrels = barrels_of(part, stroke.source->mirror);
     append(part, *stroke.source, stroke.outcome.parts);
@@ -113,7 +141,8 @@ void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progre
   std::vector<std::string> remarks;
   surface.progress = progress;
   try {
-    stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
+    stroke.outcome.penetration = apply_on(stroke_to_read(stroke, surface.positions), stroke.tool.get(),
+                                          shape.motion().threads, surface, remarks);
   } catch (const Cancelled&) {
     stroke.outcome.status = AdvectStatus::cancelled;
     return;

@@ -13,6 +13,7 @@
 #include "knead/flow/culling.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
+#include "knead/tool/live_surface.h"
 
 namespace knead {
 
@@ -230,6 +231,73 @@ class MirroredPins {
   double same_;
 };
 
+// The parts and pins of a pose and of its images.
+class MirroredPose {
+ public:
+  MirroredPose(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions)
+      : result_(stroke), images_(images_in(mirror)), same_(kSame * bounding_box(positions).diagonal()) {
+    for (PoseItem& item : result_.parts) {
+      std::visit([&](auto& own) { look_up(own, positions); }, item);
+    }
+  }
+
+  PoseStroke find() {
+    const std::vector<PoseItem> own = result_.parts;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (const SymmetryImage& image : images_) {
+        PoseStroke one = result_;
+        one.parts = {own[i]};
+        one.stiffness.clear();
+        add(std::get<PoseStroke>(image_of_flow(one, image)).parts.front(), i);
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static void look_up(PosePart& part, std::span<const Vec3d> positions) {
+    for (const VertexRange& range : part.vertices) {
+      require_vertex("parts", positions, range.last);
+      part.points.insert(part.points.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
+    }
+    part.vertices.clear();
+  }
+  static void look_up(PosePin& pin, std::span<const Vec3d> positions) {
+    if (!pin.vertex) return;
+    require_vertex("parts", positions, *pin.vertex);
+    pin.point = positions[*pin.vertex];
+    pin.vertex.reset();
+  }
+
+  // The image of item i: a part that holds gets the image's points, what is its own image stays alone.
+  void add(const PoseItem& image, std::size_t i) {
+    if (const auto* pin = std::get_if<PosePin>(&image)) return add(*pin, std::get<PosePin>(result_.parts[i]));
+    const auto& part = std::get<PosePart>(image);
+    auto& own = std::get<PosePart>(result_.parts[i]);
+    std::vector<Vec3d> apart;
+    for (const Vec3d& p : part.points) {
+      const auto is_it = [&](const Vec3d& q) { return are_near(p, q, same_); };
+      if (std::none_of(own.points.begin(), own.points.end(), is_it)) apart.push_back(p);
+    }
+    if (own.hold) {
+      own.points.insert(own.points.end(), apart.begin(), apart.end());
+    } else if (!apart.empty()) {
+      result_.parts.emplace_back(part);
+    }
+  }
+  void add(const PosePin& image, PosePin& own) {
+    if (!are_near(*image.point, *own.point, same_)) {
+      result_.parts.emplace_back(image);
+      return;
+    }
+    for (std::size_t k = 0; k < own.path.size(); ++k) own.path[k] = (own.path[k] + image.path[k]) * 0.5;
+  }
+
+  PoseStroke result_;
+  std::vector<SymmetryImage> images_;
+  double same_;
+};
+
 }  // namespace
 
 void validate(const Mirror& mirror) {
@@ -263,7 +331,12 @@ Mirror coordinate_mirror(std::string_view names) {
   return mirror;
 }
 
-std::vector<SymmetryImage> images_in(const Mirror& mirror) {
+std::vector<SymmetryImage> images_in(const Mirror& given) {
+  // As Segment::mirrored_at has coordinate planes, in the order of their axes.
+  Mirror mirror = given;
+  std::stable_sort(mirror.begin(), mirror.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
+    return axis_of(a).value_or(3) < axis_of(b).value_or(3);
+  });
   std::vector<SymmetryImage> images;
   const auto is_coordinate = [](const MirrorPlane& plane) { return coordinate_plane(plane).has_value(); };
   const bool exact = std::all_of(mirror.begin(), mirror.end(), is_coordinate);
@@ -301,6 +374,11 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
     result.segments.push_back(sum_of(images, mirror));
   }
   return result;
+}
+
+PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
+  if (stroke.exact) throw InvalidInput("\"exact\" and \"mirror\" do not go together; leave one of them out");
+  return MirroredPose(stroke, mirror, positions).find();
 }
 
 std::vector<Barrel> barrels_of(const Stroke& stroke, const Mirror& mirror) {

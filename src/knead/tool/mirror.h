@@ -1,6 +1,7 @@
 // Strokes and their mirror images, which act at the same time.
 #pragma once
 
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -39,6 +40,11 @@ std::vector<SymmetryImage> images_in(const Mirror& mirror);
 // valid, for a mask or relax, for a grid unless the normals are along axes, and for pins that are each other's images
 // but whose targets are not.
 Flow flow_of(const Stroke& stroke, const Mirror& mirror);
+
+// Returns a pose with the parts and pins of its images too, all as places: the vertices it names are looked up among
+// the positions. What is its own image counts once; a pin in a plane stays in it. Throws InvalidInput for a vertex that
+// is not there, and for a pose with `exact`.
+PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions);
 
 // Returns the barrels of the stroke and of its images, each once; none where it has none.
 std::vector<Barrel> barrels_of(const Stroke& stroke, const Mirror& mirror);
