@@ -135,7 +135,7 @@ class SegmentJacobians {
   ~SegmentJacobians() = default;
 
   Vec3d velocity_at(const Vec3d& x, double t) const {
-    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_at(x, t).velocity;
+    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_in_planes(x, t).velocity;
   }
 
   // Moves the points from `begin` to `end`, and multiplies their Jacobians.
@@ -201,10 +201,16 @@ class SegmentJacobians {
         slopes[k].gradient = slopes[k].gradient + slopes[k + stride].gradient;
       }
     }
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (segment_.mirrored_at[axis] && x[axis] == *segment_.mirrored_at[axis]) slopes[0].velocity[axis] = 0;
-    }
     return slopes[0];
+  }
+
+  // Along the planes in which the segment is mirrored, for places in them.
+  Slope slope_in_planes(const Vec3d& x, double t) const {
+    Slope slope = slope_at(x, t);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (segment_.mirrored_at[axis] && x[axis] == *segment_.mirrored_at[axis]) slope.velocity[axis] = 0;
+    }
+    return slope;
   }
 
   Slope slope_at(const Vec3d& x, double t) const {
@@ -220,7 +226,8 @@ class SegmentJacobians {
     const auto& self = *static_cast<const SegmentJacobians*>(data);
     for (std::size_t lane = 0; lane < detail::kJacobianLanes; ++lane) {
       if ((asked >> lane & 1) == 0 || is_cancelled(self.options_)) continue;
-      const Slope slope = self.slope_at({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
+      const Slope slope =
+          self.slope_in_planes({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
       const Vec3d rows[4] = {slope.velocity, slope.gradient.row0, slope.gradient.row1, slope.gradient.row2};
       for (std::size_t n = 0; n < detail::kJacobianNumbers; ++n) slopes.of[n][lane] = rows[n / 3][n % 3];
     }

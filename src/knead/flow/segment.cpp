@@ -154,7 +154,8 @@ void check_parts(const Segment& segment) {
 void check(const Segment& segment) {
   if (!segment.parts.empty()) check_parts(segment);
   for (const std::optional<double>& at : segment.mirrored_at) {
-    require(!at || (std::isfinite(*at) && !segment.parts.empty()), "only a sum is mirrored, at a finite coordinate");
+    require(!at || (std::isfinite(*at) && (!segment.parts.empty() || segment.time_law == TimeLaw::pinned)),
+            "only a sum and pins are mirrored, at a finite coordinate");
   }
   if (!segment.grid.is_empty()) check_grid(segment);
   require(!segment.fields.empty() || !segment.grid.is_empty() || !segment.parts.empty(), "it has no field");

@@ -59,8 +59,8 @@ struct Segment {
   // stroke and its mirror images do. Nothing else is given but the mask, `begin` and `end`, which are those of every
   // part. A barrel limits its part alone. A part is neither pinned nor a sum.
   std::vector<Segment> parts{};
-  // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}: points of the plane
-  // stay in it exactly.
+  // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}, and of pins that
+  // are: points of the plane stay in it exactly.
   std::array<std::optional<double>, 3> mirrored_at{};
 
   friend bool operator==(const Segment&, const Segment&) = default;

@@ -241,7 +241,9 @@ Vec3d center_of(const Segment& segment) {
   if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
   Box box;
   for (const Field& field : segment.fields) box.extend(field.center);
-  return box.center();
+  Vec3d center = box.center();
+  for (std::size_t axis = 0; axis < 3; ++axis) center[axis] = segment.mirrored_at[axis].value_or(center[axis]);
+  return center;
 }
 
 template <class S>
@@ -327,6 +329,44 @@ struct KernelMover {
   }
 };
 
+// A kernel whose positions are relative to a point of each of some planes at right angles to the axes; what is exactly
+// in a plane stays there.
+template <class S>
+struct InPlanes {
+  BoundKernel<S> inner;
+  std::array<bool, 3> has_plane{};
+
+  static void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    self.inner.kernel.stage(self.inner.field.get(), bundle, stage);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t lane = 0; self.has_plane[axis] && lane < static_cast<std::size_t>(bundle.count); ++lane) {
+        const bool is_in = bundle.base[axis][lane] == S(0) && (stage.from_start || bundle.moved[axis][lane] == S(0));
+        if (is_in) bundle.k[stage.out][axis][lane] = S(0);
+      }
+    }
+  }
+  static void limit(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    self.inner.kernel.limit(self.inner.field.get(), bundle, from_start, limits);
+  }
+  static Classified classify(const void* data, const BlockTask& task) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    return self.inner.kernel.classify(self.inner.field.get(), task);
+  }
+};
+
+template <class S>
+BoundKernel<S> in_planes(BoundKernel<S> kernel, const std::array<std::optional<double>, 3>& planes) {
+  BoundKernel<S> result = kernel;
+  result.kernel.stage = &InPlanes<S>::stage;
+  if (kernel.kernel.limit != nullptr) result.kernel.limit = &InPlanes<S>::limit;
+  result.kernel.classify = &InPlanes<S>::classify;
+  result.field = std::make_shared<const InPlanes<S>>(
+      InPlanes<S>{std::move(kernel), {planes[0].has_value(), planes[1].has_value(), planes[2].has_value()}});
+  return result;
+}
+
 // A segment of pins is moved through the pieces of its time, one after the other.
 template <class S>
 class PinMover {
@@ -374,7 +414,8 @@ class PinMover {
     result.field = {owned, &owned->field};
     result.next_contact = &contact_or_never;
     result.contact_data = &part;
-    return result;
+    const bool is_mirrored = part.mirrored_at != std::array<std::optional<double>, 3>{};
+    return is_mirrored ? in_planes<S>(std::move(result), part.mirrored_at) : result;
   }
 
   std::vector<std::unique_ptr<Segment>> parts_;  // of the segment's time
@@ -419,85 +460,94 @@ class ApartMover {
 class BarrelsMover {
  public:
   BarrelsMover(const Segment& sum, const AdvectOptions& options, const KernelTable& kernels)
-      : sum_(sum), options_(options), kernels_(kernels) {
-    for (std::size_t i = 0; sum.begin != 0 && i < sum.parts.size(); ++i) {
-      to_start_[i].segment = chosen_parts(sum, 1U << i);
-      to_start_[i].segment.end = 0;
-      to_start_[i].move = make_segment_mover(to_start_[i].segment, options, kernels);
-    }
-  }
+      : sum_(sum), options_(options), kernels_(kernels) {}
   BarrelsMover(const BarrelsMover&) = delete;
   BarrelsMover& operator=(const BarrelsMover&) = delete;
   ~BarrelsMover() = default;
 
   GroupCounts operator()(LiveGroup group) const {
-    const std::vector<std::uint8_t> chosen = parts_of_points(group);
-    std::array<bool, 1U << kMostParts> is_there{};
-    for (const std::uint8_t parts : chosen) is_there[parts] = true;
+    const std::vector<unsigned> chosen = parts_of_points(group);
     GroupCounts sum;
-    for (unsigned parts = 1; parts < is_there.size() && sum.complete; ++parts) {
-      if (!is_there[parts]) continue;
+    for (unsigned parts = 1; parts < 1U << sum_.parts.size() && sum.complete; ++parts) {
       std::array<std::uint64_t, kBlocksPerGroup> members{};
       for (std::size_t i = 0; i < kGroup; ++i) {
         if (chosen[i] == parts) members[i / kBlock] |= std::uint64_t{1} << i % kBlock;
       }
+      if (members == std::array<std::uint64_t, kBlocksPerGroup>{}) continue;
       LiveGroup own = group;
       own.members = members.data();
       own.between = 0;
-      add_counts(mover_of(parts)(own), group, sum);
+      add_counts(movers_.of(parts, *this, sum_.end)(own), group, sum);
     }
     return sum;
   }
 
  private:
-  struct Mover {
-    Segment segment;
-    SegmentMover move;
+  // Movers of some of the parts, to a time; made when they are needed.
+  class Movers {
+   public:
+    const SegmentMover& of(unsigned parts, const BarrelsMover& all, double end) const {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      std::unique_ptr<Mover>& mover = movers_[parts];
+      if (mover == nullptr) {
+        mover = std::make_unique<Mover>(Mover{chosen_parts(all.sum_, parts), {}});
+        mover->segment.end = end;
+        mover->move = make_segment_mover(mover->segment, all.options_, all.kernels_);
+      }
+      return mover->move;
+    }
+
+   private:
+    struct Mover {
+      Segment segment;
+      SegmentMover move;
+    };
+    mutable std::mutex mutex_;
+    mutable std::array<std::unique_ptr<Mover>, 1U << kMostParts> movers_;
   };
 
-  // Of each point of the group the parts that move it, as bits.
-  std::vector<std::uint8_t> parts_of_points(const LiveGroup& group) const {
-    std::vector<std::uint8_t> chosen(kGroup, 0);
-    for (std::size_t part = 0; part < sum_.parts.size(); ++part) {
-      std::vector<double> copy;
-      Coordinates at = group.points;
-      if (to_start_[part].move) {
-        for (const double* from : {at.x, at.y, at.z}) copy.insert(copy.end(), from, from + kGroup);
-        at = {copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
-        std::vector<std::uint32_t> steps(kGroup);
-        std::array<double, kBlocksPerGroup> moved{};
-        to_start_[part].move(
-            {at, group.members, group.blocks, group.block_count, 0, steps.data(), moved.data(), group.stop});
-      }
-      const std::optional<SegmentBarrel>& barrel = sum_.parts[part].barrel;
+  // The parts that move a point that is there at t = 0, as bits.
+  unsigned parts_at(const Vec3d& x) const {
+    unsigned parts = 0;
+    for (std::size_t i = 0; i < sum_.parts.size(); ++i) {
+      if (!sum_.parts[i].barrel || is_within(*sum_.parts[i].barrel, x)) parts |= 1U << i;
+    }
+    return parts;
+  }
+
+  // Of each point of the group the parts that move it: those that take it back to a place where they do.
+  std::vector<unsigned> parts_of_points(const LiveGroup& group) const {
+    std::vector<unsigned> chosen(kGroup, 0);
+    const auto choose = [&](const Coordinates& at, unsigned parts) {
       for (int k = 0; k < group.block_count; ++k) {
         for (std::uint64_t rest = group.members[group.blocks[k]]; rest != 0; rest &= rest - 1) {
           const std::size_t i = group.blocks[k] * kBlock + static_cast<std::size_t>(__builtin_ctzll(rest));
-          if (!barrel || is_within(*barrel, {at.x[i], at.y[i], at.z[i]})) {
-            chosen[i] = static_cast<std::uint8_t>(chosen[i] | 1U << part);
-          }
+          const unsigned there = parts_at({at.x[i], at.y[i], at.z[i]});
+          if (chosen[i] == 0 && (parts == 0 || there == parts)) chosen[i] = there;
         }
       }
+    };
+    if (sum_.begin == 0) choose(group.points, 0);
+    for (unsigned parts = 1; sum_.begin != 0 && parts < 1U << sum_.parts.size(); ++parts) {
+      std::vector<double> copy;
+      for (const double* from : {group.points.x, group.points.y, group.points.z}) {
+        copy.insert(copy.end(), from, from + kGroup);
+      }
+      const Coordinates at{copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
+      std::vector<std::uint32_t> steps(kGroup);
+      std::array<double, kBlocksPerGroup> moved{};
+      to_start_.of(parts, *this,
+                   0)({at, group.members, group.blocks, group.block_count, 0, steps.data(), moved.data(), group.stop});
+      choose(at, parts);
     }
     return chosen;
-  }
-
-  const SegmentMover& mover_of(unsigned parts) const {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    std::unique_ptr<Mover>& mover = movers_[parts];
-    if (mover == nullptr) {
-      mover = std::make_unique<Mover>(Mover{chosen_parts(sum_, parts), {}});
-      mover->move = make_segment_mover(mover->segment, options_, kernels_);
-    }
-    return mover->move;
   }
 
   const Segment& sum_;
   AdvectOptions options_;
   const KernelTable& kernels_;
-  std::array<Mover, kMostParts> to_start_;  // of each part, where the sum begins later
-  mutable std::mutex mutex_;
-  mutable std::array<std::unique_ptr<Mover>, 1U << kMostParts> movers_;  // made when they are needed
+  Movers movers_;
+  Movers to_start_;
 };
 
 // Null where a sum is moved as other segments are.

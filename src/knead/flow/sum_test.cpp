@@ -262,7 +262,7 @@ TEST(Sum, ABarrelLimitsItsPartAlone) {
     EXPECT_EQ(both[i], points[i].x < 0 ? by_left[i] : by_right[i]);
     count += both[i] == points[i] ? 0 : 1;
   }
-  EXPECT_GT(count, 50);
+  EXPECT_GT(count, 20);
 }
 
 TEST(Sum, ReachIsThatOfAllParts) {

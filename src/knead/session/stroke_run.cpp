@@ -213,6 +213,11 @@ std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
   return text + "; allow more seconds";
 }
 
+bool holds_all(const Barrel& barrel, const std::vector<Vec3d>& points) {
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vec3d& p) { return norm(cross(barrel.normal, p - barrel.center)) <= barrel.radius; });
+}
+
 Flow without_barrels(Flow flow) {
   for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
@@ -398,30 +403,44 @@ StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
   return back;
 }
 
-// Leaves the barrels out: barrel_members says which points each held.
+// Leaves the barrels out: barrel_members says which points each held. Where all of them held the whole shape, as
+// barrels about one line do, nothing is to be asked.
 const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
   if (taken_back_) return *taken_back_;
-  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
-  std::vector<TakenBack> one_by_one;
-  std::vector<unsigned> parts(shape_.positions().size(), 0);  // that moved each point
-  for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
-    const Barrel& barrel = stroke_.barrels[i];
-    one_by_one.push_back(taken_back_by(1U << i));
-    const std::vector<bool> members = barrel_members(barrel, shape_.positions(), one_by_one.back().shape.positions(),
-                                                     shape_.triangles(), 10 * tolerance + 1e-3 * barrel.radius);
-    for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
-  }
   taken_back_.emplace();
-  for (unsigned chosen = 1; chosen < 1U << stroke_.barrels.size(); ++chosen) {
+  const std::size_t count = stroke_.barrels.size();
+  TakenBack all = taken_back_by((1U << count) - 1);
+  const bool held_all =
+      count > 1 && std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(),
+                               [&](const auto& barrel) { return holds_all(barrel, all.shape.positions()); });
+  if (held_all) {
+    all.members.assign(shape_.positions().size(), true);
+    taken_back_->push_back(std::move(all));
+    return *taken_back_;
+  }
+  const std::vector<unsigned> parts = parts_that_moved();
+  for (unsigned chosen = 1; chosen < 1U << count; ++chosen) {
     std::vector<bool> members(parts.size());
     for (std::size_t k = 0; k < parts.size(); ++k) members[k] = parts[k] == chosen;
     if (std::find(members.begin(), members.end(), true) == members.end()) continue;
-    const bool is_one = (chosen & (chosen - 1)) == 0;
-    const auto number = static_cast<std::size_t>(__builtin_ctz(chosen));
-    taken_back_->push_back(is_one ? std::move(one_by_one[number]) : taken_back_by(chosen));
+    taken_back_->push_back(taken_back_by(chosen));
     taken_back_->back().members = std::move(members);
   }
   return *taken_back_;
+}
+
+// The parts of the flow that moved each point, as bits.
+std::vector<unsigned> StrokeRun::parts_that_moved() const {
+  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
+  std::vector<unsigned> parts(shape_.positions().size(), 0);
+  for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
+    const Barrel& barrel = stroke_.barrels[i];
+    const TakenBack back = taken_back_by(1U << i);
+    const std::vector<bool> members = barrel_members(barrel, shape_.positions(), back.shape.positions(),
+                                                     shape_.triangles(), 10 * tolerance + 1e-3 * barrel.radius);
+    for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
+  }
+  return parts;
 }
 
 }  // namespace knead::session_detail

@@ -359,7 +359,11 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
   if (std::holds_alternative<MaskStroke>(stroke) || !is_flow(stroke)) {
     throw InvalidInput(fmt::format("a {} has no \"mirror\"", tool_name(stroke)));
   }
-  if (const auto* pins = std::get_if<PinsStroke>(&stroke)) return flow_of(MirroredPins(*pins, mirror).find());
+  if (const auto* pins = std::get_if<PinsStroke>(&stroke)) {
+    Flow flow = flow_of(MirroredPins(*pins, mirror).find());
+    for (Segment& segment : flow.segments) segment.mirrored_at = planes_of(mirror);
+    return flow;
+  }
   std::vector<Flow> flows{flow_of(stroke)};
   for (const SymmetryImage& image : images_in(mirror)) {
     flows.push_back(flow_of(image_of_flow(stroke, image)));

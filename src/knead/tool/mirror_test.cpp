@@ -122,8 +122,12 @@ TEST(Mirror, TheSidesAreMirrorImages) {
     for (const char* const planes : {"x", "y", "xz", "xyz"}) {
       const Mirror mirror = coordinate_mirror(planes);
       const Flow flow = flow_of(each.stroke, mirror);
-      EXPECT_LT(asymmetry(flow, mirror, options_of(Precision::float64)), 1e-12) << each.name << ", " << planes;
-      EXPECT_LT(asymmetry(flow, mirror, options_of(Precision::float32, 1e-5)), 1e-6) << each.name << ", " << planes;
+      // Nodes and points are added up in another order on the other side: rounding, which a step's choice may magnify.
+      const bool adds_up = each.name.find("grid") != std::string::npos || each.name == "points";
+      EXPECT_LT(asymmetry(flow, mirror, options_of(Precision::float64)), adds_up ? 1e-9 : 1e-12)
+          << each.name << ", " << planes;
+      EXPECT_LT(asymmetry(flow, mirror, options_of(Precision::float32, 1e-5)), adds_up ? 1e-5 : 1e-6)
+          << each.name << ", " << planes;
     }
   }
 }
