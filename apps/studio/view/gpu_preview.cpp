@@ -136,7 +136,8 @@ bool GpuPreview::apply(std::span<const SessionStroke> strokes, double diagonal) 
   try {
     std::vector<Flow> flows;
     if (change.rest) flows.push_back(*change.rest);
-    for (std::size_t i = change.first_new; i < strokes.size(); ++i) flows.push_back(flow_of(strokes[i].stroke, strokes[i].mirror));
+    for (std::size_t i = change.first_new; i < strokes.size(); ++i)
+      flows.push_back(flow_of(strokes[i].stroke, strokes[i].mirror));
     if (change.from_start) take_back();
     strokes_.assign(strokes.begin(), strokes.end());
     for (const Flow& flow : flows) {
