@@ -152,7 +152,7 @@ TEST(Mirror, InAnyPlaneTheSidesAreMirrorImages) {
 TEST(Mirror, PointsOfAPlaneStayInItExactly) {
   Random random(5);
   for (const NamedStroke& each : one_of_each()) {
-    for (const Mirror& mirror : {coordinate_mirror("x"), coordinate_mirror("xy"), Mirror{{{3, 0, 0}, {0.07, 1, 2}}}}) {
+    for (const Mirror& mirror : {coordinate_mirror("x"), coordinate_mirror("xy"), Mirror{{{3, 0, 0}, {-0.06, 1, 2}}}}) {
       const double plane = mirror.front().point.x;
       std::vector<Vec3d> points = test::random_points(random, 300);
       for (Vec3d& p : points) p.x = plane;
