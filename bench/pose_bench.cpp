@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/triangulate.h"
 #include "knead/session/replay.h"
+#include "knead/session/workbench.h"
 #include "pose_scenes.h"
 
 namespace {
@@ -186,6 +188,40 @@ void write_scene(const PoseScene& scene, const std::filesystem::path& folder) {
   }
 }
 
+double seconds_of(const std::function<void()>& work) {
+  const auto began = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+}
+
+// A pointer drags the pin of a scene along its path, with a coarse grid as in Studio, and then rests.
+void show_drag(const PoseScene& scene, double detail) {
+  constexpr double kCoarse = 0.1;
+  constexpr std::size_t kPerPiece = 4;  // places of the pointer
+  Workbench bench(scene.mesh);
+  bench.prepare();
+  PoseStroke pose = std::get<PoseStroke>(pose_of(scene, kCoarse));
+  PosePin& pin = std::get<PosePin>(pose.parts.front());
+  Vec3d from = scene.mesh.positions[*pin.vertex];
+  pin.path.clear();
+  std::vector<double> batches;
+  for (const Vec3d& to : scene.path) {
+    pin.path.push_back(to);
+    for (std::size_t i = 1; i <= kPerPiece; ++i) {
+      pin.path.back() = from + (to - from) * (static_cast<double>(i) / kPerPiece);
+      batches.push_back(seconds_of([&] { bench.set_live({{pose}}, nullptr, true); }));
+    }
+    from = to;
+  }
+  pose.detail = detail;
+  const double rest = seconds_of([&] { bench.set_live({{pose}}); });
+  const double first = batches.front();
+  batches.erase(batches.begin());
+  std::sort(batches.begin(), batches.end());
+  fmt::print("| {} | {} | {:.0f} | {:.0f} | {:.0f} | {:.2f} |\n", scene.name, scene.mesh.vertex_count(), 1e3 * first,
+             1e3 * batches[batches.size() / 2], 1e3 * batches[batches.size() * 9 / 10], rest);
+}
+
 struct Arguments {
   double detail = PoseStroke{}.detail;
   std::filesystem::path folder;
@@ -224,5 +260,11 @@ int main(int argc, char** argv) {
   for (const PoseScene& scene : scenes) {
     show(scene, arguments.detail);
     if (!arguments.folder.empty()) write_scene(scene, arguments.folder);
+  }
+  fmt::print("\nA pin follows a pointer, detail 0.1: milliseconds for each place of the pointer; seconds at rest\n\n");
+  fmt::print("| scene | vertices | first | median | 9 of 10 | at rest, detail {} |\n", arguments.detail);
+  fmt::print("| --- | ---: | ---: | ---: | ---: | ---: |\n");
+  for (const PoseScene& scene : scenes) {
+    if (scene.path.size() > 1) show_drag(scene, arguments.detail);
   }
 }

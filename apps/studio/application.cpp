@@ -30,8 +30,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kWidth = 1440;
-constexpr int kHeight = 900;
 constexpr std::size_t kFirstVertices = 40'000;
 constexpr double kIdleWait = 0.1;  // seconds between looks at what the worker has done, when nothing happens
 constexpr double kBusyWait = 0.002;
@@ -53,7 +51,7 @@ double seconds_between(Clock::time_point from, Clock::time_point to) {
 class Application {
  public:
   explicit Application(Studio& studio)
-      : window_("Knead Studio", kWidth, kHeight),
+      : window_("Knead Studio", studio.preferences().window),
         studio_(studio),
         gui_(window_.scale() * studio.preferences().interface_scale),
         backend_(window_),
@@ -65,6 +63,8 @@ class Application {
   ~Application() { studio_.set_hit_test({}); }
   Application(const Application&) = delete;
   Application& operator=(const Application&) = delete;
+
+  WindowPlace place() const { return window_.place(); }
 
   // Until the person quits, or the driver has lost what is drawn: false.
   bool run() {
@@ -274,11 +274,12 @@ class Application {
 
 namespace {
 
-// What other runs left behind and nobody misses.
-void discard_empty_journals(Studio& studio) {
+// What other runs left behind and nobody misses: what is empty, or saved.
+void discard_needless_journals(Studio& studio) {
   const std::vector<AbandonedJournal> journals = studio.abandoned();
   for (const AbandonedJournal& journal : journals) {
-    if (journal.strokes == 0 && journal.problem.empty()) studio.discard(std::filesystem::path(journal.folder));
+    const bool is_needless = journal.strokes == 0 || journal.is_saved;
+    if (is_needless && journal.problem.empty()) studio.discard(std::filesystem::path(journal.folder));
   }
 }
 
@@ -296,19 +297,21 @@ void begin(Studio& studio, const ApplicationOptions& options) {
 
 void run_application(const ApplicationOptions& options) {
   Studio studio({});
-  discard_empty_journals(studio);
+  discard_needless_journals(studio);
   auto application = std::make_unique<Application>(studio);
   begin(studio, options);
   for (int windows = 1; !application->run(); ++windows) {
     if (windows == kMostWindows) throw std::runtime_error("the graphics driver keeps resetting");
     const Pointer& at = studio.pointer();
     if (studio.gesture()) studio.handle(ButtonChanged{MouseButton::left, false, at.x, at.y, at.modifiers});
+    studio.remember_window(application->place());
     application.reset();
     application = std::make_unique<Application>(studio);
     studio.preferences().backend = BackendChoice::cpu;
     studio.tell({true, "The GPU was reset. No work is lost; Studio continues on the CPU in a new window."});
   }
   studio.remember_look();
+  studio.remember_window(application->place());
   studio.close();
 }
 
@@ -318,7 +321,7 @@ SteppedApplication::SteppedApplication(const ApplicationOptions& options) {
   studio_options.has_worker = false;  // no thread can be started
 #endif
   studio_ = std::make_unique<Studio>(studio_options);
-  discard_empty_journals(*studio_);
+  discard_needless_journals(*studio_);
   application_ = std::make_unique<Application>(*studio_);
   begin(*studio_, options);
 }

@@ -31,6 +31,8 @@ constexpr std::array<std::string_view, 4> kUnits{"", "mm", "cm", "m"};
 constexpr std::array<std::string_view, 3> kPressures{"none", "radius", "depth"};
 constexpr std::array<std::string_view, 3> kShadings{"clay", "matcap", "flat"};
 constexpr std::array<std::string_view, 2> kProjections{"orthographic", "perspective"};
+constexpr double kSmallestWindow = 320;  // points
+constexpr double kLargestWindow = 20000;
 constexpr double kSmallestScale = 0.5;
 constexpr double kLargestScale = 3;
 constexpr double kMostUndoMemory = 1e6;  // MB
@@ -95,6 +97,8 @@ class Reader {
         read_color(key, value, loaded_.preferences.inner_ring);
       } else if (key == "panels") {
         read_panels(value);
+      } else if (key == "window") {
+        read_window(value);
       } else if (key == "interface_scale") {
         read_number(key, value, {kSmallestScale, kLargestScale}, loaded_.preferences.interface_scale);
       } else if (key == "undo_memory_mb") {
@@ -102,7 +106,8 @@ class Reader {
       } else if (!read_look(key, value)) {
         complain(fmt::format(
             "\"{}\" is not a setting; the settings are keys, navigation, up, backend, unit, pen_pressure, outer_ring, "
-            "inner_ring, panels, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, background, "
+            "inner_ring, panels, window, interface_scale, undo_memory_mb, shading, matcap, cavity, occlusion, "
+            "background, "
             "projection and "
             "field_of_view_deg",
             key));
@@ -148,6 +153,21 @@ class Reader {
         }
       } else {
         complain(fmt::format("panels: \"{}\" cannot be {}", key, to_text(each)));
+      }
+    }
+  }
+
+  void read_window(const Json& value) {
+    if (!value.is_object()) return complain("\"window\" must be an object, as in {\"width\": 1440, \"height\": 900}");
+    WindowPlace& window = loaded_.preferences.window;
+    for (const auto& [key, each] : value.members()) {
+      int* const size = key == "width" ? &window.width : key == "height" ? &window.height : nullptr;
+      if (size != nullptr && each.is_number() && each.number() >= kSmallestWindow && each.number() <= kLargestWindow) {
+        *size = static_cast<int>(each.number());
+      } else if (key == "maximized" && each.is_flag()) {
+        window.maximized = each.flag();
+      } else {
+        complain(fmt::format("window: \"{}\" cannot be {}", key, to_text(each)));
       }
     }
   }
@@ -239,6 +259,15 @@ std::optional<Json> json_of(const PanelState& panels) {
   return json;
 }
 
+std::optional<Json> json_of(const WindowPlace& window) {
+  if (window == WindowPlace()) return std::nullopt;
+  Json json = Json::object();
+  json.set("width", static_cast<double>(window.width));
+  json.set("height", static_cast<double>(window.height));
+  if (window.maximized) json.set("maximized", true);
+  return json;
+}
+
 }  // namespace
 
 fs::path config_folder() { return folder_of("XDG_CONFIG_HOME", ".config"); }
@@ -284,6 +313,7 @@ std::vector<OwnMember> own_members(const Preferences& preferences) {
           member("outer_ring", preferences.outer_ring, plain.outer_ring, text_of(preferences.outer_ring)),
           member("inner_ring", preferences.inner_ring, plain.inner_ring, text_of(preferences.inner_ring)),
           {"panels", json_of(preferences.panels)},
+          {"window", json_of(preferences.window)},
           member("interface_scale", preferences.interface_scale, plain.interface_scale, preferences.interface_scale),
           member("undo_memory_mb", preferences.undo_memory_mb, plain.undo_memory_mb, preferences.undo_memory_mb),
           member("shading", look.material, plain.look.material,

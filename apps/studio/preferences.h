@@ -8,6 +8,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
+#include "platform/window_place.h"
 #include "view/look.h"
 
 namespace knead::studio {
@@ -46,6 +47,7 @@ struct Preferences {
   render::Color outer_ring{0.00f, 0.45f, 0.70f, 1};
   render::Color inner_ring{0.90f, 0.62f, 0.00f, 1};
   PanelState panels;
+  WindowPlace window;
   Look look;
   double interface_scale = 1;    // of texts and panels beyond what the display asks for, from 0.5 to 3
   double undo_memory_mb = 1024;  // of the states that undo reaches at once, from 0 to 1e6; older ones are made again

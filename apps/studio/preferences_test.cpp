@@ -120,6 +120,20 @@ TEST_F(PreferencesTest, PanelsComeBackAsTheyWereLeft) {
   EXPECT_EQ(load(R"({"panels": 3})").messages.size(), 1U);
 }
 
+TEST_F(PreferencesTest, TheWindowComesBackAsItWasLeft) {
+  Preferences preferences;
+  preferences.window = {1000, 700, true};
+  save_preferences(folder_, preferences);
+  const LoadedPreferences loaded = load_preferences(folder_);
+  EXPECT_TRUE(loaded.messages.empty());
+  EXPECT_EQ(loaded.preferences.window, preferences.window);
+  save_preferences(folder_, {});
+  EXPECT_EQ(file_bytes(folder_ / "studio.json").find("window"), std::string::npos) << "as by default";
+  const LoadedPreferences odd = load(R"({"window": {"width": -3, "height": 1e9, "maximized": 1}})");
+  EXPECT_EQ(odd.messages.size(), 3U);
+  EXPECT_EQ(odd.preferences.window, WindowPlace());
+}
+
 TEST_F(PreferencesTest, RecentFilesStandOnceTheLatestFirst) {
   std::vector<fs::path> recent;
   for (std::size_t i = 0; i < kMostRecent + 3; ++i) {

@@ -243,6 +243,8 @@ class Script {
       to.capsule_length = value.number();
     } else if (key == "stamp_size") {
       to.stamp_size = value.number();
+    } else if (key == "contact") {
+      to.stamp_contact = static_cast<StampContact>(choice(value, {"stick", "slip", "auto"}));
     } else if (key == "exponent") {
       to.exponent = static_cast<int>(value.number());
     } else if (key == "falloff") {

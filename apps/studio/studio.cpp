@@ -84,6 +84,12 @@ void Studio::remember_panels() {
   save_preferences();
 }
 
+void Studio::remember_window(const WindowPlace& window) {
+  if (window == preferences_.window) return;
+  preferences_.window = window;
+  save_preferences();
+}
+
 void Studio::tell(Notice notice) {
   const std::lock_guard lock(mailbox_.mutex);
   const bool withdraws = !notice.is_error && mailbox_.troubled.erase(notice.subject) > 0;
@@ -284,7 +290,7 @@ void Studio::rest() {
   const bool is_due = rests != nullptr && !*rests && !worker_->is_busy() && waits.count() > kRest;
   if (!is_due || settings_.pose == PoseMode::exact) return;
   *rests = true;
-  send_live();
+  send_live(true);
 }
 
 void Studio::release(const ButtonChanged& button) {
@@ -309,7 +315,7 @@ void Studio::accept() {
   end(true);
 }
 
-void Studio::send_live() {
+void Studio::send_live(bool gives_way) {
   if (!gesture_) return;
   std::vector<SessionStroke> live = lines_of(*gesture_, settings_, image_file);
   for (SessionStroke& line : live) {
@@ -319,8 +325,11 @@ void Studio::send_live() {
   sent_strokes_ = live;
   pending_->strokes = ended_strokes_;
   pending_->strokes.insert(pending_->strokes.end(), live.begin(), live.end());
-  sent_ = worker_->post_latest([this, live](Progress& progress) { document_.set_live(live, progress); },
-                               settings_.tool->name);
+  const bool* const rests = rests_of(*gesture_);
+  const bool follows = rests != nullptr && !*rests;
+  sent_ =
+      worker_->post_latest([this, live, follows](Progress& progress) { document_.set_live(live, progress, follows); },
+                           settings_.tool->name, gives_way);
   refresh();
 }
 
@@ -335,6 +344,7 @@ void Studio::end(bool is_kept) {
   sent_strokes_.clear();
   if (did_something) ++ended_;
   if (did_something && is_kept) {
+    worker_->keep_latest();
     ended_strokes_ = pending_->strokes;
     post([this](Progress& progress) { document_.finish(progress); }, "Ending the stroke");
   } else if (did_something) {

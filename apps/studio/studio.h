@@ -224,6 +224,9 @@ class Studio {
   // Saves the references of the document likewise.
   void remember_look();
 
+  // Writes the size of the window into the preferences.
+  void remember_window(const WindowPlace& window);
+
   // Closes the document and removes its journal. Otherwise the next start offers to recover it.
   void close();
 
@@ -261,7 +264,7 @@ class Studio {
   void begin_adjusting(Action what);
   void stop_adjusting(bool is_kept);
   void begin();
-  void send_live();
+  void send_live(bool gives_way = false);  // gives_way: the pointer may go on
   void rest();
   void end(bool is_kept);
   bool begin_handle_drag();

@@ -134,6 +134,22 @@ TEST_F(StudioTest, ASavedSessionIsOpenedAgainWithItsStampsAndGestures) {
   EXPECT_TRUE(saved_and_replayed(other, "again.knead").shape.positions() == positions(studio));
 }
 
+TEST_F(StudioTest, AfterACrashSavedWorkIsKnownAsSaved) {
+  for (const bool goes_on : {false, true}) {
+    {
+      Studio studio(options());
+      run(studio, ball());
+      run(studio, kTools[10].script);
+      saved_and_replayed(studio);
+      if (goes_on) run(studio, kTools[0].script);
+    }  // without close(): killed
+    Studio next(options());
+    ASSERT_EQ(next.abandoned().size(), 1U);
+    EXPECT_EQ(next.abandoned()[0].is_saved, !goes_on);
+    next.discard(std::filesystem::path(next.abandoned()[0].folder));
+  }
+}
+
 TEST_F(StudioTest, WhatWasLeftBehindIsOfferedAndComesBackToTheBit) {
   std::vector<Vec3d> left;
   {

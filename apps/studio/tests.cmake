@@ -3,6 +3,7 @@ knead_test(knead_studio_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/view/look_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/view/picture_quality_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/platform/file_list_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/platform/worker_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/keys_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/gestures/gestures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/masks_test.cpp

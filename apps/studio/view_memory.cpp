@@ -37,6 +37,10 @@ const char* word_of(PullStart start) {
   return std::array{"inside", "surface", "plane"}[static_cast<std::size_t>(start)];
 }
 
+const char* word_of(StampContact contact) {
+  return std::array{"stick", "slip", "auto"}[static_cast<std::size_t>(contact)];
+}
+
 const char* word_of(PoseMode mode) {
   return std::array{"pins", "lasso", "brush", "exact"}[static_cast<std::size_t>(mode)];
 }
@@ -51,7 +55,8 @@ std::string settings_line(const ToolSettings& to) {
                   word_of(to.start), to.paint_in, to.uses_barrel, to.mirror[0], to.mirror[1], to.mirror[2], to.remesh);
   text += fmt::format(R"(, "symmetry_center": {}, "radial": {}, "radial_axis": {})", text_of(to.symmetry.center),
                       to.symmetry.turns, text_of(to.symmetry.axis));
-  text += fmt::format(R"(, "falloff": {}, "auto_radius": {})", to.falloff, to.auto_radius);
+  text += fmt::format(R"(, "falloff": {}, "auto_radius": {}, "contact": "{}")", to.falloff, to.auto_radius,
+                      word_of(to.stamp_contact));
   text += fmt::format(R"(, "pose": "{}", "detail": {})", word_of(to.pose), to.pose_detail);
   if (to.symmetry.plane) {
     text += fmt::format(R"(, "mirror_plane": {{"point": {}, "normal": {}}})", text_of(to.symmetry.plane->point),

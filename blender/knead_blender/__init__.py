@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Knead in Blender: deforms meshes by divergence-free vector fields. The user's page is docs/blender.md."""
 
 bl_info = {
@@ -10,9 +11,9 @@ bl_info = {
     "category": "Sculpting",
 }
 
-from . import bake, check, operators, panel, poses, settings, state, tools, workspace
+from . import bake, check, operators, panel, poses, settings, stamps, state, tools, workspace
 
-_MODULES = (state, settings, operators, poses, tools, check, bake, panel, workspace)
+_MODULES = (state, settings, stamps, operators, poses, tools, check, bake, panel, workspace)
 
 
 def register():

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Long work in a thread of its own, while the window lives: progress, and Esc stops. The library releases the GIL."""
 
 import threading

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """knead.bake: the motion of a session as shape keys, or as a PC2 file with the modifier Mesh Cache."""
 
 import os
@@ -5,7 +6,7 @@ import os
 import bpy
 from bpy.props import EnumProperty, IntProperty, StringProperty
 
-from . import rebuild, shape, state
+from . import compat, rebuild, shape, state
 from .background import Background
 from .native import knead
 from .operators import OfSession
@@ -78,6 +79,11 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
         self.finish(context, obj, frames_of(obj, self.frames)())
 
     def _require(self, obj):
+        if obj.data.knead.is_posed:
+            raise state.Refusal("The session was made on a posed mesh, whose motion cannot be baked; the shape key has its end")
+        state.require_own_key(obj)
+        if state.changed_elsewhere(obj):
+            raise state.Refusal("The mesh was changed elsewhere, which the animation would lack; rebuild it, or clear the session")
         if self.to == "MESH_CACHE":
             self._path(obj)
         elif obj.data.shape_keys is not None:
@@ -90,11 +96,24 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
             knead.write_frames(path, frames)
             self._add_modifier(obj, path, start)
         else:
-            self._add_keys(obj, frames)
-            self._add_drivers(obj, len(frames)) if self.drive == "PROPERTY" else self._add_keyframes(obj, len(frames), start)
-            obj.data.update()
+            self._add_moving_keys(obj, frames, start)
         if self.to == "MESH_CACHE" or self.drive == "KEYFRAMES":
             context.scene.frame_end = max(context.scene.frame_end, start + len(frames) - 1)
+            context.scene.frame_set(start + len(frames) - 1)  # where the mesh is as it was before
+        if self.to == "SHAPE_KEYS":
+            state.note_result(obj)
+
+    def _add_moving_keys(self, obj, frames, start):
+        """Adds the keys and what moves them, or nothing. The session goes on with the last key."""
+        before = shape.read(obj)
+        try:
+            self._add_keys(obj, frames)
+            self._add_drivers(obj, len(frames)) if self.drive == "PROPERTY" else self._add_keyframes(obj, len(frames), start)
+        except BaseException:
+            _remove_keys(obj)
+            shape.write(obj, before)
+            raise
+        obj.data.update()
 
     def _path(self, obj):
         if self.filepath:
@@ -109,6 +128,7 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
         obj.data.vertices.foreach_set("co", frames[0].ravel())
         for i, frame in enumerate(frames[1:], start=1):
             obj.shape_key_add(name=f"Knead {i}", from_mix=False).data.foreach_set("co", frame.ravel())
+        obj.active_shape_key_index = len(frames) - 1
 
     @staticmethod
     def _add_keyframes(obj, count, start):
@@ -117,7 +137,7 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
                 if at < count:
                     key.value = value
                     key.keyframe_insert("value", frame=start + at)
-        for curve in obj.data.shape_keys.animation_data.action.fcurves:
+        for curve in compat.curves(obj.data.shape_keys):
             for point in curve.keyframe_points:
                 point.interpolation = "LINEAR"
 
@@ -140,6 +160,19 @@ class KNEAD_OT_bake(Background, OfSession, bpy.types.Operator):
         modifier.filepath = path
         modifier.frame_start = start
         bpy.ops.object.modifier_move_to_index(modifier=modifier.name, index=0)
+
+
+def _remove_keys(obj):
+    """Removes all shape keys and what moves them."""
+    keys = obj.data.shape_keys
+    if keys is None:
+        return
+    action = keys.animation_data and keys.animation_data.action
+    obj.shape_key_clear()
+    if action is not None and action.users == 0:
+        bpy.data.actions.remove(action)
+    if ALONG in obj:
+        del obj[ALONG]
 
 
 def register():

@@ -1,10 +1,11 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """knead.check: volume, crossings and angles, in the panel."""
 
 import bpy
 import numpy as np
 from bpy.props import BoolProperty
 
-from . import shape, state
+from . import compat, shape, shown, state
 from .native import knead
 from .operators import Plain
 
@@ -24,7 +25,7 @@ def _crossing_faces(mesh, coordinates, triangles):
 
 
 class KNEAD_OT_check(Plain, bpy.types.Operator):
-    """Measure volume, crossings and the smallest angle of the mesh; select what crosses"""
+    """Measure volume, crossings and the smallest angle of the mesh as it is shown; select what crosses"""
 
     bl_idname = "knead.check"
     bl_label = "Check"
@@ -34,11 +35,11 @@ class KNEAD_OT_check(Plain, bpy.types.Operator):
         mesh = obj.data
         if len(mesh.polygons) == 0:
             raise state.Refusal("The mesh has no faces to check")
-        coordinates = shape.read(obj).astype(np.float64)
+        coordinates = shown.read(obj).astype(np.float64)
         triangles = _triangles(mesh)
         now = knead.check(coordinates, triangles)
         base = shape.read_base(mesh)
-        before = now if base is None else knead.check(base.astype(np.float64), triangles)
+        before = knead.check((shape.read(obj) if base is None else base).astype(np.float64), triangles)
         obj.knead.report = "\n".join(_lines(before, now))
         if self.select:
             chosen = np.zeros(len(mesh.polygons), bool)
@@ -67,9 +68,7 @@ def _select(mesh, chosen):
     mesh.polygons.foreach_get("loop_total", totals)
     vertices = np.zeros(len(mesh.vertices), bool)
     vertices[corners[np.repeat(chosen, totals)]] = True
-    mesh.vertices.foreach_set("select", vertices)
-    mesh.edges.foreach_set("select", np.zeros(len(mesh.edges), bool))
-    mesh.polygons.foreach_set("select", chosen)
+    compat.select(mesh, vertices, chosen)
     mesh.update()
 
 

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What the pointer does between press and release, as the strokes of a tool."""
 
 import numpy as np
@@ -60,17 +61,15 @@ class Gesture:
         return pointer.pixel - self.start.pixel
 
 
-class Pull(Gesture):
-    """A ball along the pointer's path, in the plane that faces the viewer."""
+class AlongPath(Gesture):
+    """A place that goes with the pointer, in the plane that faces the viewer."""
 
-    cls = knead.Implicit
     unit = ""
 
-    def begin(self):
-        thickness = self.live.surface.thickness(self.point, self.normal)
-        deep = self.inner if thickness is None else min(self.inner, 0.5 * thickness)
-        self.path = [self.point - self.normal * deep]
-        self._offset = self.path[0] - self.view.on_plane(self.start.pixel, self.path[0])
+    def _start(self, place, piece):
+        """Begins at a place of the space of the session. `piece`: the shortest piece of the path."""
+        self.path, self._piece = [place], piece
+        self._offset = place - self.view.on_plane(self.start.pixel, place)
 
     def move(self, pointer):
         place = self.view.on_plane(pointer.pixel, self.path[0]) + self._offset
@@ -80,11 +79,22 @@ class Pull(Gesture):
             unit = way / length if length > 0 else self.normal
             to = self.path[0] + unit * pointer.snapped(length, _SNAP_LENGTH * self.radius)
             self.path = self.path[:1] if (to == self.path[0]).all() else [self.path[0], to]
-        elif np.linalg.norm(place - self.path[-1]) >= _SHORTEST_PIECE * self.radius:
+        elif np.linalg.norm(place - self.path[-1]) >= self._piece:
             self.path.append(place)
 
     def amount(self):
         return float(np.linalg.norm(self.path[-1] - self.path[0]))
+
+
+class Pull(AlongPath):
+    """A ball along the pointer's path, in the plane that faces the viewer."""
+
+    cls = knead.Implicit
+
+    def begin(self):
+        thickness = self.live.surface.thickness(self.point, self.normal)
+        deep = self.inner if thickness is None else min(self.inner, 0.5 * thickness)
+        self._start(self.point - self.normal * deep, _SHORTEST_PIECE * self.radius)
 
     def strokes(self):
         if len(self.path) < 2:
@@ -324,34 +334,21 @@ class Stamp(Gesture):
         return self.point, self.normal, (self._keys["outer"],)
 
 
-class Pose(Gesture):
+class Pose(AlongPath):
     """A vertex along the pointer's path, in the plane that faces the viewer; what is pinned or masked stays.
 
     Coarse while it is dragged, and in full detail at its end. A click pins the vertex, or frees it.
     """
 
     cls = knead.Pose
-    unit = ""
 
     def begin(self):
         vertices = self.live.vertices
         self._obj = self.view.obj
         self._vertex = int(np.linalg.norm(vertices - self.point, axis=1).argmin())
         self._vertices = vertices
-        self.path = [vertices[self._vertex]]
-        self._offset = self.path[0] - self.view.on_plane(self.start.pixel, self.path[0])
+        self._start(vertices[self._vertex], _POSE_PIECE * self.live.size)
         self._detail = max(self.settings.pose_detail, _LIVE_DETAIL)
-
-    def move(self, pointer):
-        place = self.view.on_plane(pointer.pixel, self.path[0]) + self._offset
-        if pointer.typed is not None or pointer.ctrl:
-            way = place - self.path[0]
-            length = float(np.linalg.norm(way))
-            unit = way / length if length > 0 else self.normal
-            to = self.path[0] + unit * pointer.snapped(length, _SNAP_LENGTH * self.radius)
-            self.path = self.path[:1] if (to == self.path[0]).all() else [self.path[0], to]
-        elif np.linalg.norm(place - self.path[-1]) >= _POSE_PIECE * self.live.size:
-            self.path.append(place)
 
     def end(self):
         self._detail = self.settings.pose_detail
@@ -360,13 +357,12 @@ class Pose(Gesture):
         held = poses.pins(self._obj)
         poses.set_pins(self._obj, set(held) ^ {self._vertex})
 
-    def amount(self):
-        return float(np.linalg.norm(self.path[-1] - self.path[0]))
-
     def strokes(self):
         if len(self.path) < 2:
             return []
-        held = poses.held(self._obj, self.settings, [self._vertex])
+        group = self.settings.pose_hold
+        fixed = poses.of_group(self._obj, group) if group else poses.of_sculpt_mask(self._obj)
+        held = poses.held(self._obj, fixed, [self._vertex])
         if not held:
             raise state.Refusal("Nothing holds: click on places that shall stay, or name a vertex group or paint a mask")
         parts = [{"pin": self._vertex, "path": np.array(self.path[1:])}, *held]

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The keys of a stroke as properties of an operator, from the library's description of the tools."""
 
 import json
@@ -8,7 +9,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from .native import knead
 
-_COMMON = {"name", "off", "duration", "mirror"}
+_COMMON = {"name", "off", "duration", "mirror", "new_entry"}
 _TEXT = {"samples", "path", "pose", "parts", "stiffness"}  # as JSON; too long for a panel
 
 

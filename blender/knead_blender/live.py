@@ -1,8 +1,9 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The shape of a mesh in the library, kept from one stroke to the next."""
 
 import numpy as np
 
-from . import rebuild, shape, state
+from . import rebuild, shape, shown, state
 from .native import knead
 
 
@@ -16,6 +17,7 @@ class Live:
         self._bench = knead.Workbench(self.entered, faces)
         self._texts = [""]  # of the session after each entry of the bench's history
         self._surface, self._is_stale = None, False
+        self.link = None  # of a posed mesh, since the beginning of the current stroke
 
     def go_to(self, text):
         """Makes the shape what this session gives."""
@@ -44,7 +46,7 @@ class Live:
 
     @property
     def coordinates(self):
-        """The coordinates of now as float32, in the object's own space."""
+        """The coordinates of now as float32, in the object's own space, as they are shown."""
         return self.frame.leave(self._bench.vertices, self.entered, self.base)
 
     @property
@@ -93,11 +95,10 @@ def _key(obj, base, frame, faces):
 def begin(obj):
     """Returns the Live of an object, with its session as it is now. Raises Refusal where strokes cannot be applied."""
     state.require_mesh(obj)
+    shown.require_seen(obj)
     data = obj.data.knead
-    extends = bool(data.session) and shape.read_base(obj.data) is not None and not state.changed_elsewhere(obj)
-    if extends:
-        state.require_own_key(obj)
-    base = shape.read_base(obj.data) if extends else shape.read(obj)
+    extends = state.extends(obj)
+    base = shape.read_base(obj.data) if extends else shown.read(obj)
     frame = state.frame_of(obj.data) if extends else shape.Frame()
     faces = shape.faces(obj.data)
     if len(faces) == 0:
@@ -107,6 +108,7 @@ def begin(obj):
     if live is None:
         _kept.clear()
         live = _kept[key] = Live(base, faces, frame)
+    live.link = shown.Link(obj) if shown.is_posed(obj) else None
     live.go_to(data.session if extends else "")
     return live
 
@@ -121,15 +123,15 @@ def touched(obj):
 
 def show(obj, live):
     """Writes the shape to the mesh."""
-    shape.write(obj, live.coordinates)
+    shape.write(obj, live.coordinates if live.link is None else live.link.nearly(live.coordinates))
 
 
 def keep(operator, obj, live, strokes, before):
     """Ends a stroke: the mesh and its session have it. `before`: the coordinates before the stroke."""
+    coordinates = live.coordinates if live.link is None else live.link.follow(live.coordinates)
     begins = live.text == ""
     had = bool(obj.data.knead.session)
     session = live.finish(strokes)
-    coordinates = live.coordinates
     if begins:
         shape.write(obj, before)
         if had:

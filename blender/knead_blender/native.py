@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The module `knead`: the one that the add-on brings, else one that is installed."""
 
 try:

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Operators on the session of the active object."""
 
 import json
@@ -7,7 +8,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper, ImportHelper
 
-from . import rebuild, shape, state
+from . import rebuild, shape, shown, stamps, state
 from .background import Background
 from .native import knead
 
@@ -64,14 +65,18 @@ class KNEAD_OT_apply_session(Plain, ImportHelper, bpy.types.Operator):
         append(self, obj, _with_absolute_stamps(session), self.space, tolerance)
 
     def _add_key(self, obj, session, tolerance):
-        before = shape.read(obj)
+        before, is_posed = shown.read(obj), shown.is_posed(obj)
         frame = state.frame_for(obj, self.space)
         coordinates = rebuild.compute(before, shape.faces(obj.data), session, frame, tolerance)
-        if obj.data.shape_keys is None:
-            obj.shape_key_add(name="Basis", from_mix=False)
-        key = obj.shape_key_add(name=bpy.path.display_name_from_filepath(self.filepath), from_mix=False)
-        key.data.foreach_set("co", coordinates.ravel())
-        key.value = 1.0
+        active, had_keys = obj.active_shape_key_index, obj.data.shape_keys is not None
+        key = shape.add_key(obj, bpy.path.display_name_from_filepath(self.filepath))
+        try:
+            key.data.foreach_set("co", (shown.Link(obj).follow(coordinates) if is_posed else coordinates).ravel())
+        except state.Refusal:
+            obj.shape_key_remove(key) if had_keys else obj.shape_key_clear()
+            raise
+        finally:
+            obj.active_shape_key_index = active
         obj.data.update()
 
 
@@ -106,7 +111,8 @@ class KNEAD_OT_session_export(OfSession, ExportHelper, bpy.types.Operator):
     filter_glob: StringProperty(default="*.knead", options={"HIDDEN"})
 
     def work(self, context, obj):
-        state.parse(obj.knead.session).write(self.filepath)
+        session = state.parse(obj.knead.session)
+        (stamps.settled(session, os.path.dirname(os.path.abspath(self.filepath))) or session).write(self.filepath)
 
 
 class KNEAD_OT_session_clear(OfSession, bpy.types.Operator):
@@ -119,10 +125,11 @@ class KNEAD_OT_session_clear(OfSession, bpy.types.Operator):
     def work(self, context, obj):
         if self.restore:
             state.require_own_key(obj)
-            shape.write(obj, _require_base(obj))
+            shape.write(obj, state.to_edit(obj, _require_base(obj)))
         shape.remove_base(obj.data)
         obj.data.knead.session = ""
-        obj.data.knead.result = ""
+        obj.data.knead.result = obj.data.knead.seen = ""
+        obj.data.knead.is_posed = False
 
 
 def _require_base(obj):
@@ -140,8 +147,8 @@ def _replace(obj, session, discard=False):
             raise state.Refusal("The mesh was changed elsewhere, which a rebuild would lose; clear the session to keep it")
         base, frame = _require_base(obj), state.frame_of(obj.data)
     else:
-        base, frame = shape.read(obj), shape.Frame()
-    coordinates = rebuild.compute(base, shape.faces(obj.data), session, frame)
+        base, frame = shown.read(obj), shape.Frame()
+    coordinates = state.to_edit(obj, rebuild.compute(base, shape.faces(obj.data), session, frame))
     if not obj.knead.session:
         state.begin(obj)
     state.keep(obj, session, coordinates)
@@ -174,7 +181,7 @@ class KNEAD_OT_session_rebuild(Background, OfSession, bpy.types.Operator):
         return self.start(context, obj, lambda progress: rebuild.compute(base, faces, session, frame, progress=progress))
 
     def finish(self, context, obj, coordinates):
-        state.keep(obj, self._session, coordinates)
+        state.keep(obj, self._session, state.to_edit(obj, coordinates))
 
 
 class OfStroke(OfSession):
@@ -276,15 +283,15 @@ class KNEAD_OT_remove_mask(OfSession, bpy.types.Operator):
 
 def append(operator, obj, strokes, space="LOCAL", tolerance=1e-5):
     """Applies strokes after those of the object's session. Where that fails, nothing has changed."""
-    extends = bool(obj.knead.session) and shape.read_base(obj.data) is not None and not state.changed_elsewhere(obj)
+    shown.require_seen(obj)
+    extends = state.extends(obj)
     if extends:
-        state.require_own_key(obj)
         state.require_space(obj.data, space)
     whole = state.parse(obj.knead.session if extends else "")
     whole.extend(strokes)
     frame = state.frame_of(obj.data) if extends else state.frame_for(obj, space)
-    base = shape.read_base(obj.data) if extends else shape.read(obj)
-    coordinates = rebuild.compute(base, shape.faces(obj.data), whole, frame, tolerance)
+    base = shape.read_base(obj.data) if extends else shown.read(obj)
+    coordinates = shown.follow(obj, rebuild.compute(base, shape.faces(obj.data), whole, frame, tolerance))
     if not extends:
         if obj.knead.session:
             operator.report({"WARNING"}, "The mesh was changed elsewhere: its session begins anew")

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tab Knead in the sidebar of the 3D view."""
 
 import bpy

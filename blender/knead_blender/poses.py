@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Poses: what of a mesh holds, what moves, and the operators that say so."""
 
 import json
@@ -6,7 +7,7 @@ import bpy
 import numpy as np
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProperty, StringProperty
 
-from . import compat, operators, shape, state
+from . import compat, operators, shown, state
 from .native import knead
 
 _PART_WEIGHT = 0.5  # the weight from which on a vertex belongs to a part
@@ -45,10 +46,9 @@ def set_pins(obj, numbers):
     obj.data.knead.pins = json.dumps(sorted({int(v) for v in numbers}))
 
 
-def held(obj, settings, moving=()):
-    """Returns the parts that hold: a vertex group, the sculpt mask, and the pins that are not among the moving ones."""
+def held(obj, fixed, moving):
+    """Returns the parts that hold: the vertices in `fixed` and the pins, without the moving vertices."""
     moving = {int(v) for v in moving}
-    fixed = of_group(obj, settings.pose_hold) if settings.pose_hold else of_sculpt_mask(obj)
     fixed = [int(v) for v in fixed if int(v) not in moving]
     parts = [{"vertices": np.array(fixed), "hold": True}] if fixed else []
     inside = moving.union(fixed)
@@ -76,7 +76,7 @@ class KNEAD_OT_pose_pins(operators.Plain, bpy.types.Operator):
             numbers = [*numbers, *of_selection(obj)]
         elif self.at == "CURSOR":
             place = np.array(obj.matrix_world.inverted_safe() @ context.scene.cursor.location)
-            numbers = [*numbers, np.linalg.norm(shape.read(obj) - place, axis=1).argmin()]
+            numbers = [*numbers, np.linalg.norm(shown.read(obj) - place, axis=1).argmin()]
         if len(numbers) > 1000:
             raise state.Refusal(f"A pose holds at most 1000 pins, and {len(numbers)} vertices would be pinned; use a vertex group")
         set_pins(obj, numbers)
@@ -123,7 +123,7 @@ class KNEAD_OT_pose_part(operators.Plain, bpy.types.Operator):
         moving = self._moving(obj)
         if len(moving) == 0:
             raise state.Refusal("The part has no vertices; choose a group with weights, a sculpt mask, or select vertices")
-        fixed = self._fixed(obj, moving)
+        fixed = held(obj, of_group(obj, self.hold) if self.hold else [], moving)
         if not fixed:
             raise state.Refusal("Nothing holds; name a vertex group that stays, or pin vertices")
         stroke = knead.Pose(parts=[{"vertices": moving, **self._motion(context, obj)}, *fixed], **self._numbers())
@@ -138,13 +138,6 @@ class KNEAD_OT_pose_part(operators.Plain, bpy.types.Operator):
         if not self.group and active is None:
             raise state.Refusal("The object has no vertex group; name one, or choose another part")
         return of_group(obj, self.group or active.name)
-
-    def _fixed(self, obj, moving):
-        inside = {int(v) for v in moving}
-        group = [v for v in of_group(obj, self.hold) if int(v) not in inside] if self.hold else []
-        parts = [{"vertices": np.array(group), "hold": True}] if len(group) else []
-        inside.update(int(v) for v in group)
-        return parts + [{"pin": v, "hold": True} for v in pins(obj) if v not in inside]
 
     def _motion(self, context, obj):
         motion = {"translate": list(self.translate)} if any(self.translate) else {}

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Computes what a session makes of a mesh."""
 
 import numpy as np

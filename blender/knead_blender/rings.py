@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Draws the regions of a tool as rings on the surface."""
 
 import gpu

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What is set for the tools, with the scene."""
 
 import bpy

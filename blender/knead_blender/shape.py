@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """Coordinates and faces of an object's mesh as arrays."""
 
 import hashlib
@@ -5,6 +6,10 @@ import hashlib
 import numpy as np
 
 BASE = "knead_base"
+
+
+class Refusal(Exception):
+    """One sentence for the user: why it cannot be done, and what to do."""
 
 
 def target(obj):
@@ -35,6 +40,16 @@ def write(obj, coordinates):
         obj.data.vertices.foreach_set("co", flat)
     obj.data.update()
     obj.data.update_tag()
+
+
+def add_key(obj, name):
+    """Adds a shape key with the mesh's own positions, makes it active and shows it; and the basis where there is none."""
+    if obj.data.shape_keys is None:
+        obj.shape_key_add(name="Basis", from_mix=False)
+    key = obj.shape_key_add(name=name, from_mix=False)
+    key.value = 1.0
+    obj.active_shape_key_index = len(obj.data.shape_keys.key_blocks) - 1
+    return key
 
 
 def faces(mesh):

@@ -1,24 +1,65 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The closed meshes that knead.stamp presses in, as files that a session can name."""
 
 import hashlib
 import os
+import shutil
 
 import bmesh
 import bpy
 import numpy as np
+from bpy.app.handlers import persistent
 
 from . import shape, state
 from .native import knead
 
 
+_FOLDER = "knead_stamps"
+
+
+def _temporary():
+    """Returns the folder of the stamps' files before the first save. Blender removes it at its end."""
+    return os.path.join(bpy.app.tempdir, _FOLDER)
+
+
 def _folder():
-    """Returns the folder of the stamps' files: beside the .blend file, else in the user's folder."""
-    if bpy.data.filepath:
-        path = bpy.path.abspath("//knead_stamps")
-    else:
-        path = bpy.utils.user_resource("DATAFILES", path="knead_stamps", create=True)
+    """Returns the folder of the stamps' files: beside the .blend file once there is one."""
+    path = bpy.path.abspath(f"//{_FOLDER}") if bpy.data.filepath else _temporary()
     os.makedirs(path, exist_ok=True)
     return path
+
+
+def settled(session, folder):
+    """Returns the session with its temporary stamps copied to a folder beside a file in `folder`; None without any."""
+    result, to = list(session), os.path.join(folder, _FOLDER)
+    for i, stroke in enumerate(result):
+        if stroke.tool == "stamp" and os.path.dirname(stroke.mesh) == _temporary():
+            os.makedirs(to, exist_ok=True)
+            result[i] = stroke.replace(mesh=shutil.copy(stroke.mesh, to))
+    changed = any(a is not b for a, b in zip(result, session))
+    return knead.Session(result, session.mesh, session.note) if changed else None
+
+
+@persistent
+def _settle(*_):
+    """After the first save: the temporary stamps go beside the file, which is saved again with their names."""
+    if not bpy.data.filepath:
+        return
+    changed = False
+    for mesh in bpy.data.meshes:
+        session = settled(state.parse(mesh.knead.session), os.path.dirname(bpy.data.filepath))
+        if session is not None:
+            mesh.knead.session, changed = session.text(), True
+    if changed:
+        bpy.ops.wm.save_mainfile()
+
+
+def register():
+    bpy.app.handlers.save_post.append(_settle)
+
+
+def unregister():
+    bpy.app.handlers.save_post.remove(_settle)
 
 
 def _write(points, triangles):

@@ -1,14 +1,13 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """What an object keeps of its session. It lies in the mesh, so that linked duplicates share it."""
 
 import bpy
+import numpy as np
 from bpy.props import BoolProperty, CollectionProperty, FloatVectorProperty, IntProperty, PointerProperty, StringProperty
 
-from . import shape
+from . import shape, shown
 from .native import knead
-
-
-class Refusal(Exception):
-    """One sentence for the user: why it cannot be done, and what to do."""
+from .shape import Refusal
 
 
 def parse(text):
@@ -54,6 +53,8 @@ class KneadMesh(bpy.types.PropertyGroup):
     space: StringProperty(name="Space", description="LOCAL, or WORLD: the strokes are in the frame below")
     frame: FloatVectorProperty(name="Frame", size=16, default=[float(i % 5 == 0) for i in range(16)])
     result: StringProperty(name="Result", description="Fingerprint of the vertices that the session gave")
+    is_posed: BoolProperty(name="Posed", description="The base and the strokes are those of the mesh as it was shown, not of its own vertices")
+    seen: StringProperty(name="Seen", description="Fingerprint of the vertices that were shown then, of a posed mesh")
     strokes: CollectionProperty(type=KneadStroke)
     active: IntProperty(name="Active stroke", min=0)
     is_listing: BoolProperty(options={"SKIP_SAVE", "HIDDEN"})
@@ -110,6 +111,34 @@ def changed_elsewhere(obj):
     return bool(data.session) and shape.fingerprint(shape.read(obj)) != data.result
 
 
+def extends(obj):
+    """Returns whether strokes go on with the session of the mesh. Raises Refusal for one of another key or pose."""
+    if not obj.data.knead.session or shape.read_base(obj.data) is None or changed_elsewhere(obj):
+        return False
+    require_own_key(obj)
+    require_pose(obj)
+    return True
+
+
+def require_pose(obj):
+    """Raises Refusal where the mesh is not shown as the session left it, although its vertices are where it left them."""
+    data = obj.data.knead
+    if not data.session or changed_elsewhere(obj):
+        return
+    if shape.fingerprint(shown.read(obj)) != (data.seen if data.is_posed else data.result):
+        raise Refusal("The session was made in another pose; go back to its pose, frame and shape keys, or clear the session")
+
+
+def to_edit(obj, coordinates):
+    """Returns the coordinates to edit for those that the session gives. Raises Refusal where a session of a posed mesh is
+    rebuilt in another pose; one of the mesh's own vertices is the same in each."""
+    data = obj.data.knead
+    if data.session and not data.is_posed:
+        return coordinates
+    require_pose(obj)
+    return shown.follow(obj, coordinates)
+
+
 def require_own_key(obj):
     data = obj.data.knead
     if data.session and data.key != shape.key_name(obj):
@@ -124,22 +153,35 @@ def require_space(mesh, space):
 
 
 def begin(obj, space="LOCAL"):
-    """Begins a session: keeps the base positions, the shape key and the frame."""
+    """Begins a session: keeps the base positions, which are those shown, the shape key and the frame. What edits a posed
+    mesh is a shape key, so that the mesh itself stays as it is."""
     data = obj.data.knead
+    base = shown.read(obj)
+    data.is_posed = not np.array_equal(base, shape.read(obj))
+    if data.is_posed and obj.data.shape_keys is None:
+        shape.add_key(obj, "Knead")
     data.session = ""
     data.key = shape.key_name(obj)
     data.space = space
     if space == "WORLD":
         data.frame = [x for row in obj.matrix_world for x in row]
-    shape.write_base(obj.data, shape.read(obj))
+    shape.write_base(obj.data, base)
 
 
 def keep(obj, session, coordinates):
-    """Writes the coordinates that a session gives, and the session."""
+    """Writes the coordinates to edit that a session gives, and the session."""
     shape.write(obj, coordinates)
     obj.data.knead.session = session.text() if len(session) else ""
-    obj.data.knead.result = shape.fingerprint(coordinates)
+    note_result(obj)
     obj.knead.report = ""
+
+
+def note_result(obj):
+    """Takes the mesh as it is for what the session gave."""
+    data = obj.data.knead
+    data.key = shape.key_name(obj)
+    data.result = shape.fingerprint(shape.read(obj))
+    data.seen = shape.fingerprint(shown.read(obj)) if data.is_posed else ""
 
 
 _CLASSES = (KneadStroke, KneadMesh, KneadObject)

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The modal tools: press on the surface, drag, release; and the radius by key."""
 
 import bpy

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """From the pixels of a 3D view to the space of a session, and back."""
 
 import numpy as np

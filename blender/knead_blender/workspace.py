@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
 """The tools in the tool bar, in object and sculpt mode, with icons and key map."""
 
 import os
@@ -6,7 +7,7 @@ import bpy
 import numpy as np
 from bpy_extras import view3d_utils
 
-from . import live, rings, tools, view
+from . import compat, live, rings, tools, view
 
 _ICONS = os.path.join(os.path.dirname(__file__), "icons")
 _OF_TOOL = {
@@ -110,7 +111,7 @@ def _leave_tools():
             if tool is not None and tool.idname.startswith("knead."):
                 region = next(r for r in area.regions if r.type == "WINDOW")
                 with bpy.context.temp_override(window=window, area=area, region=region):
-                    bpy.ops.wm.tool_set_by_id(name="builtin.select_box" if bpy.context.mode == "OBJECT" else "builtin_brush.Draw")
+                    bpy.ops.wm.tool_set_by_id(name="builtin.select_box" if bpy.context.mode == "OBJECT" else compat.sculpt_tool())
 
 
 def unregister():

@@ -10,7 +10,15 @@ import unittest
 import bpy
 import numpy as np
 
+ADDON = os.environ.get("KNEAD_ADDON", "knead_blender")  # the name of its module, which is another one as an extension
 _scratch = tempfile.TemporaryDirectory()
+
+
+def enable():
+    """Enables the add-on, and lets tests import it as `knead_blender`."""
+    bpy.ops.preferences.addon_enable(module=ADDON)
+    for name in [each for each in sys.modules if each == ADDON or each.startswith(ADDON + ".")]:
+        sys.modules["knead_blender" + name[len(ADDON) :]] = sys.modules[name]
 
 
 def read_ply(path):
@@ -107,7 +115,7 @@ def refuses(case, work, text):
 class Case(unittest.TestCase):
     def setUp(self):
         bpy.ops.wm.read_factory_settings(use_empty=True)
-        bpy.ops.preferences.addon_enable(module="knead_blender")
+        enable()
         scratch = tempfile.TemporaryDirectory()
         self.addCleanup(scratch.cleanup)
         self.folder = scratch.name
@@ -136,7 +144,8 @@ class Case(unittest.TestCase):
         return flat.reshape(-1, 3)
 
 
-def run(case):
-    result = unittest.TextTestRunner(stream=sys.stdout).run(unittest.defaultTestLoader.loadTestsFromTestCase(case))
-    if not result.wasSuccessful():
+def run(*cases):
+    loader = unittest.defaultTestLoader
+    suite = unittest.TestSuite(loader.loadTestsFromTestCase(case) for case in cases)
+    if not unittest.TextTestRunner(stream=sys.stdout).run(suite).wasSuccessful():
         raise SystemExit(1)

@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 sys.path.insert(0, os.path.dirname(__file__))
-from support import Case, deform, key_values, make_hand, refuses, run, session_file
+from support import ADDON, Case, deform, enable, key_values, make_hand, refuses, run, session_file
 
 
 class Operators(Case):
@@ -249,12 +249,12 @@ class Operators(Case):
         after, text = self.vertices(obj), obj.knead.session
         path = os.path.join(self.folder, "saved.blend")
         bpy.ops.wm.save_as_mainfile(filepath=path)
-        bpy.ops.preferences.addon_disable(module="knead_blender")
+        bpy.ops.preferences.addon_disable(module=ADDON)
         self.assertFalse(hasattr(bpy.types.Object, "knead"))
         bpy.ops.wm.open_mainfile(filepath=path)
         self.same(self.vertices(bpy.data.objects[name]), after)
         bpy.ops.wm.save_as_mainfile(filepath=path)
-        bpy.ops.preferences.addon_enable(module="knead_blender")
+        enable()
         bpy.ops.wm.open_mainfile(filepath=path)
         obj = bpy.data.objects[name]
         bpy.context.view_layer.objects.active = obj

@@ -190,6 +190,38 @@ class Tools(Case):
         with self.assertRaisesRegex(state.Refusal, "not closed"):
             stamps.make(settings, obj)
 
+    def press_a_stamp(self, obj):
+        from knead_blender import stamps
+
+        tip = tip_of(self, obj)
+        path, _ = stamps.make(bpy.context.scene.knead, obj)
+        way = json.dumps([[tip[0], tip[1] + 0.08, tip[2]], [tip[0], tip[1] + 0.02, tip[2]]])
+        bpy.ops.knead.stamp(mesh=path, pose=json.dumps((np.eye(3) * 0.05).tolist()), path=way)
+        return path
+
+    def test_stamps_are_temporary_until_the_first_save(self):
+        obj = make_hand()
+        user = bpy.utils.user_resource("DATAFILES") or self.folder
+        there = sorted(os.listdir(user)) if os.path.isdir(user) else []
+        path = self.press_a_stamp(obj)
+        self.assertTrue(path.startswith(bpy.app.tempdir))
+        self.assertEqual(sorted(os.listdir(user)) if os.path.isdir(user) else [], there)
+        exported = os.path.join(self.folder, "of.knead")
+        bpy.ops.knead.session_export(filepath=exported)
+        with open(exported) as file:
+            self.assertNotIn(bpy.app.tempdir, file.read())
+        after, name, saved = self.vertices(obj), obj.name, os.path.join(self.folder, "saved", "hand.blend")
+        os.makedirs(os.path.dirname(saved))
+        bpy.ops.wm.save_as_mainfile(filepath=saved)
+        os.remove(path)
+        bpy.ops.wm.open_mainfile(filepath=saved)
+        obj = bpy.data.objects[name]
+        bpy.context.view_layer.objects.active = obj
+        mesh = json.loads(obj.knead.session.splitlines()[1])["mesh"]
+        self.assertEqual(mesh, os.path.join(self.folder, "saved", "knead_stamps", os.path.basename(path)))
+        bpy.ops.knead.session_rebuild()
+        self.same(self.vertices(obj), after)
+
     def test_a_stamp_and_its_mirror_image(self):
         from knead_blender import stamps
 

@@ -5,7 +5,9 @@ import re
 import numpy as np
 
 from support import *  # noqa: F403
-from vtkmodules.vtkCommonCore import vtkFileOutputWindow, vtkOutputWindow
+from vtkmodules.util.numpy_support import numpy_to_vtk
+from vtkmodules.vtkCommonCore import vtkFileOutputWindow, vtkIdList, vtkOutputWindow, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 log = path_of(f"messages_{RANKS}")
@@ -14,6 +16,7 @@ window.SetFileName(log)
 window.FlushOn()
 vtkOutputWindow.SetInstance(window)
 seen = 0
+CUBE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]], float)
 
 
 def messages():
@@ -38,6 +41,7 @@ def refusal(source, session, **properties):
 def test_inversion():
     source = opened("box.vtu")
     said = refusal(source, "invert")
+    require("knead.deform_mesh" in said, "it does not say what mends cells")
     found = re.search(r"(\d+) cells are inverted, the first is cell (\d+).*up to Until = ([0-9.e-]*[0-9])", said)
     require(found, f"does not name the cell and the part: {said}")
     until = float(found[3])
@@ -62,12 +66,32 @@ def test_inversion():
     reader.Update()
     whole = reader.GetOutput()
     corners = np.array([[whole.GetCell(i).GetPointId(k) for k in range(4)] for i in range(whole.GetNumberOfCells())])
-    moved = knead.deform(points_of(whole), knead.Session.read(session_file("invert")), diagonal=diagonal_of(source))
+    moved = knead.deform(points_of(whole), knead.Session.read(session_file("invert")), diagonal=diagonal_of(source),
+                         precision="float64")
     inverted = knead.check_cells(moved, corners, before=points_of(whole))["inverted"]
     require(inverted.sum() == count, f"{count} cells, but the library counts {inverted.sum()}")
     if RANKS == 1:
         require(np.flatnonzero(inverted)[0] == int(found[2]), "another cell is the first")
         require((array_of(all_of_it.GetCellData(), "KneadScaledJacobian")[inverted] < 0).all(), "inverted, but not below 0")
+
+
+def test_thin_cells_of_floats():
+    """A warning where float coordinates hardly resolve an edge, and none with doubles."""
+    for thickness, kind, expected in [(1e-4, np.float32, True), (1e-4, np.float64, False), (0.1, np.float32, False)]:
+        corners = CUBE * [1, 1, thickness] + [0, 0, 1]
+        grid = vtkUnstructuredGrid()
+        points = vtkPoints()
+        points.SetData(numpy_to_vtk(corners.astype(kind), deep=1))
+        grid.SetPoints(points)
+        ids = vtkIdList()
+        for k in range(8):
+            ids.InsertNextId(k)
+        grid.InsertNextCell(12, ids)
+        source = simple.TrivialProducer()
+        source.GetClientSideObject().SetOutput(grid)
+        messages()
+        deformed(source, "move")
+        require(("64-bit Floats" in messages()) == expected, f"{thickness} {kind}: the warning")
 
 
 def test_surface():

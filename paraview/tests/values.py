@@ -15,7 +15,7 @@ def check_points(name, **properties):
     diagonal = diagonal_of(source)
     for data in sets + ([cloud_of(result)] if name.endswith(".vtu") else []):
         expected = knead.deform(start_of(data), session, diagonal=diagonal, inverse=bool(properties.get("Inverse", 0)),
-                                until=properties.get("Until"))
+                                until=properties.get("Until"), precision="float64")
         require(np.array_equal(points_of(data), expected), f"{name} {properties}: other points than the library's")
         require(not np.array_equal(expected, start_of(data)), f"{name}: nothing moved")
     return sets
@@ -60,7 +60,8 @@ def test_quality():
     box = check_points("box.vtu")[0]
     corners = np.array([[box.GetCell(i).GetPointId(k) for k in range(4)] for i in range(box.GetNumberOfCells())])
     expected = knead.check_cells(points_of(box), corners, before=start_of(box))
-    for name, key in [("KneadVolumeRatio", "volume_ratio"), ("KneadScaledJacobian", "scaled_jacobian")]:
+    for name, key in [("KneadVolumeRatio", "volume_ratio"), ("KneadScaledJacobian", "scaled_jacobian"),
+                      ("KneadNonOrthogonality", "non_orthogonality_deg"), ("KneadSkewness", "skewness")]:
         require(np.array_equal(array_of(box.GetCellData(), name), expected[key]), f"{name} is not check_cells'")
     centers = leaves(simple.CellCenters(Input=deformed(opened("box.vtu"), "move")))[0].GetPointData()
     whole = leaves(deformed(simple.OpenDataFile(path_of("box.vtu")), "move"))[0].GetCellData()
@@ -99,7 +100,8 @@ def test_ghosts_agree():
         hidden = 0 if data.GetCellGhostArray() is None else int((vtk_to_numpy(data.GetCellGhostArray()) & 1).sum())
         everything = result.GetDataInformation().GetNumberOfCells()
         require((hidden > 0) == (RANKS > 1) and everything >= 6 * 12**3 + hidden, f"{hidden} ghosts, {everything} cells")
-        expected = knead.deform(start_of(data), knead.Session.read(session_file(name)), diagonal=diagonal_of(source))
+        expected = knead.deform(start_of(data), knead.Session.read(session_file(name)), diagonal=diagonal_of(source),
+                                precision="float64")
         require(np.array_equal(points_of(data), expected), "a ghost is not where the other rank has it")
         plain = deformed(source, name, **properties)
         counts = [int(array_of(leaves(r)[0].GetFieldData(), "KneadInvertedCells")[0]) for r in (plain, result)]
@@ -112,10 +114,11 @@ def test_precision_and_diagonal():
     start = start_of(leaves(opened("box.vtu"))[0])
     seen = set()
     for properties, options in [
-        ({}, {"diagonal": diagonal_of(opened("box.vtu"))}),
-        ({"Precision": "double"}, {"diagonal": diagonal_of(opened("box.vtu")), "precision": "float64"}),
-        ({"Diagonal": 100.0}, {"diagonal": 100.0}),
-        ({"RelativeTolerance": 1e-8}, {"diagonal": diagonal_of(opened("box.vtu")), "relative_tolerance": 1e-8}),
+        ({}, {"diagonal": diagonal_of(opened("box.vtu")), "precision": "float64"}),
+        ({"Precision": "float"}, {"diagonal": diagonal_of(opened("box.vtu")), "precision": "float32"}),
+        ({"Diagonal": 100.0}, {"diagonal": 100.0, "precision": "float64"}),
+        ({"RelativeTolerance": 1e-8},
+         {"diagonal": diagonal_of(opened("box.vtu")), "relative_tolerance": 1e-8, "precision": "float64"}),
     ]:
         points = points_of(leaves(deformed(opened("box.vtu"), "move", **properties))[0])
         start = start_of(leaves(deformed(opened("box.vtu"), "move", **properties))[0])
@@ -150,7 +153,8 @@ def test_time_series():
         diagonal = diagonal_of(source)
         result.UpdatePipeline(time)
         data = leaves(result)[0]
-        expected = knead.deform(start_of(data), knead.Session.read(session_file("move")), diagonal=diagonal)
+        expected = knead.deform(start_of(data), knead.Session.read(session_file("move")), diagonal=diagonal,
+                                precision="float64")
         require(np.array_equal(points_of(data), expected), f"other points at time {time}")
     require(data.GetNumberOfPoints() == leaves(opened("box.vtu"))[0].GetNumberOfPoints() or RANKS > 1, "not the last one")
 

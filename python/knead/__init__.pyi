@@ -156,7 +156,7 @@ class Stamp(Stroke):
     pose: Points3 | None
     outer: float | None
     step: float | None
-    contact: Literal['stick', 'slip'] | None
+    contact: Literal['stick', 'slip', 'auto'] | None
     exponent: int | None
     falloff: int | None
     def __init__(
@@ -167,7 +167,7 @@ class Stamp(Stroke):
         pose: Points3 | None = None,
         outer: float | None = None,
         step: float | None = None,
-        contact: Literal['stick', 'slip'] | None = None,
+        contact: Literal['stick', 'slip', 'auto'] | None = None,
         exponent: int | None = None,
         falloff: int | None = None,
         name: str | None = None,

@@ -127,7 +127,8 @@ def check(vertices, faces=None):
 def check_cells(points, cells, before=None):
     """Returns what a deformation may spoil in the cells of a volume mesh, as a dict of arrays with a value for each cell.
 
-    volume; scaled_jacobian, 1 at best, the least over the corners; inverted, exact: whether a corner has turned. With
+    volume; scaled_jacobian, 1 at best, the least over the corners; non_orthogonality_deg and skewness, the worst of the
+    faces as OpenFOAM's checkMesh defines them; inverted, exact: whether a corner has turned. With
     `before`, the points before the deformation, also volume_ratio, and inverted says whether a corner has turned since; a
     cell that was flat or tangled before is not counted.
     cells: (m, 4) tetrahedra, (m, 5) pyramids, (m, 6) wedges or (m, 8) hexahedra in VTK's order of corners; or the cells
@@ -143,13 +144,16 @@ def check_cells(points, cells, before=None):
         return [np.concatenate(arrays) for arrays in zip(*parts, strict=True)] if parts else [np.zeros(0)] * 3
 
     volume, jacobian, orientation = measured(points)
+    angle, skewness = _knead.cell_face_qualities(points, blocks)
+    faces = {"non_orthogonality_deg": angle, "skewness": skewness}
     if before is None:
-        return {"volume": volume, "scaled_jacobian": jacobian, "inverted": orientation != 1}
+        return {"volume": volume, "scaled_jacobian": jacobian, "inverted": orientation != 1, **faces}
     first, _, was = measured(before)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = volume / first
     turned = jacobian * np.where(was == -1, -1, 1)
-    return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": (orientation != was) & (was != 0)}
+    inverted = (orientation != was) & (was != 0)
+    return {"volume": volume, "volume_ratio": ratio, "scaled_jacobian": turned, "inverted": inverted, **faces}
 
 
 def cell_blocks(cells):

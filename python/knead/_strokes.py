@@ -169,6 +169,7 @@ _COMMON = (
     ("off", False, "True: the stroke is skipped", "bool"),
     ("strength", False, "how much of the stroke is applied, 0 to 1.5", "float"),
     ("duration", False, "how long it takes beside the other strokes of an animation, above 0", "float"),
+    ("new_entry", False, "whether the stroke begins an entry of Studio's history; by default the strokes tell", "bool"),
 )
 _MIRROR = (
     "mirror",

@@ -96,6 +96,19 @@ Cells cells_from(const std::vector<CellArray>& blocks, std::size_t points) {
   return cells;
 }
 
+// Non-orthogonality in degrees and skewness of the cells of all blocks.
+py::tuple cell_face_qualities(const py::object& vertices, const std::vector<CellArray>& blocks) {
+  const Points points = points_from(vertices, "points");
+  CellFaceQuality quality;
+  Progress progress;
+  run_watched(py::none(), progress, [&] {
+    const Cells cells = cells_from(blocks, points.span().size());
+    stop_if_cancelled(&progress);
+    quality = cell_face_quality(cells, points.span());
+  });
+  return py::make_tuple(array_from(quality.non_orthogonality_deg), array_from(quality.skewness));
+}
+
 py::dict dict_of(const CellSummary& summary) {
   py::dict dict;
   dict["inverted"] = summary.inverted;
@@ -199,6 +212,7 @@ std::optional<double> widest_outer_of(const py::object& given, const std::vector
 
 void add_cells(py::module_& module) {
   module.def("cell_qualities", &cell_qualities);
+  module.def("cell_face_qualities", &cell_face_qualities);
   module.def("deform_cells", &deform_cells_by);
   module.def("safe_until", &safe_until_of);
   module.def("widest_outer", &widest_outer_of);

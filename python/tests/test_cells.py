@@ -39,6 +39,23 @@ def test_a_cube_in_every_kind_of_cell():
     assert np.abs(knead.check_cells(CUBE, pyramids)["volume"]).sum() == pytest.approx(1)
 
 
+def test_cells_between_which_faces_are_slanted():
+    """By the definitions of OpenFOAM's checkMesh; src/knead/mesh/cell_faces_test.cpp has more."""
+    points, cells = grid(3)
+    straight = knead.check_cells(points, cells)
+    assert straight["non_orthogonality_deg"].max() < 1e-6 and straight["skewness"].max() < 1e-9
+    sheared = points + points[:, 2:] * [1, 0, 0]
+    quality = knead.check_cells(sheared, cells, before=points)
+    assert quality["non_orthogonality_deg"] == pytest.approx(np.full(27, 45.0))
+    mirrored = knead.check_cells(sheared * [1, 1, -1], cells)
+    assert mirrored["non_orthogonality_deg"] == pytest.approx(np.full(27, 45.0))
+    meshio = pytest.importorskip("meshio")
+    # In two blocks they are still neighbours.
+    blocks = [meshio.CellBlock("hexahedron", cells[:10]), meshio.CellBlock("hexahedron", cells[10:])]
+    assert np.array_equal(knead.check_cells(sheared, blocks)["skewness"], quality["skewness"])
+    assert len(knead.check_cells(points, [])["skewness"]) == 0
+
+
 def test_a_mirror_turns_cells_inside_out():
     points, cells = grid(3)
     for block in (cells, tetrahedra(cells)):

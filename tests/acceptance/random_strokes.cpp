@@ -214,7 +214,8 @@ Stroke pose(const Draw& draw) {
 
 // Lengths without rounding, so that the mirror image of the mirror image is the stroke itself.
 Stroke grid(const Draw& draw) {
-  const auto rounded = [](double length) { return std::round(length * 0x1p20) * 0x1p-20; };
+  const double unit = std::ldexp(1, std::ilogb(draw.size) - 20);
+  const auto rounded = [&](double length) { return std::round(length / unit) * unit; };
   const Vec3d place = draw.mesh.positions[draw.vertex()];
   GridStroke stroke;
   PotentialGrid& grid = stroke.grid;

@@ -101,8 +101,8 @@ void expect_finger_turns(const Mesh& mesh, const Vec3d& base, const Vec3d& along
   EXPECT_LT(std::abs(posed.volume_error()), 1e-4);
   EXPECT_EQ(posed.crossings(), 0u);
   EXPECT_GT(stretch.least, 0.5);
-  EXPECT_LT(stretch.greatest, 1.6);
-  EXPECT_LT(stretch.rms_log, 0.09);
+  EXPECT_LT(stretch.greatest, 1.5);
+  EXPECT_LT(stretch.rms_log, 0.08);
   double farthest = 0;
   const double angle = 70 * std::numbers::pi / 180;
   for (const VertexRange& range : finger.vertices) {
@@ -172,7 +172,7 @@ TEST(PoseOnScans, OneOfEightPinsIsDraggedAlongAnArc) {
   EXPECT_EQ(posed.crossings(), 0u);
   EXPECT_LT(std::abs(posed.volume_error()), 2e-4);
   EXPECT_LT(norm(posed.after[ends[1]] - pins.to[1]), 2e-3 * diagonal);
-  EXPECT_LT(by_pose.rms_log, 0.4 * by_pins.rms_log);
+  EXPECT_LT(by_pose.rms_log, by_pins.rms_log / 3);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/doors_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pose_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/scale_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tools_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/volume_test.cpp
   ${PROJECT_SOURCE_DIR}/tests/acceptance/random_strokes.cpp

@@ -116,11 +116,11 @@ bool Document::tell_failure(const WorkResult& result, const char* what) const {
   return false;
 }
 
-void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress) {
+void Document::set_live(std::vector<SessionStroke> strokes, Progress& progress, bool follows) {
   if (!history_) return;
   const bool is_told = guarded([&] {
     const auto began = std::chrono::steady_clock::now();
-    const WorkResult result = history_->set_live(std::move(strokes), &progress);
+    const WorkResult result = history_->set_live(std::move(strokes), &progress, follows);
     shown_.live_seconds = seconds_since(began);
     shown_.refusal = result.refusal;
     shown_.contacts = result.part;

@@ -109,7 +109,7 @@ class Document {
   void recover(const std::filesystem::path& journal, Progress& progress);
 
   // As in Workbench; they also measure time and write the journal. Strokes name stamps by their file in stamp_folder().
-  void set_live(std::vector<SessionStroke> strokes, Progress& progress);
+  void set_live(std::vector<SessionStroke> strokes, Progress& progress, bool follows = false);
   void finish(Progress& progress);
   void give_up(Progress& progress);
   void undo(Progress& progress);

@@ -115,6 +115,7 @@ void Document::open_session(const std::filesystem::path& path, Progress& progres
     append(std::move(session), progress);
     shown_.session_path = path;
     shown_.is_changed = false;
+    if (journal_) journal_->note_saved(path);
     show();
   });
 }
@@ -179,6 +180,7 @@ void Document::save(const std::filesystem::path& path) {
     write_file_atomically(path, serialize_session(session));
     shown_.session_path = path;
     shown_.is_changed = false;
+    if (journal_) journal_->note_saved(path);
     options_.tell({false, fmt::format("Saved {}.{}", path.filename().string(), made)});
     show();
   });

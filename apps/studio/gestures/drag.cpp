@@ -227,7 +227,7 @@ StampGesture begin_stamp(const Pointer& pointer, const Surroundings& around, con
   StampGesture gesture;
   gesture.stroke = stamp_at(around.settings, *placed.stamp, *placed.placement);
   gesture.drag = begin_drag(pointer, placed.placement->center, -placed.placement->z, around);
-  gesture.step = gesture.stroke.outer.value_or(around.settings.radius) / 25;
+  gesture.step = gesture.stroke.step.value_or(around.settings.stamp_size * around.settings.radius / 50);
   gesture.stroke.path = {placed.placement->center};
   return gesture;
 }

@@ -11,8 +11,12 @@
 #include <numbers>
 
 #include "gestures/gestures_fixture.h"
+#include "knead/mesh/measures.h"
+#include "knead/mesh/self_intersections.h"
+#include "knead/mesh/shapes.h"
 #include "view/labels.h"
 #include "view/overlay.h"
+#include "view/stretch.h"
 
 namespace knead::studio {
 namespace {
@@ -38,6 +42,37 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
   EXPECT_NEAR(after.x, before.x, 1e-6);
   EXPECT_NEAR(after.y, before.y, 1e-6);
   EXPECT_NEAR(after.z, before.z - 40 * pixel_size(studio.screen(), before), 1e-3);
+}
+
+// A drag is applied in pieces. Their print is that of one stroke: no triangles cross, and the volume stays.
+TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
+  Studio studio(options());
+  run(studio, R"({"new": "sphere", "vertices": 40000}
+{"tool": "stamp"}
+{"stamp": "letter-y"}
+{"set": {"radius": 0.8, "drag": "normal"}}
+{"click": [0, 0, 1]}
+{"move": [400, 300]})");
+  ASSERT_TRUE(studio.placed().placement);
+  const double volume = measure(studio.shown().state.to_mesh()).volume;
+  const auto arrow = in_arrow(studio);
+  ASSERT_TRUE(arrow);
+  const double in = pixel_of(studio.screen(), arrow->to)->y < pixel_of(studio.screen(), arrow->from)->y ? -1 : 1;
+  const double pixels = 0.2 / pixel_size(studio.screen(), studio.placed().placement->center);
+  run(studio, fmt::format(R"({{"drag": [[400, 300], [400, {}]], "steps": 30}})", 300 + in * pixels));
+  const std::vector<Stroke> pieces = last_strokes(studio);
+  EXPECT_GT(pieces.size(), 5u);
+  for (const Stroke& piece : pieces) {
+    EXPECT_EQ(contact_of(std::get<StampStroke>(piece)), StampContact::slip);
+    EXPECT_FALSE(std::get<StampStroke>(piece).outer);
+  }
+  const Mesh printed = studio.shown().state.to_mesh();
+  EXPECT_EQ(self_intersections(triangulate(printed), printed.positions).count, 0u);
+  EXPECT_NEAR(measure(printed).volume, volume, 1e-4 * volume);
+  run(studio, R"({"set": {"contact": "stick"}})");
+  const StampStroke sticking = stamp_at(studio.settings(), *studio.placed().stamp, *studio.placed().placement);
+  EXPECT_EQ(sticking.contact, StampContact::stick);
+  EXPECT_DOUBLE_EQ(sticking.outer.value_or(0), 1.5 * 0.5 * 0.8);
 }
 
 TEST_F(GesturesTest, ADragAlongALineFollowsThePointerWithinBoundsAtEveryAngle) {
@@ -101,6 +136,37 @@ TEST_F(GesturesTest, TheHintOfATurnIsWhatTurnsIt) {
     EXPECT_NE(hint().second.find("up or down"), std::string::npos) << hint().second;
     EXPECT_NE(amount_by("[600, 200]"), 0) << tool;
   }
+}
+
+TEST_F(GesturesTest, ABendGoesBeyondWhatAPlainOneCan) {
+  Studio studio(options());
+  Mesh bar = make_shape(ShapeKind::box, 4000);
+  for (Vec3d& p : bar.positions) p.x *= 2;
+  const std::string file = (folder_ / "bar.ply").string();
+  write_mesh(file, bar);
+  run(studio, R"({"size": [800, 600]}
+{"open": ")" + file +
+                  R"("}
+{"wait": true}
+{"view": {"yaw_deg": 0, "pitch_deg": 0, "target": [0, 0, 0], "height": 6}}
+{"tool": "bend"}
+{"click": [0.6, 0, 0.5]}
+{"press": [600, 300]}
+{"key": "1"}
+{"key": "7"}
+{"key": "5"})");
+  ASSERT_TRUE(studio.gesture());
+  StretchEstimate estimate;
+  EXPECT_NO_THROW(estimate.update(studio));
+  run(studio, R"({"key": "Enter"})");
+  const auto stroke = std::get<BendStroke>(last_strokes(studio).front());
+  EXPECT_NEAR(std::abs(stroke.angle_deg), 175, 1e-9);
+  const Mesh mesh = *studio.shown().state.mesh;
+  Mesh moved = mesh;
+  moved.positions = positions(studio);
+  EXPECT_NE(moved.positions, mesh.positions);
+  EXPECT_NEAR(measure(moved).volume / measure(mesh).volume, 1, 3e-3);
+  EXPECT_EQ(self_intersections(triangulate(moved), moved.positions).count, 0U);
 }
 
 // --- pull ------------------------------------------------------------------------------------------------------------

@@ -101,7 +101,10 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
   PartMarks& parts = placed.parts;
   const bool has_body = std::find(parts.holds.begin(), parts.holds.end(), true) != parts.holds.end() ||
                         std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
-  if (!parts.of_vertex.empty()) mark(limb.bending, std::nullopt, around.state, parts);
+  if (!parts.of_vertex.empty()) {
+    mark(limb.bending, std::nullopt, around.state, parts);
+    mark(limb.beside, std::nullopt, around.state, parts);
+  }
   if (!has_body) add_part(limb.body, around.state, parts);
   add_part(limb.vertices, around.state, parts);
   return {};

@@ -202,8 +202,26 @@ const StudioTool* studio_tool(std::string_view word) {
   return found == kTools.end() ? nullptr : &*found;
 }
 
+bool blends(const ToolSettings& settings) {
+  const ToolUse use = settings.tool->use;
+  return use != ToolUse::mask && use != ToolUse::pose &&
+         (use != ToolUse::stamp || settings.stamp_contact == StampContact::stick);
+}
+
 const StudioTool& studio_tool(ToolUse use) {
   return *std::find_if(kTools.begin(), kTools.end(), [&](const StudioTool& tool) { return tool.use == use; });
+}
+
+const char* name_of(StampContact contact) {
+  switch (contact) {
+    case StampContact::stick:
+      return "Stick";
+    case StampContact::slip:
+      return "Slip along";
+    case StampContact::automatic:
+      return "Print";
+  }
+  return "";
 }
 
 const char* name_of(DragMode mode) {

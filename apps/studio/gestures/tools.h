@@ -164,13 +164,14 @@ std::string word_of(const StudioTool& tool);
 // Returns the tool with a name in lower case, or a null pointer.
 const StudioTool* studio_tool(std::string_view word);
 
-// Returns whether the tool moves the shape, and its falloff counts.
-inline bool blends(const StudioTool& tool) { return tool.use != ToolUse::mask && tool.use != ToolUse::pose; }
+// Returns whether the tool that is set moves the shape, and its falloff counts.
+bool blends(const ToolSettings& settings);
 
 // Returns the first tool that is used so.
 const StudioTool& studio_tool(ToolUse use);
 
 const char* name_of(DragMode mode);
+const char* name_of(StampContact contact);
 const char* name_of(PullStart start);
 const char* name_of(HandleMode mode);
 const char* name_of(MaskMode mode);
@@ -201,11 +202,12 @@ struct ToolSettings {
   bool paint_in = false;      // else out; Ctrl inverts
   int exponent = 8;           // of points and handles; even, 4 or more
   double stamp_size = 0.5;    // the tool's half extent, relative to the radius
+  StampContact stamp_contact = StampContact::automatic;
   HandleMode handle = HandleMode::full;
   bool lasso = false;          // handles are marked within a line that is drawn round them, through the shape
   bool lasso_selects = false;  // a drag beside the pins draws a line round those that it selects
   PoseMode pose = PoseMode::pins;
-  double pose_detail = PoseStroke{}.detail;
+  double pose_detail = 0.05;  // fine enough for fingers that move beside others
   PenPressure pressure = PenPressure::depth;
   MaskMode mask_mode = MaskMode::paint;
   double mask_width = 0.5;       // of a mask's border, relative to the radius, > 0

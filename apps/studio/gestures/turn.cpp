@@ -74,6 +74,8 @@ StampStroke stamp_at(const ToolSettings& settings, const StampShape& shape, cons
   StampStroke stroke;
   stroke.mesh = shape.file;
   stroke.pose = pose_of(placement, stamp_scale(settings, shape));
+  stroke.contact = settings.stamp_contact;
+  if (stroke.contact != StampContact::stick) return stroke;
   // By default what the session's format says for a straight motion, but the same for all pieces of the path.
   stroke.outer = 1.5 * settings.stamp_size * settings.radius;
   stroke.step = *stroke.outer / 25;

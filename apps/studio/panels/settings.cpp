@@ -59,6 +59,13 @@ void draw_stamp(Studio& studio) {
     ImGui::EndCombo();
   }
   help_on_hover("File > Stamp from a file... takes any closed mesh.");
+  constexpr std::array contacts{StampContact::automatic, StampContact::slip, StampContact::stick};
+  choose_one("Contact", studio.settings().stamp_contact, contacts,
+             [](StampContact contact) { return name_of(contact); });
+  help_on_hover(
+      "Print: pressed in, the stamp leaves a flat floor and upright walls. Slip along: a round stamp is dragged along "
+      "and "
+      "leaves a groove. Stick: the surface goes with the stamp.");
 }
 
 void draw_barrel_settings(Studio& studio) {
@@ -337,7 +344,7 @@ void draw_tool_settings(Studio& studio) {
   if (settings.tool->has_inner) {
     slide("Inner ratio", settings.inner_ratio, {0.01, 0.95}, "which part of that moves rigidly (Shift+F)");
   }
-  if (blends(*settings.tool)) choose_falloff(settings.falloff);
+  if (blends(settings)) choose_falloff(settings.falloff);
   draw_own_settings(studio);
   if (goes_along_a_drag(settings.tool->use)) draw_drag(settings);
   ImGui::Separator();

@@ -30,6 +30,8 @@ struct WindowState {
   double pressed_x = 0;
   double pressed_y = 0;
   std::array<int, 4> place_before_full_screen{};
+  WindowPlace restored;        // when it was opened
+  double scale_when_made = 1;  // its size in the system's units beside what was asked for: GLFW follows the display
 };
 
 namespace {
@@ -173,10 +175,10 @@ void listen(GLFWwindow* window) {
 
 }  // namespace
 
-Window::Window(const std::string& title, int width, int height) : state_(std::make_unique<WindowState>()) {
+Window::Window(const std::string& title, const WindowPlace& place) : state_(std::make_unique<WindowState>()) {
   if (glfwInit() != GLFW_TRUE) fail();
-  window_ = try_to_open(title, width, height, 4, 3);
-  if (window_ == nullptr) window_ = try_to_open(title, width, height, 3, 3);
+  window_ = try_to_open(title, place.width, place.height, 4, 3);
+  if (window_ == nullptr) window_ = try_to_open(title, place.width, place.height, 3, 3);
   if (window_ == nullptr) {
     glfwTerminate();
     throw std::runtime_error("cannot open a window with OpenGL 3.3; check the display and its driver");
@@ -184,7 +186,15 @@ Window::Window(const std::string& title, int width, int height) : state_(std::ma
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowSizeLimits(window_, 480, 320, GLFW_DONT_CARE, GLFW_DONT_CARE);
-  fit_screen(window_);
+  state_->restored = place;
+  int made_width = 0;
+  glfwGetWindowSize(window_, &made_width, nullptr);
+  if (made_width > 0) state_->scale_when_made = static_cast<double>(made_width) / place.width;
+  if (place.maximized) {
+    glfwMaximizeWindow(window_);
+  } else {
+    fit_screen(window_);
+  }
   glfwSetWindowUserPointer(window_, state_.get());
 
   listen(window_);
@@ -227,6 +237,19 @@ void Window::toggle_full_screen() {
   glfwGetWindowPos(window_, &x, &y);
   glfwGetWindowSize(window_, &w, &h);
   glfwSetWindowMonitor(window_, monitor, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+WindowPlace Window::place() const {
+  WindowPlace place = state_->restored;
+  place.maximized = glfwGetWindowAttrib(window_, GLFW_MAXIMIZED) == GLFW_TRUE;
+  if (place.maximized) return place;
+  int width = state_->place_before_full_screen[2];
+  int height = state_->place_before_full_screen[3];
+  if (glfwGetWindowMonitor(window_) == nullptr) glfwGetWindowSize(window_, &width, &height);
+  if (width <= 0 || height <= 0) return place;
+  place.width = static_cast<int>(std::lround(width / state_->scale_when_made));
+  place.height = static_cast<int>(std::lround(height / state_->scale_when_made));
+  return place;
 }
 
 int Window::width() const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "platform/event.h"
+#include "platform/window_place.h"
 
 struct GLFWwindow;
 
@@ -17,7 +18,7 @@ class Window {
  public:
   // A window with a core context, 4.3 where there is one, else 3.3, current in this thread. Throws std::runtime_error,
   // one line, where there is no display or no such OpenGL.
-  Window(const std::string& title, int width, int height);
+  Window(const std::string& title, const WindowPlace& place);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
@@ -32,6 +33,9 @@ class Window {
 
   void set_title(const std::string& title);
   void toggle_full_screen();
+
+  // As it is to be opened the next time: its size outside full screen.
+  WindowPlace place() const;
 
   // Of the picture, in pixels; zero where it is minimised.
   int width() const;

@@ -33,7 +33,7 @@ void Worker::post(Job job, std::string what) {
   changed_.notify_all();
 }
 
-std::uint64_t Worker::post_latest(Job job, std::string what) {
+std::uint64_t Worker::post_latest(Job job, std::string what, bool gives_way) {
   std::unique_lock lock(mutex_);
   const std::uint64_t number = ++posted_latest_;
   if (!has_thread_) {
@@ -42,11 +42,18 @@ std::uint64_t Worker::post_latest(Job job, std::string what) {
     return number;
   }
   if (!queue_.empty() && queue_.back().latest != 0) queue_.pop_back();
-  queue_.push_back({std::move(job), number, std::move(what)});
-  if (is_idling_) progress_.cancel = true;
+  queue_.push_back({std::move(job), number, std::move(what), gives_way});
+  is_giving_way_ = is_giving_way_ || may_give_way_;
+  if (is_idling_ || is_giving_way_) progress_.cancel = true;
   lock.unlock();
   changed_.notify_all();
   return number;
+}
+
+void Worker::keep_latest() {
+  const std::lock_guard lock(mutex_);
+  may_give_way_ = false;
+  for (Waiting& waiting : queue_) waiting.gives_way = false;
 }
 
 void Worker::perform(const Waiting& waiting) {
@@ -97,11 +104,14 @@ void Worker::run() {
       const Waiting waiting = std::move(queue_.front());
       queue_.pop_front();
       idle_is_due_ = true;
+      may_give_way_ = waiting.gives_way;
       lock.unlock();
       perform(waiting);
     }
     lock.lock();
     is_performing_ = false;
+    may_give_way_ = false;
+    if (std::exchange(is_giving_way_, false)) progress_.cancel = false;
     if (std::exchange(is_idling_, false) || (queue_.empty() && !idle_is_due_)) progress_.cancel = false;
     changed_.notify_all();
   }

@@ -38,8 +38,12 @@ class Worker {
   void post(Job job, std::string what = {});
 
   // A job that replaces the one posted last where that is of this kind too and has not begun: of a drag, only the
-  // latest place counts. Returns a number that grows.
-  std::uint64_t post_latest(Job job, std::string what = {});
+  // latest place counts. One that gives way is cancelled when the next is posted while it is being done. Returns a
+  // number that grows.
+  std::uint64_t post_latest(Job job, std::string what = {}, bool gives_way = false);
+
+  // No job that was posted until now gives way any more.
+  void keep_latest();
 
   // The number of the last such job that has begun: those before it are done, replaced, or were never begun.
   std::uint64_t begun() const;
@@ -63,6 +67,7 @@ class Worker {
     Job job;
     std::uint64_t latest = 0;  // 0: not to be replaced
     std::string what{};
+    bool gives_way = false;
   };
 
   void run();
@@ -74,7 +79,9 @@ class Worker {
   mutable std::condition_variable changed_;
   std::deque<Waiting> queue_;
   bool is_performing_ = false;
-  bool is_idling_ = false;  // performing when_idle_
+  bool is_idling_ = false;      // performing when_idle_
+  bool may_give_way_ = false;   // what is being done gives way
+  bool is_giving_way_ = false;  // it was cancelled for the next
   std::string what_;
   std::chrono::steady_clock::time_point began_;
   bool is_ending_ = false;

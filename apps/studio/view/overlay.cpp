@@ -183,6 +183,8 @@ void draw_stroke(const Studio& studio, const Stroke& stroke, const Sheet& sheet)
     Mesh mesh = mirrored_mesh(*shape->mesh, planes_of_file(stamp->mesh, shape->file));
     for (Vec3d& p : mesh.positions) p = stamp->pose * p;
     tool.stamp = render::StampTool{std::move(mesh), {stamp->path.back(), stamp->path.back()}};
+  } else if (reads_surface(stroke)) {
+    return;
   } else {
     tool.stroke = flow_of(stroke);
     const bool is_under_hand = studio.gesture().has_value();

@@ -74,6 +74,7 @@ const std::optional<GreatestStretch>& StretchEstimate::update(const Studio& stud
       estimate_ = GreatestStretch{HUGE_VAL, 0, placement->center, 1};
       return estimate_;
     }
+    if (reads_surface(stroke)) continue;
     const Flow one = flow_of(stroke);
     flow.segments.insert(flow.segments.end(), one.segments.begin(), one.segments.end());
   }

@@ -108,10 +108,6 @@ void read_points(Block& block) {
   }
 }
 
-bool has_float_points(const Block& block) {
-  return block.set->GetPoints() != nullptr && block.set->GetPoints()->GetDataType() == VTK_FLOAT;
-}
-
 template <class T>
 void write_as(std::span<const Vec3d> points, T* numbers) {
   for (const Vec3d& p : points) {
@@ -178,8 +174,12 @@ std::vector<Block> copy_blocks(vtkDataObject& input, vtkDataObject& output) {
   return blocks;
 }
 
+bool stores_floats(const Block& block) {
+  return block.set->GetPoints() != nullptr && block.set->GetPoints()->GetDataType() == VTK_FLOAT;
+}
+
 void round_points(const Block& block, std::span<Vec3d> points) {
-  if (!has_float_points(block)) return;
+  if (!stores_floats(block)) return;
   const auto rounded = [](double x) { return static_cast<double>(static_cast<float>(x)); };
   for (Vec3d& p : points) p = {rounded(p.x), rounded(p.y), rounded(p.z)};
 }
@@ -187,9 +187,9 @@ void round_points(const Block& block, std::span<Vec3d> points) {
 void store_points(Block& block) {
   if (block.before.empty()) return;
   vtkNew<vtkPoints> points;
-  points->SetDataType(has_float_points(block) ? VTK_FLOAT : VTK_DOUBLE);
+  points->SetDataType(stores_floats(block) ? VTK_FLOAT : VTK_DOUBLE);
   points->SetNumberOfPoints(static_cast<vtkIdType>(block.after.size()));
-  if (has_float_points(block)) {
+  if (stores_floats(block)) {
     write_as(block.after, static_cast<float*>(points->GetVoidPointer(0)));
   } else {
     write_as(block.after, static_cast<double*>(points->GetVoidPointer(0)));

@@ -35,6 +35,9 @@ int output_type(vtkDataObject& input);
 // sets in it that have points.
 std::vector<Block> copy_blocks(vtkDataObject& input, vtkDataObject& output);
 
+// Returns whether the points are floats.
+bool stores_floats(const Block& block);
+
 // Rounds points as the block stores them.
 void round_points(const Block& block, std::span<Vec3d> points);
 

@@ -110,6 +110,28 @@ void reserve(Cells& cells, const CellReader& reader, vtkIdType count) {
   cells.corners.reserve(corners);
 }
 
+std::vector<std::span<const std::uint32_t>> polyhedra_of(const VolumeCells& cells) {
+  std::vector<std::span<const std::uint32_t>> polyhedra;
+  for (std::size_t i = 0; i < cells.polyhedron_numbers.size(); ++i) {
+    polyhedra.push_back(std::span(cells.faces).subspan(cells.first[i], cells.first[i + 1] - cells.first[i]));
+  }
+  return polyhedra;
+}
+
+// Neighbours that are ghosts count.
+void judge_faces(const VolumeCells& cells, std::span<const Vec3d> points, Damage& damage) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  damage.non_orthogonality_deg.assign(cells.is_counted.size(), none);
+  damage.skewness.assign(cells.is_counted.size(), none);
+  const CellFaceQuality quality = cell_face_quality(cells.linear, points, polyhedra_of(cells));
+  const std::size_t linear = cells.linear.size();
+  for (std::size_t i = 0; i < quality.skewness.size(); ++i) {
+    const vtkIdType number = i < linear ? cells.linear_numbers[i] : cells.polyhedron_numbers[i - linear];
+    damage.non_orthogonality_deg[static_cast<std::size_t>(number)] = quality.non_orthogonality_deg[i];
+    damage.skewness[static_cast<std::size_t>(number)] = quality.skewness[i];
+  }
+}
+
 }  // namespace
 
 VolumeCells volume_cells(vtkPointSet& set) {
@@ -148,7 +170,8 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const bool has_values = values == CellValues::all;
   const std::size_t valued = has_values ? cells.is_counted.size() : 0;
-  Damage damage{std::vector<double>(valued, none), std::vector<double>(valued, none)};
+  Damage damage{std::vector<double>(valued, none), std::vector<double>(valued, none), {}, {}};
+  if (has_values) judge_faces(cells, after, damage);
   const auto invert = [&](vtkIdType number) {
     if (cells.is_counted[static_cast<std::size_t>(number)] == 0) return;
     if (damage.inverted++ == 0 || number < damage.first) damage.first = number;
@@ -162,8 +185,9 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
     }
     if (changes.is_inverted[i] != 0) invert(cells.linear_numbers[i]);
   }
-  for (std::size_t i = 0; i < cells.polyhedron_numbers.size(); ++i) {
-    const auto faces = std::span(cells.faces).subspan(cells.first[i], cells.first[i + 1] - cells.first[i]);
+  const std::vector<std::span<const std::uint32_t>> polyhedra = polyhedra_of(cells);
+  for (std::size_t i = 0; i < polyhedra.size(); ++i) {
+    const std::span<const std::uint32_t> faces = polyhedra[i];
     const double was = polyhedron_volume(faces, before);
     const double ratio = polyhedron_volume(faces, after) / was;
     const int side = polyhedron_orientation(faces, before);
@@ -172,6 +196,10 @@ Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::s
     if (is_tangled || (was != 0 && !(ratio > 0))) invert(cells.polyhedron_numbers[i]);
   }
   return damage;
+}
+
+std::size_t unresolved_cells(const VolumeCells& cells, std::span<const Vec3d> points) {
+  return count_cells_unresolved_in_float(cells.linear, points, polyhedra_of(cells));
 }
 
 void add_boundary_faces(const VolumeCells& cells, std::span<const Vec3d> points, std::vector<double>& faces) {

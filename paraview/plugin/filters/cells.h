@@ -22,6 +22,8 @@ struct VolumeCells {
   std::vector<std::size_t> first{0};      // where each polyhedron begins in `faces`, and the end of the last
   std::vector<vtkIdType> polyhedron_numbers;
   std::vector<std::uint8_t> is_counted;  // for each cell of the data set: 0 for ghosts and blanked cells
+
+  bool empty() const { return linear_numbers.empty() && polyhedron_numbers.empty(); }
 };
 
 // Returns the cells of a data set. Throws InvalidInput if a point's number does not fit into 32 bits.
@@ -31,11 +33,16 @@ VolumeCells volume_cells(vtkPointSet& set);
 struct Damage {
   std::vector<double> volume_ratio;     // NaN for cells without volume
   std::vector<double> scaled_jacobian;  // NaN also for polyhedra
+  std::vector<double> non_orthogonality_deg;
+  std::vector<double> skewness;
   std::int64_t inverted = 0;            // of the cells that are counted
   vtkIdType first = -1;                 // of the inverted ones
 };
 Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
                  CellValues values);
+
+// Returns count_cells_unresolved_in_float() of the cells, ghosts included.
+std::size_t unresolved_cells(const VolumeCells& cells, std::span<const Vec3d> points);
 
 // Appends the corners of the faces that only one of the cells has: 12 coordinates for each, in ascending order, those
 // of a missing fourth corner infinite. Ghosts and polyhedra do not count.

@@ -19,6 +19,8 @@ namespace {
 
 constexpr const char* kVolumeRatio = "KneadVolumeRatio";
 constexpr const char* kScaledJacobian = "KneadScaledJacobian";
+constexpr const char* kNonOrthogonality = "KneadNonOrthogonality";
+constexpr const char* kSkewness = "KneadSkewness";
 constexpr const char* kStretch = "KneadStretch";
 
 std::vector<double> greatest_stretches(std::span<const Mat3d> jacobians) {
@@ -37,6 +39,7 @@ class Job {
 
   Findings run() {
     ranks_.together([&] { prepare(); });
+    read_cells();
     find_length();
     ranks_.together([&] { move_points(); });
     judge_cells();
@@ -65,6 +68,29 @@ class Job {
     return flow_of(session_, {settings_.inverse ? Direction::backwards : Direction::forwards, until});
   }
 
+  // Collective: thin cells need double precision, on all ranks where one has some.
+  void read_cells() {
+    const vtkTimerLogScope timed("Knead: cells");
+    std::int64_t volumes = 0;
+    std::int64_t unresolved = 0;
+    ranks_.together([&] {
+      for (const Block& block : blocks_) {
+        cells_.push_back(volume_cells(*block.set));
+        if (!cells_.back().empty()) ++volumes;
+        if (!stores_floats(block)) continue;
+        unresolved += static_cast<std::int64_t>(unresolved_cells(cells_.back(), block.before));
+      }
+    });
+    precision_ = settings_.precision.value_or(ranks_.sum(volumes) > 0 ? Precision::float64 : Precision::float32);
+    unresolved = ranks_.sum(unresolved);
+    if (unresolved == 0) return;
+    findings_.notes.push_back(
+        fmt::format("{} so thin that the float coordinates of the data set hardly resolve {} (an edge below 0.0012 of "
+                    "its coordinates); read it with doubles (OpenFOAM reader: Use 64-bit Floats)",
+                    unresolved == 1 ? "1 cell is" : fmt::format("{} cells are", unresolved),
+                    unresolved == 1 ? "it" : "them"));
+  }
+
   // Collective: the box is that of all ranks.
   void find_length() {
     const vtkTimerLogScope timed("Knead: box");
@@ -76,7 +102,7 @@ class Job {
     ranks_.together([&] {
       MotionOptions motion;
       motion.relative_tolerance = settings_.relative_tolerance;
-      motion.precision = settings_.precision;
+      motion.precision = precision_;
       const std::vector<Vec3d> corners = box.empty() ? std::vector<Vec3d>(1) : std::vector<Vec3d>{box.min, box.max};
       options_ = advect_options(motion, settings_.diagonal > 0 ? settings_.diagonal : reference_length(corners));
     });
@@ -127,9 +153,8 @@ class Job {
   void judge_cells() {
     ranks_.together([&] {
       const vtkTimerLogScope timed("Knead: cells");
-      for (const Block& block : blocks_) {
-        cells_.push_back(volume_cells(*block.set));
-        damages_.push_back(damage_of(cells_.back(), block.before, block.after,
+      for (std::size_t i = 0; i < blocks_.size(); ++i) {
+        damages_.push_back(damage_of(cells_[i], blocks_[i].before, blocks_[i].after,
                                      settings_.quality ? CellValues::all : CellValues::inversions));
       }
     });
@@ -144,10 +169,11 @@ class Job {
       return;
     }
     const SafeUntil safe = safe_until(until_, [&](double until) { return inverts_nothing(until); });
-    throw Failure(
-        fmt::format("{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
-                    "transition{}; or switch FailOnInversion off",
-                    settings_.session_file, what, safe.until, wider_transition(safe)));
+    throw Failure(fmt::format(
+        "{}: {}; no cell is inverted up to Until = {}. Use that, finer cells, or strokes with a wider "
+        "transition{}; or move the mesh with knead.deform_mesh(least_scaled_jacobian=0.05) in Python, which "
+        "mends cells; or switch FailOnInversion off",
+        settings_.session_file, what, safe.until, wider_transition(safe)));
   }
 
   // Collective.
@@ -208,6 +234,8 @@ class Job {
       add_point_array(block, kStretch, greatest_stretches(jacobians_[i]));
       add_cell_array(block, kVolumeRatio, damages_[i].volume_ratio);
       add_cell_array(block, kScaledJacobian, damages_[i].scaled_jacobian);
+      add_cell_array(block, kNonOrthogonality, damages_[i].non_orthogonality_deg);
+      add_cell_array(block, kSkewness, damages_[i].skewness);
     }
   }
 
@@ -232,6 +260,7 @@ class Job {
   const Watch& watch_;
   Session session_;
   double until_ = 0;
+  Precision precision_ = Precision::float64;
   Flow flow_;
   AdvectOptions options_;
   std::vector<std::vector<Mat3d>> jacobians_;  // of the points of each block; empty where they are not needed

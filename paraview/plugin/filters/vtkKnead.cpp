@@ -13,6 +13,7 @@
 #include <vtkTypeInt64Array.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "job.h"
 #include "watched.h"
@@ -95,9 +96,11 @@ int vtkKnead::RequestData(vtkInformation*, vtkInformationVector** inputs, vtkInf
   using namespace knead::paraview;
   vtkDataObject* const input = vtkDataObject::GetData(inputs[0]);
   vtkDataObject* const output = vtkDataObject::GetData(outputs);
+  std::optional<knead::Precision> precision;
+  if (this->Precision < 2) precision = this->Precision == 0 ? knead::Precision::float32 : knead::Precision::float64;
   const Settings settings{
       this->SessionFile,       this->RelativeTolerance,
-      this->Diagonal,          this->Precision == 0 ? knead::Precision::float32 : knead::Precision::float64,
+      this->Diagonal,          precision,
       this->Inverse,           this->Until,
       this->Quality,           this->FailOnInversion,
       this->VectorsToTransform};

@@ -31,8 +31,8 @@ class KNEADFILTERS_EXPORT vtkKnead : public vtkDataObjectAlgorithm {
   vtkSetMacro(Diagonal, double);
   vtkGetMacro(Diagonal, double);
 
-  // In which the fields are evaluated: 0 in float, 1 in double.
-  vtkSetClampMacro(Precision, int, 0, 1);
+  // In which the fields are evaluated: 0 in float, 1 in double, 2 in double where there are cells with a volume.
+  vtkSetClampMacro(Precision, int, 0, 2);
   vtkGetMacro(Precision, int);
 
   // Applies the session backwards.
@@ -44,7 +44,7 @@ class KNEADFILTERS_EXPORT vtkKnead : public vtkDataObjectAlgorithm {
   vtkSetMacro(Until, double);
   vtkGetMacro(Until, double);
 
-  // Adds the arrays KneadVolumeRatio, KneadScaledJacobian and KneadStretch.
+  // Adds the arrays KneadVolumeRatio, KneadScaledJacobian, KneadNonOrthogonality, KneadSkewness and KneadStretch.
   vtkSetMacro(Quality, bool);
   vtkGetMacro(Quality, bool);
   vtkBooleanMacro(Quality, bool);
@@ -76,7 +76,7 @@ class KNEADFILTERS_EXPORT vtkKnead : public vtkDataObjectAlgorithm {
   std::string SessionFile;
   double RelativeTolerance = 1e-5;
   double Diagonal = 0;
-  int Precision = 0;
+  int Precision = 2;
   bool Inverse = false;
   double Until = 1e6;
   bool Quality = true;

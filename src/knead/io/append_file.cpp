@@ -1,9 +1,5 @@
 #include "knead/io/append_file.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <cerrno>
 #include <condition_variable>
@@ -12,6 +8,7 @@
 #include <thread>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 
 namespace knead::io_detail {
 
@@ -83,7 +80,7 @@ class AppendFile::Syncer {
       if (!requested_) return;
       requested_ = false;
       lock.unlock();
-      error_ = ::fdatasync(file_) == 0 ? 0 : errno;
+      error_ = sync_data(file_) == 0 ? 0 : errno;
       lock.lock();
     }
   }

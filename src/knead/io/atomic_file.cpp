@@ -1,8 +1,6 @@
 #include "knead/io/atomic_file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <atomic>
@@ -10,10 +8,14 @@
 #include <cstring>
 #include <optional>
 #include <random>
+#include <set>
 #include <string>
 #include <system_error>
+#include <utility>
+#include <vector>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 
 namespace knead {
 namespace {
@@ -106,13 +108,30 @@ void write_all(const std::filesystem::path& path, int file, std::string_view byt
   }
 }
 
-// The name in the target's folder under which it is written first.
-std::filesystem::path temporary_path(const std::filesystem::path& target) {
+constexpr std::string_view kPrefix = ".knead-";
+constexpr std::string_view kSuffix = ".tmp";
+constexpr std::size_t kKeyLength = 16;
+
+std::string random_key(std::size_t length) {
   constexpr std::string_view digits = "0123456789abcdefghijklmnopqrstuvwxyz";
   std::random_device random;
-  std::string name = ".knead-";
-  for (int i = 0; i < 16; ++i) name += digits[random() % digits.size()];
-  return target.parent_path() / (name + ".tmp");
+  std::string key;
+  for (std::size_t i = 0; i < length; ++i) key += digits[random() % digits.size()];
+  return key;
+}
+
+// The name in the target's folder under which it is written first. A part has the key of the whole before its own.
+std::filesystem::path temporary_path(const std::filesystem::path& target, const std::filesystem::path& whole) {
+  std::string key = random_key(kKeyLength);
+  if (!whole.empty()) key = whole.filename().string().substr(kPrefix.size(), kKeyLength) + "-" + key;
+  return target.parent_path() / fmt::format("{}{}{}", kPrefix, key, kSuffix);
+}
+
+// Returns the key of the whole that a temporary file belongs to; empty for another file.
+std::string key_of(const std::string& name) {
+  const bool is_own = name.starts_with(kPrefix) && name.ends_with(kSuffix) &&
+                      name.size() >= kPrefix.size() + kKeyLength + kSuffix.size();
+  return is_own ? name.substr(kPrefix.size(), kKeyLength) : std::string();
 }
 
 void sync_folder(const std::filesystem::path& folder) {
@@ -142,7 +161,7 @@ struct AtomicFile::Parts {
   std::optional<TemporaryName> name;
   std::optional<Descriptor> file;
 
-  explicit Parts(const std::filesystem::path& of) : path(of), target(followed_link(of)) {
+  Parts(const std::filesystem::path& of, const std::filesystem::path& whole) : path(of), target(followed_link(of)) {
     struct stat old {};
     const bool exists = ::stat(target.c_str(), &old) == 0;
     if (exists && S_ISDIR(old.st_mode)) fail(path, "is a folder", EISDIR);
@@ -152,16 +171,21 @@ struct AtomicFile::Parts {
       return;
     }
     if (exists && ::access(target.c_str(), W_OK) != 0) fail(path, "cannot be overwritten", errno);
-    temporary = temporary_path(target);
+    const bool is_beside = whole.parent_path() == target.parent_path();
+    temporary = temporary_path(target, is_beside ? whole : std::filesystem::path());
     name.emplace(temporary);
     file.emplace(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
     if (file->number() < 0) fail(path, "cannot be created", errno);
+    ::flock(file->number(), LOCK_EX | LOCK_NB);  // for discard_abandoned_files()
     name->set_created();
     if (exists) ::fchmod(file->number(), old.st_mode & 07777);  // best effort: the contents matter more
   }
 };
 
-AtomicFile::AtomicFile(const std::filesystem::path& path) : parts_(std::make_unique<Parts>(path)) {}
+AtomicFile::AtomicFile(const std::filesystem::path& path)
+    : parts_(std::make_unique<Parts>(path, std::filesystem::path())) {}
+AtomicFile::AtomicFile(const std::filesystem::path& path, const AtomicFile& whole)
+    : parts_(std::make_unique<Parts>(path, whole.parts_->temporary)) {}
 AtomicFile::~AtomicFile() = default;
 AtomicFile::AtomicFile(AtomicFile&&) noexcept = default;
 AtomicFile& AtomicFile::operator=(AtomicFile&&) noexcept = default;
@@ -190,6 +214,30 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view b
   AtomicFile file(path);
   file.write(bytes);
   file.finish();
+}
+
+// The lock of the whole says whether the program that writes it runs. Its parts are closed before.
+void discard_abandoned_files(const std::filesystem::path& folder) noexcept {
+  try {
+    std::vector<std::pair<std::string, std::filesystem::path>> files;
+    std::error_code error;
+    for (auto entry = std::filesystem::directory_iterator(folder.empty() ? "." : folder, error);
+         !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+      const std::string key = key_of(entry->path().filename().string());
+      if (!key.empty()) files.emplace_back(key, entry->path());
+    }
+    std::set<std::string> running;
+    for (const auto& [key, path] : files) {
+      Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+      const bool is_free = file.number() >= 0 && ::flock(file.number(), LOCK_EX | LOCK_NB) == 0;
+      if (!is_free) running.insert(key);
+    }
+    for (const auto& [key, path] : files) {
+      if (!running.contains(key)) ::unlink(path.c_str());
+    }
+  } catch (const std::exception&) {
+    return;  // of a folder that cannot be listed nothing is removed
+  }
 }
 
 void discard_unfinished_files() noexcept {

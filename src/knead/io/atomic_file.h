@@ -20,6 +20,10 @@ class AtomicFile {
   // Creates the temporary file. Throws IoError(write).
   explicit AtomicFile(const std::filesystem::path& path);
 
+  // Creates the temporary file of a part that belongs to another file in the same folder, which is put in place last.
+  // If the program is killed, both are known as abandoned together. Throws IoError(write).
+  AtomicFile(const std::filesystem::path& path, const AtomicFile& whole);
+
   // Without finish() before, the old file stays.
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -44,6 +48,9 @@ class AtomicFile {
 // Removes the temporary files of AtomicFile, and of calls of write_file_atomically that have not returned yet. A signal
 // handler may call this before it ends the program.
 void discard_unfinished_files() noexcept;
+
+// Removes the temporary files in a folder that killed programs have left behind. Those of running programs stay.
+void discard_abandoned_files(const std::filesystem::path& folder) noexcept;
 
 // Returns how many files were put in place so far; one that is renamed at this moment may count
 // twice. A signal handler may call this: a larger number than before means that a file is in place.

@@ -81,6 +81,37 @@ TEST_F(AtomicFile, AFullDiskLeavesTheOldFile) {
 }
 
 // A child writes without end and is interrupted at many moments; its handler does what the command's does.
+TEST_F(AtomicFile, WhatAKilledProgramLeftIsRemovedAndWhatARunningOneWritesStays) {
+  const auto write_series = [&] {
+    knead::AtomicFile whole(folder_ / "a.pvd");
+    knead::AtomicFile part(folder_ / "a_0000.vtp", whole);
+    part.write("x");
+    part.close();
+    discard_abandoned_files(folder_);  // its own stay
+    ASSERT_EQ(files(), 2U);
+    part.finish();
+    whole.finish();
+  };
+  write_series();
+  EXPECT_EQ(file_bytes(folder_ / "a_0000.vtp"), "x");
+  const pid_t child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    const knead::AtomicFile whole(folder_ / "b.pvd");
+    knead::AtomicFile part(folder_ / "b_0000.vtp", whole);
+    part.close();
+    ::kill(::getpid(), SIGKILL);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(files(), 4U) << "two of the first series, two temporary ones";
+  const knead::AtomicFile running(folder_ / "c.ply");
+  discard_abandoned_files(folder_);
+  EXPECT_EQ(files(), 3U);
+  discard_abandoned_files(folder_ / "nothing");
+}
+
 TEST_F(AtomicFile, AnInterruptLeavesNothingUnfinished) {
   const fs::path path = folder_ / "target";
   write_file_atomically(path, "old");

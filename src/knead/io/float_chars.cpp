@@ -1,6 +1,6 @@
 #include "knead/io/float_chars.h"
 
-#if !defined(__cpp_lib_to_chars)
+#if !defined(KNEAD_STD_FLOAT_CHARS)
 
 #include <fmt/format.h>
 

@@ -4,9 +4,14 @@
 
 #include <charconv>
 
+// libc++ has them from version 20 on, without saying so.
+#if defined(__cpp_lib_to_chars) || (defined(_LIBCPP_VERSION) && _LIBCPP_VERSION >= 200000)
+#define KNEAD_STD_FLOAT_CHARS
+#endif
+
 namespace knead::io_detail {
 
-#if defined(__cpp_lib_to_chars)
+#if defined(KNEAD_STD_FLOAT_CHARS)
 
 inline constexpr std::chars_format kGeneral = std::chars_format::general;
 inline constexpr std::chars_format kFixed = std::chars_format::fixed;

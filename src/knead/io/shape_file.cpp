@@ -16,6 +16,7 @@
 #include "knead/io/text.h"
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
+#include "knead/math/system.h"
 #include "knead/mesh/measures.h"
 
 namespace knead {
@@ -46,7 +47,7 @@ std::string read_bytes(const std::filesystem::path& path) {
   if (is_device(path)) {
     throw IoError(IoError::Operation::read, path.string(), "is a device, which may have no end; name a file or a pipe");
   }
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_to_read(path), std::fclose);
   if (!file) fail(errno);
   std::error_code no_size;  // pipes have none
   const std::uintmax_t size = std::filesystem::file_size(path, no_size);

@@ -1,15 +1,12 @@
 #include "knead/io/source_bytes.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <system_error>
 
 #include "knead/math/error.h"
 #include "knead/math/large_pages.h"
+#include "knead/math/system.h"
 
 namespace knead::io_detail {
 
@@ -30,7 +27,7 @@ void SourceFile::fail(const std::string& what) const {
 SourceFile::State SourceFile::state() const {
   struct stat now {};
   if (::fstat(file_, &now) != 0) fail("cannot be read (" + std::generic_category().message(errno) + ")");
-  return {static_cast<std::size_t>(now.st_size), now.st_mtim.tv_sec, now.st_mtim.tv_nsec};
+  return {static_cast<std::size_t>(now.st_size), changed_ns(file_, now)};
 }
 
 void SourceFile::read(std::size_t begin, std::span<char> to) const {

@@ -31,8 +31,7 @@ class SourceFile {
  private:
   struct State {
     std::size_t size = 0;
-    std::int64_t seconds = 0;  // of the last change
-    std::int64_t nanoseconds = 0;
+    std::int64_t changed_ns = 0;
 
     friend bool operator==(const State&, const State&) = default;
   };

@@ -164,6 +164,30 @@ struct CellChanges {
 CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
                           int threads = 0, CellValues values = CellValues::all);
 
+// What a finite volume method asks of cells: for each cell the worst of its faces, by the definitions of OpenFOAM's
+// checkMesh.
+struct CellFaceQuality {
+  // In degrees, from 0 to 180: between the normal of a face and the line from its cell's centre to the neighbour's.
+  // checkMesh complains above 70. 0 for a cell without a neighbour.
+  std::vector<double> non_orthogonality_deg;
+  // How far that line passes by the face's centre, beside the size of the face in that direction; at the boundary the
+  // line is along the normal. From 0; checkMesh complains above 4 inside, and above 20 at the boundary.
+  std::vector<double> skewness;
+};
+
+// Returns these values for the cells, then for the polyhedra (each as polyhedron_volume() takes it). Cells are
+// neighbours if they name the same points. A mesh whose cells are inside out as a whole has the values of its mirror
+// image; a face of a polyhedron is taken to look outward. The result is the same for every number of threads. Throws InvalidInput for a corner that is no point, and for a list of faces that is cut off.
+CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> points,
+                                  std::span<const std::span<const std::uint32_t>> polyhedra = {}, int threads = 0);
+
+// Returns the number of cells and polyhedra with an edge shorter than 1e4 epsilons of float32 (1.2e-3) times the
+// greatest coordinate of its ends: coordinates that were float once have moved such an edge by up to 1e-4 of its length.
+// Throws as cell_face_quality.
+std::size_t count_cells_unresolved_in_float(const Cells& cells, std::span<const Vec3d> points,
+                                            std::span<const std::span<const std::uint32_t>> polyhedra = {},
+                                            int threads = 0);
+
 // Returns the points on the boundary of a volume mesh, ascending: corners of a face that belongs to one cell only, or
 // to more than two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
 std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads = 0);

@@ -1,4 +1,5 @@
 knead_test(knead_mesh_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/cell_faces_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/cell_measures_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/flipped_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/folded_test.cpp

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "knead/field/region.h"
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
+#include "knead/math/sincos.h"
 
 namespace knead::detail {
 
@@ -17,9 +19,10 @@ constexpr double kMaxAngle = std::numbers::pi / 22;  // of a part in one segment
 constexpr double kMaxDistance = 0.5;                 // of the spacing
 // Weights of rows, in units of the mean diagonal of the strain times spacing^2.
 constexpr double kWeightOfPin = 600;  // by the number of its points
-constexpr double kWeightOfHold = 20;
-constexpr double kWeightOfPart = 700;  // by the number of points, and for 150 unknowns
+constexpr double kWeightOfHold = 60;
+constexpr double kWeightOfPart = 2800;  // by the number of points, and for 150 unknowns
 constexpr double kUnknowns = 150;
+constexpr double kWeightAcross = 200;
 constexpr double kMargin = 0.25;  // of the spacing, about all points
 constexpr int kMaxSegments = 2000;
 constexpr int kCorrections = 2;          // of the wanted velocities, by where the points arrive
@@ -59,13 +62,83 @@ Vec3d place_by_length(const std::vector<Vec3d>& path, double part) {
   return path.back();
 }
 
-Vec3d turned(const Vec3d& v, const Vec3d& axis, double angle) {
-  const double c = std::cos(angle);
-  return v * c + cross(axis, v) * std::sin(angle) + axis * (dot(axis, v) * (1 - c));
+Vec3d place_of(const PosedPart& part, const Vec3d& start, double t) {
+  if (part.way) return part.way(start, t);
+  return part.center + rotate(start - part.center, part.axis, sincos(part.angle * t)) + part.translation * t;
 }
 
-Vec3d place_of(const PosedPart& part, const Vec3d& start, double t) {
-  return part.center + turned(start - part.center, part.axis, part.angle * t) + part.translation * t;
+// The velocities of a rigid body.
+struct RigidRate {
+  Vec3d middle;
+  Vec3d velocity;  // of the middle
+  Vec3d turn{0, 0, 0};
+
+  Vec3d at(const Vec3d& x) const { return velocity + cross(turn, x - middle); }
+};
+
+// The rate that is nearest to the velocities at points; points on a line do not say how they turn about it.
+RigidRate rigid_rate(const std::vector<Vec3d>& points, const std::vector<Vec3d>& velocities) {
+  constexpr double kLine = 1e-6;  // of the moment of inertia
+  const auto count = static_cast<double>(points.size());
+  RigidRate rate{{0, 0, 0}, {0, 0, 0}};
+  for (const Vec3d& p : points) rate.middle += (p - points.front()) / count;
+  rate.middle += points.front();
+  for (const Vec3d& v : velocities) rate.velocity += v / count;
+  Mat3d inertia{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+  Vec3d momentum{0, 0, 0};
+  double sum = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d d = points[i] - rate.middle;
+    const double square = dot(d, d);
+    inertia.row0 += Vec3d{square - d.x * d.x, -d.x * d.y, -d.x * d.z};
+    inertia.row1 += Vec3d{-d.y * d.x, square - d.y * d.y, -d.y * d.z};
+    inertia.row2 += Vec3d{-d.z * d.x, -d.z * d.y, square - d.z * d.z};
+    momentum += cross(d, velocities[i]);
+    sum += square;
+  }
+  if (!(sum > 0)) return rate;
+  inertia.row0.x += kLine * sum;
+  inertia.row1.y += kLine * sum;
+  inertia.row2.z += kLine * sum;
+  // Cramer's rule
+  const double determinant = dot(inertia.row0, cross(inertia.row1, inertia.row2));
+  rate.turn = (cross(inertia.row1, inertia.row2) * momentum.x + cross(inertia.row2, inertia.row0) * momentum.y +
+               cross(inertia.row0, inertia.row1) * momentum.z) /
+              determinant;
+  return rate;
+}
+
+// How far it goes at most in the whole pose.
+double distance_of(const PosedPart& part) {
+  constexpr int kPieces = 16;
+  double most = 0;
+  for (const Vec3d& start : part.points) {
+    double distance = 0;
+    for (int i = 0; i < kPieces && part.way; ++i) {
+      distance += norm(part.way(start, (i + 1.0) / kPieces) - part.way(start, static_cast<double>(i) / kPieces));
+    }
+    if (!part.way) distance = std::abs(part.angle) * norm(cross(part.axis, start - part.center));
+    most = std::max(most, distance);
+  }
+  return most + norm(part.translation);
+}
+
+// The rate at which a part goes its way in the middle of a step, times the step's time.
+RigidRate rate_of(const PosedPart& part, double begin, double end) {
+  const double middle = 0.5 * (begin + end);
+  const double time = end - begin;
+  if (!part.way) {
+    const Vec3d center = part.center + part.translation * middle;
+    return {center, part.translation * time, part.axis * (part.angle * time)};
+  }
+  constexpr double kStep = 1e-5;
+  std::vector<Vec3d> places;
+  std::vector<Vec3d> velocities;
+  for (const Vec3d& start : part.points) {
+    places.push_back(part.way(start, middle));
+    velocities.push_back((part.way(start, middle + kStep) - part.way(start, middle - kStep)) * (0.5 * time / kStep));
+  }
+  return rigid_rate(places, velocities);
 }
 
 // A time of the pose: piece i of the paths lies between i and i + 1, and the last one ends at `pieces`. Parts that have
@@ -90,8 +163,8 @@ class Schedule {
       }
       for (double k = 1; k <= count; ++k) times_.push_back(static_cast<double>(piece) + k / count);
     }
-    const bool parts_move =
-        std::any_of(problem.parts.begin(), problem.parts.end(), [](const PosedPart& part) { return !part.holds(); });
+    const bool parts_move = problem.settles && std::any_of(problem.parts.begin(), problem.parts.end(),
+                                                           [](const PosedPart& part) { return !part.holds(); });
     if (parts_move) times_.push_back(times_.back());
   }
 
@@ -114,9 +187,7 @@ class Schedule {
     const double share = 1 / static_cast<double>(pieces_);
     double most = 1;
     for (const PosedPart& part : problem_.parts) {
-      double radius = 0;
-      for (const Vec3d& p : part.points) radius = std::max(radius, norm(cross(part.axis, p - part.center)));
-      const double distance = std::abs(part.angle) * radius + norm(part.translation);
+      const double distance = distance_of(part);
       most = std::max(
           {most, share * std::abs(part.angle) / kMaxAngle, share * distance / (kMaxDistance * problem_.spacing)});
     }
@@ -135,10 +206,11 @@ class Schedule {
   std::vector<double> times_;
 };
 
-class Motion {
+}  // namespace
+
+class PoseRun::Motion {
  public:
-  Motion(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply)
-      : problem_(std::move(problem)), schedule_(problem_), apply_(apply) {
+  explicit Motion(PoseProblem problem) : problem_(std::move(problem)) {
     lattice_ = {problem_.body.points.front(), problem_.spacing};
     for (const PosedPart& part : problem_.parts) {
       starts_.push_back(part.points);
@@ -150,17 +222,33 @@ class Motion {
       const double weight = kWeightOfPin / static_cast<double>(patch.size());
       rows_.push_back({patch, patch, weight, !pin.turn});
     }
+    if (problem_.across) {
+      const std::size_t count = problem_.body.points.size();
+      rows_.push_back({problem_.body.points, std::vector<Vec3d>(count), kWeightAcross, false,
+                       std::vector<Vec3d>(count, *problem_.across)});
+    }
   }
 
-  PoseOutcome run() {
-    const std::vector<double>& times = schedule_.times();
-    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1]);
+  PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply) {
+    const Schedule schedule(problem_);
+    schedule_ = &schedule;
+    PoseOutcome begun;
+    begun.unknowns = outcome_.unknowns;
+    outcome_ = std::move(begun);
+    const std::vector<double>& times = schedule.times();
+    for (std::size_t k = 0; k + 1 < times.size() && !outcome_.stopped; ++k) step(times[k], times[k + 1], apply);
     find_misses(times.back());
+    schedule_ = nullptr;
     return std::move(outcome_);
   }
 
+  void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins) {
+    problem_.parts = std::move(parts);
+    problem_.pins = std::move(pins);
+  }
+
  private:
-  void step(double from, double to) {
+  void step(double from, double to, const std::function<bool(const PotentialGrid&)>& apply) {
     stop_if_cancelled(problem_.progress);
     for (std::size_t i = 0; i < rows_.size(); ++i) want(i, from, to);
     find_surroundings();
@@ -172,7 +260,7 @@ class Motion {
       grid = system.solve(rows_);
     }
     ++outcome_.segments;
-    outcome_.stopped = !apply_(grid);
+    outcome_.stopped = !apply(grid);
     move(grid, problem_.body.points);
     for (VelocityRows& list : rows_) move(grid, list.points);
     for (std::vector<Vec3d>& points : checked_) move(grid, points);
@@ -201,32 +289,50 @@ class Motion {
   }
 
   bool is_part(std::size_t list) const { return list < problem_.parts.size(); }
+  bool is_pin(std::size_t list) const { return !is_part(list) && list < problem_.parts.size() + problem_.pins.size(); }
 
   // The rate at which a list goes from where it is to where it should be.
   void want(std::size_t i, double from, double to) {
-    VelocityRows& list = rows_[i];
+    const double begin = schedule_->part_at(from);
+    const double end = schedule_->part_at(to);
     if (is_part(i)) {
       const PosedPart& part = problem_.parts[i];
-      const double begin = schedule_.part_at(from);
-      const double end = schedule_.part_at(to);
-      if (!part.holds()) {
-        list.weight = kWeightOfPart / static_cast<double>(list.points.size()) *
-                      std::max(1.0, static_cast<double>(outcome_.unknowns) / kUnknowns);
-      }
-      const Vec3d middle = part.center + part.translation * (0.5 * (begin + end));
+      part.holds() ? hold(i) : want(part, starts_[i], begin, end, rows_[i]);
+    } else if (is_pin(i)) {
+      VelocityRows& list = rows_[i];
+      const PosedPin& pin = problem_.pins[i - problem_.parts.size()];
+      const Vec3d by = schedule_->place_of(pin, to) - list.points.front();
       for (std::size_t k = 0; k < list.points.size(); ++k) {
-        list.wanted[k] = cross(part.axis, list.points[k] - middle) * (part.angle * (end - begin)) +
-                         part.translation * (end - begin) +
-                         clipped(place_of(part, starts_[i][k], begin) - list.points[k]);
+        list.wanted[k] = by;
+        if (pin.turn) list.wanted[k] += cross(*pin.turn * (end - begin), list.points[k] - list.points.front());
       }
-      return;
     }
-    const PosedPin& pin = problem_.pins[i - problem_.parts.size()];
-    const Vec3d by = schedule_.place_of(pin, to) - list.points.front();
-    const double share = schedule_.part_at(to) - schedule_.part_at(from);
-    for (std::size_t k = 0; k < list.points.size(); ++k) {
-      list.wanted[k] = by;
-      if (pin.turn) list.wanted[k] += cross(*pin.turn * share, list.points[k] - list.points.front());
+  }
+
+  void hold(std::size_t i) {
+    for (std::size_t k = 0; k < starts_[i].size(); ++k) {
+      rows_[i].wanted[k] = clipped(starts_[i][k] - rows_[i].points[k]);
+    }
+  }
+
+  // The same rate is wanted where the part comes to: else a thin part is bent a little more by each step.
+  void want(const PosedPart& part, const std::vector<Vec3d>& starts, double begin, double end, VelocityRows& list) {
+    const std::size_t count = starts.size();
+    list.weight =
+        kWeightOfPart / static_cast<double>(count) * std::max(1.0, static_cast<double>(outcome_.unknowns) / kUnknowns);
+    list.points.resize(count);
+    list.wanted.resize(count);
+    std::vector<Vec3d> misses;
+    for (std::size_t k = 0; k < count; ++k) {
+      misses.push_back(clipped(place_of(part, starts[k], begin) - list.points[k]));
+    }
+    const RigidRate rate = rate_of(part, begin, end);
+    const RigidRate back = rigid_rate(list.points, misses);
+    for (std::size_t k = 0; k < count; ++k) list.wanted[k] = rate.at(list.points[k]) + misses[k];
+    for (std::size_t k = 0; k < count; ++k) {
+      const Vec3d ahead = list.points[k] + list.wanted[k];
+      list.points.push_back(ahead);
+      list.wanted.push_back(rate.at(ahead) + back.at(ahead));
     }
   }
 
@@ -236,7 +342,7 @@ class Motion {
       VelocityRows& list = rows_[problem_.parts.size() + i];
       std::vector<Vec3d> arrived{list.points.front()};
       move(grid, arrived);
-      const Vec3d miss = clipped(schedule_.place_of(problem_.pins[i], to) - arrived.front());
+      const Vec3d miss = clipped(schedule_->place_of(problem_.pins[i], to) - arrived.front());
       for (Vec3d& wanted : list.wanted) wanted += miss;
     }
   }
@@ -249,18 +355,18 @@ class Motion {
   }
 
   void find_misses(double time) {
-    const double part = schedule_.part_at(time);
+    const double part = schedule_->part_at(time);
     for (std::size_t i = 0; i < checked_.size(); ++i) {
       for (std::size_t k = 0; k < checked_[i].size(); ++k) {
         const Vec3d place = place_of(problem_.parts[i], problem_.parts[i].checked[k], part);
         outcome_.part_distance = std::max(outcome_.part_distance, norm(place - checked_[i][k]));
       }
     }
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
+    for (std::size_t i = 0; i < problem_.parts.size() + problem_.pins.size(); ++i) {
       for (std::size_t k = 0; k < (is_part(i) ? starts_[i].size() : 1); ++k) {
         outcome_.reached.push_back(rows_[i].points[k]);
-        outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_.part_at(time))
-                                             : schedule_.place_of(problem_.pins[i - problem_.parts.size()], time));
+        outcome_.places.push_back(is_part(i) ? place_of(problem_.parts[i], starts_[i][k], schedule_->part_at(time))
+                                             : schedule_->place_of(problem_.pins[i - problem_.parts.size()], time));
         outcome_.part_distance =
             std::max(outcome_.part_distance, norm(outcome_.places.back() - outcome_.reached.back()));
       }
@@ -278,8 +384,7 @@ class Motion {
   }
 
   PoseProblem problem_;
-  Schedule schedule_;
-  const std::function<bool(const PotentialGrid&)>& apply_;
+  const Schedule* schedule_ = nullptr;  // while it goes
   Lattice lattice_;
   std::vector<std::vector<Vec3d>> starts_;   // of the parts' points
   std::vector<std::vector<Vec3d>> checked_;  // of the parts, moved along
@@ -288,12 +393,17 @@ class Motion {
   PoseOutcome outcome_;
 };
 
-}  // namespace
-
 std::size_t pose_segments(const PoseProblem& problem) { return Schedule(problem).times().size() - 1; }
 
-PoseOutcome pose(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply) {
-  return Motion(std::move(problem), apply).run();
+PoseRun::PoseRun(PoseProblem problem) : motion_(std::make_unique<Motion>(std::move(problem))) {}
+PoseRun::PoseRun(PoseRun&&) noexcept = default;
+PoseRun& PoseRun::operator=(PoseRun&&) noexcept = default;
+PoseRun::~PoseRun() = default;
+
+PoseOutcome PoseRun::go(const std::function<bool(const PotentialGrid&)>& apply) { return motion_->go(apply); }
+
+void PoseRun::set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins) {
+  motion_->set_ways(std::move(parts), std::move(pins));
 }
 
 }  // namespace knead::detail

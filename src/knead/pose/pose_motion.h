@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -18,9 +19,11 @@ struct PosedPart {
   Vec3d center{0, 0, 0};
   double angle = 0;  // radians
   Vec3d translation{0, 0, 0};
+  // In place of the centre and translation: where a point is at a time from 0 to 1. `angle` is the greatest turn then.
+  std::function<Vec3d(const Vec3d& start, double time)> way{};
   std::vector<Vec3d> checked{};  // more of its points, which ask for nothing: PoseOutcome::part_distance sees them, too
 
-  bool holds() const { return angle == 0 && translation == Vec3d{0, 0, 0}; }
+  bool holds() const { return !way && angle == 0 && translation == Vec3d{0, 0, 0}; }
 };
 
 // A point that follows a path; what is within `size` of it moves as a rigid patch.
@@ -34,8 +37,10 @@ struct PoseProblem {
   BodySamples body;
   std::vector<PosedPart> parts;
   std::vector<PosedPin> pins;
-  double spacing = 0;   // of the grids
-  double diagonal = 0;  // of the shape: what accuracy is measured by
+  std::optional<Vec3d> across{};  // a unit vector along which hardly anything flows
+  double spacing = 0;             // of the grids
+  double diagonal = 0;            // of the shape: what accuracy is measured by
+  bool settles = true;            // a last step without time takes parts that moved to their places
   int threads = 0;
   Progress* progress = nullptr;
 };
@@ -53,8 +58,27 @@ struct PoseOutcome {
 // spacing. A path that goes on only adds grids. Throws InvalidInput if they are more than 2000.
 std::size_t pose_segments(const PoseProblem& problem);
 
-// Calls apply(grid) with each grid of the flow, in order, until it returns false. Throws InvalidInput where the
-// equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of 2000 unknowns.
-PoseOutcome pose(PoseProblem problem, const std::function<bool(const PotentialGrid&)>& apply);
+// A pose under way: the body, parts and pins where they are by now.
+class PoseRun {
+ public:
+  explicit PoseRun(PoseProblem problem);
+  PoseRun(PoseRun&&) noexcept;
+  PoseRun& operator=(PoseRun&&) noexcept;
+  PoseRun(const PoseRun&) = delete;
+  PoseRun& operator=(const PoseRun&) = delete;
+  ~PoseRun();
+
+  // Goes the ways of all parts and pins: calls apply(grid) with each grid of the flow, in order, until it returns
+  // false. Throws InvalidInput where the equations cannot be solved, and Cancelled. Time: about 0.1 s for each grid of
+  // 2000 unknowns.
+  PoseOutcome go(const std::function<bool(const PotentialGrid&)>& apply);
+
+  // Gives parts and pins ways to go on from where they are: as many, with their points at the very beginning.
+  void set_ways(std::vector<PosedPart> parts, std::vector<PosedPin> pins);
+
+ private:
+  class Motion;
+  std::unique_ptr<Motion> motion_;
+};
 
 }  // namespace knead::detail

@@ -235,7 +235,7 @@ PoseProblem bent_bar() {
 
 std::vector<PotentialGrid> grids_of(const PoseProblem& problem) {
   std::vector<PotentialGrid> grids;
-  pose(problem, [&](const PotentialGrid& grid) {
+  PoseRun(problem).go([&](const PotentialGrid& grid) {
     grids.push_back(grid);
     return true;
   });
@@ -246,7 +246,7 @@ TEST(Pose, PartsArriveAndTheBodyHardlyStretches) {
   const PoseProblem problem = bent_bar();
   std::vector<Vec3d> points = problem.body.points;
   Flow flow;
-  const PoseOutcome outcome = pose(problem, [&](const PotentialGrid& grid) {
+  const PoseOutcome outcome = PoseRun(problem).go([&](const PotentialGrid& grid) {
     flow.segments.push_back(flow_of(grid).segments.front());
     return true;
   });
@@ -296,7 +296,7 @@ TEST(Pose, PinsArriveAndTurnAsTheyAreTold) {
     problem.pins = {{{start, end}, 0.05, {}}};
     if (keeps) problem.pins.front().turn = Vec3d{0, 0, 0};
     std::vector<Vec3d> followed{start, start + Vec3d{0, 0.02, 0}};
-    const PoseOutcome outcome = pose(problem, [&](const PotentialGrid& grid) {
+    const PoseOutcome outcome = PoseRun(problem).go([&](const PotentialGrid& grid) {
       AdvectOptions options;
       options.tolerance = 1e-8;
       advect(flow_of(grid), followed, options);
@@ -319,12 +319,11 @@ TEST(Pose, StopsWhereItIsCancelled) {
   PoseProblem problem = bent_bar();
   problem.progress = &progress;
   std::size_t calls = 0;
-  EXPECT_THROW(pose(problem,
-                    [&](const PotentialGrid&) {
-                      ++calls;
-                      progress.cancel = true;
-                      return true;
-                    }),
+  EXPECT_THROW(PoseRun(problem).go([&](const PotentialGrid&) {
+    ++calls;
+    progress.cancel = true;
+    return true;
+  }),
                Cancelled);
   EXPECT_EQ(calls, 1u);
 }

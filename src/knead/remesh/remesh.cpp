@@ -24,7 +24,7 @@ using namespace remesh_detail;
 
 constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
 constexpr int kMostUntanglings = 4;
-constexpr std::size_t kFewPairs = 20;    // that improving may end although splitting did not
+constexpr std::size_t kFewPairs = 5;     // that improving may end although splitting did not
 constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
 constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
 constexpr int kGuardedSteps = 2 + kGuardedLevels;

@@ -40,6 +40,7 @@ bool are_images(const Stroke& first, const Stroke& second) {
 }
 
 bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& stroke) {
+  if (stroke.new_entry) return !*stroke.new_entry;
   if (!stroke.name.empty() || !group.back().name.empty()) return stroke.name == group.back().name;
   if (stroke.off != group.back().off) return false;
   const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
@@ -81,8 +82,23 @@ std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<Se
   for (const SessionStroke& stroke : strokes) {
     if (groups.empty() || !belongs_to(groups.back(), stroke)) groups.emplace_back();
     groups.back().push_back(stroke);
+    groups.back().back().new_entry.reset();
   }
   return groups;
+}
+
+std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
+                                            std::vector<SessionStroke> strokes) {
+  std::vector<SessionStroke> group = before;
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
+    strokes[i].new_entry.reset();
+    const bool begins = i == 0;
+    const bool seems_to_begin = group.empty() || !belongs_to(group, strokes[i]);
+    if (begins) group.clear();
+    group.push_back(strokes[i]);
+    if (begins != seems_to_begin) strokes[i].new_entry = begins;
+  }
+  return strokes;
 }
 
 std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {

@@ -2,23 +2,24 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <cerrno>
 #include <ctime>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
 #include "knead/io/append_file.h"
 #include "knead/io/atomic_file.h"
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 #include "knead/session/journal_folder.h"
 
 namespace knead {
 
 namespace fs = std::filesystem;
 using io_detail::AppendFile;
+using session_detail::kSavedFile;
 using session_detail::kSessionFile;
 
 namespace {
@@ -138,6 +139,14 @@ std::optional<std::string> Journal::trouble() const {
   if (!trouble) return std::nullopt;
   return fmt::format("The journal cannot be written ({}): work goes on in memory; make room in {} or save.", *trouble,
                      folder_.string());
+}
+
+void Journal::note_saved(const fs::path& file) const {
+  std::error_code error;  // without the note the work is offered once too often
+  const std::uintmax_t length = fs::file_size(folder_ / kSessionFile, error);
+  const fs::path saved = fs::absolute(file, error);
+  if (error || file_->trouble()) return;
+  std::ofstream(folder_ / kSavedFile, std::ios::binary) << length << "\n" << saved.string() << "\n";
 }
 
 void Journal::discard() {

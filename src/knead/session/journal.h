@@ -56,6 +56,10 @@ class Journal {
   // later calls try again, once a second at most.
   std::optional<std::string> trouble() const;
 
+  // Notes that the file holds the work as it is now. After a crash the journal is then no unsaved work (is_saved),
+  // until something is written again, or the file is gone.
+  void note_saved(const std::filesystem::path& file) const;
+
   // Removes the folder, after the work was saved elsewhere or given up. Nothing may be written afterwards. Files that
   // cannot be removed stay.
   void discard();
@@ -80,6 +84,7 @@ struct AbandonedJournal {
   std::chrono::system_clock::time_point changed{};  // when something was last written to it
   std::size_t strokes = 0;                          // that recover_journal returns
   std::size_t entries = 0;                          // of the history that they make (strokes_of_gestures)
+  bool is_saved = false;                            // a session file holds all of it
   std::string problem{};                            // why it cannot be recovered; empty: it can
 };
 

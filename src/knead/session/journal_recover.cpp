@@ -1,8 +1,3 @@
-#include <fcntl.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
@@ -10,6 +5,7 @@
 #include <system_error>
 
 #include "knead/math/error.h"
+#include "knead/math/system.h"
 #include "knead/session/journal.h"
 #include "knead/session/journal_folder.h"
 #include "knead/session/workbench.h"
@@ -17,6 +13,7 @@
 namespace knead {
 
 namespace fs = std::filesystem;
+using session_detail::kSavedFile;
 using session_detail::kSessionFile;
 
 namespace {
@@ -38,7 +35,7 @@ class Unheld {
   std::chrono::system_clock::time_point changed() const {
     struct stat state {};
     if (file_ < 0 || ::fstat(file_, &state) != 0) return {};
-    const auto since = std::chrono::seconds(state.st_mtim.tv_sec) + std::chrono::nanoseconds(state.st_mtim.tv_nsec);
+    const auto since = std::chrono::nanoseconds(changed_ns(file_, state));
     return std::chrono::system_clock::time_point(
         std::chrono::duration_cast<std::chrono::system_clock::duration>(since));
   }
@@ -52,8 +49,18 @@ Session read_whole(const fs::path& folder) {
   return parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
 }
 
+bool is_saved(const fs::path& folder) {
+  std::ifstream note(folder / kSavedFile, std::ios::binary);
+  std::uintmax_t length = 0;
+  std::string file;
+  std::error_code error;
+  if (!(note >> length) || !std::getline(note >> std::ws, file)) return false;
+  return fs::file_size(folder / kSessionFile, error) == length && fs::exists(file, error);
+}
+
 AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
   AbandonedJournal journal{folder, folder.filename().string(), file.changed()};
+  journal.is_saved = is_saved(folder);
   try {
     const Session session = read_whole(folder);
     if (session.note) journal.title = *session.note;

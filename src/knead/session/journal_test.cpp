@@ -107,6 +107,30 @@ TEST_F(JournalTest, TheShapeIsKeptByteForByteAndAComputedOneToTheBit) {
   EXPECT_NE(kept.folder(), computed.folder());
 }
 
+TEST_F(JournalTest, WhatASessionFileHoldsIsSavedUntilSomethingIsWritten) {
+  const fs::path file = scratch_.path() / "my work.knead";
+  write(file, "{}");
+  fs::path folder;
+  const auto is_saved = [&] { return abandoned_journals(scratch_.path() / "journals").at(0).is_saved; };
+  {
+    Journal journal = Journal::create(scratch_.path() / "journals", test::sphere(), "new sphere");
+    folder = journal.folder();
+    journal.append(std::vector<SessionStroke>{short_stroke(1)});
+  }
+  EXPECT_FALSE(is_saved());
+  Journal::attach(folder).note_saved(file);
+  EXPECT_TRUE(is_saved());
+  {
+    Journal journal = Journal::attach(folder);
+    journal.append(std::vector<SessionStroke>{short_stroke(2)});
+  }
+  EXPECT_FALSE(is_saved()) << "another stroke";
+  Journal::attach(folder).note_saved(file);
+  EXPECT_TRUE(is_saved());
+  fs::remove(file);
+  EXPECT_FALSE(is_saved()) << "the file is gone";
+}
+
 TEST_F(JournalTest, OnlyWhatNobodyHoldsIsAbandoned) {
   fs::path older;
   fs::path newer;

@@ -132,14 +132,14 @@ Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& op
   for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
     const double part = std::min(1.0, until - static_cast<double>(i));
     plan.strokes.push_back({prepare(session, *strokes[i], backwards), {backwards, part, false}, {}});
-    plan.needs_reference = plan.needs_reference || plan.strokes.back().stroke.reads_surface;
+    if (plan.strokes.back().stroke.reads_surface) plan.strokes_on_reference = plan.strokes.size();
     plan.strokes.back().stroke.mask = mask;
     const auto* masks = std::get_if<MaskStroke>(&strokes[i]->stroke);
     if (backwards && masks != nullptr && is_applied(*strokes[i])) {
       mask = at_line(session, *strokes[i], [&] { return mask_of(*masks, options.motion.threads); });
     }
   }
-  plan.needs_reference = plan.needs_reference && differs_from_standard(mesh, session, options);
+  if (!differs_from_standard(mesh, session, options)) plan.strokes_on_reference = 0;
   const std::vector<double> moments = frame_moments(options, strokes, until);
   auto moment = moments.begin();
   const std::size_t count = plan.strokes.size();

@@ -22,7 +22,8 @@ struct PlannedStroke {
 struct Plan {
   std::vector<PlannedStroke> strokes;  // in order of application
   std::size_t last_frames = 0;         // delivered after all strokes
-  bool needs_reference = false;        // strokes read a surface that is not the result's own
+  // Where strokes read a surface that is not the result's own: how many strokes there are up to the last of these.
+  std::size_t strokes_on_reference = 0;
 };
 
 // Reads the files of stamps. Throws InvalidInput for options out of range, and with the session's line for a stroke

@@ -11,6 +11,7 @@
 #include "knead/math/error.h"
 #include "knead/mesh/normals.h"
 #include "knead/mesh/shapes.h"
+#include "knead/mesh/test_shapes.h"
 
 namespace knead {
 namespace {
@@ -289,6 +290,22 @@ TEST(Replay, RefusesAMeshThatIsNone) {
 TEST(Replay, NamesTheLineOfAStrokeThatOverflows) {
   const Session session = session_of({ImplicitStroke{{{-1e308, 0, 0}, {1e308, 0, 0}}, 1, 2}});
   EXPECT_TRUE(refusal(bar(), session).starts_with("s.knead:2: "));
+}
+
+// A prism of two rings of vertices collapses in a twist by 360 degrees; remeshed it does not.
+TEST(Replay, WarnsOfEdgesThatReachOverALargePartOfATwist) {
+  const auto long_edges = [](std::size_t vertices, bool remesh) {
+    Session session = session_of({TwistStroke{{0, 0, 0}, {1, 0, 0}, 60, -3, 3}});
+    if (remesh) session.strokes[0].remesh = RemeshSettings{};
+    Mesh mesh = vertices == 8 ? unit_cube() : make_shape(ShapeKind::box, vertices);
+    for (Vec3d& p : mesh.positions) p.x *= vertices == 8 ? 6 : 1;
+    const std::vector<std::string> warnings = replay(mesh, session).warnings;
+    return std::count_if(warnings.begin(), warnings.end(),
+                         [](const std::string& text) { return text.find("remesh the shape") != std::string::npos; });
+  };
+  EXPECT_EQ(long_edges(8, false), 1);
+  EXPECT_EQ(long_edges(8, true), 0);
+  EXPECT_EQ(long_edges(6000, false), 0);
 }
 
 TEST(Replay, WarnsWithTheLine) {

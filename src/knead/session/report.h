@@ -192,6 +192,7 @@ struct ReportSeconds {
   double read = 0;
   double deform = 0;
   double write = 0;
+  double measure = 0;  // the shape before and after, for the report
   double total = 0;
 };
 

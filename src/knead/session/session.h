@@ -32,6 +32,8 @@ struct SessionStroke {
   double strength = 1;
   double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0
   Mirror mirror{};      // planes in which the stroke is mirrored; its images act at the same time. Not of events
+  // Whether the stroke begins an entry of the history. Nothing: as far as the strokes tell (strokes_of_gestures).
+  std::optional<bool> new_entry{};
 
   friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
 };
@@ -87,7 +89,7 @@ std::string serialize_session(const Session& session);
 // values are left out.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
-std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration and mirror
+std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
 
 // Returns the keys of a stroke that apply to it, with all values that are not empty: the defaults too. One JSON object.
 std::string stroke_values(const SessionStroke& stroke);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <system_error>
 
+#include "knead/math/system.h"
 #include "knead/session/session.h"
 #include "knead/session/stroke_json.h"
 
@@ -166,7 +167,7 @@ SessionStroke parse_stroke(std::string_view text, const std::string& name) {
 }
 
 Session read_session(const std::filesystem::path& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(open_to_read(path), std::fclose);
   if (file == nullptr) fail_to_read(path.string());
   std::string text;
   std::string buffer(std::size_t{1} << 16, '\0');

@@ -233,6 +233,7 @@ std::string stroke_line(const SessionStroke& stroke) {
   if (stroke.strength != 1) line.add("strength", stroke.strength);
   if (stroke.duration != 1) line.add("duration", stroke.duration);
   if (!stroke.mirror.empty()) line.add_text("mirror", text_of_mirror(stroke.mirror));
+  if (stroke.new_entry) line.add_text("new_entry", *stroke.new_entry ? "true" : "false");
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto* choice = std::get_if<Choice>(&keys[i].value);
     const bool is_default = choice != nullptr

@@ -195,7 +195,7 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   std::vector<std::string_view> names;
   if (!tool.is_event) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
-  names.insert(names.end(), {"name", "off", "strength", "duration"});
+  names.insert(names.end(), {"name", "off", "strength", "duration", "new_entry"});
   if (!tool.is_event) names.emplace_back("mirror");
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
@@ -250,6 +250,7 @@ void check_images(const SessionStroke& stroke, const Place& place) {
 void read_common_keys(const JsonObject& line, const Place& place, SessionStroke& stroke) {
   if (line.has("name")) stroke.name = line.at("name").text();
   if (line.has("off")) stroke.off = line.at("off").flag();
+  if (line.has("new_entry")) stroke.new_entry = line.at("new_entry").flag();
   if (line.has("duration")) {
     stroke.duration = line.number("duration");
     if (!(stroke.duration > 0)) line.at("duration").fail("a number above 0");

@@ -9,6 +9,7 @@
 
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
+#include "knead/tool/body_bend.h"
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/pose.h"
@@ -145,6 +146,8 @@ std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threa
     remarks = pose_on(*pose, surface, threads).warnings;
   } else if (const auto* mask = std::get_if<MaskStroke>(&stroke)) {
     apply(*mask, surface);
+  } else if (const auto* bend = std::get_if<BendStroke>(&stroke); bend != nullptr && bends_body(*bend, surface)) {
+    remarks = bend_on(*bend, surface, threads).warnings;
   } else {
     surface.apply(with_found_radius(stroke, surface.positions, surface.triangles, remarks));
   }

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <utility>
 
 #include "knead/math/error.h"
 #include "knead/session/counted.h"
 #include "knead/session/kept_states.h"
 #include "knead/session/surface_stroke.h"
+#include "knead/tool/live_surface.h"
+#include "knead/tool/pose.h"
 
 namespace knead {
 
@@ -123,19 +126,46 @@ AdvectStatus Workbench::apply(std::span<const SessionStroke> strokes, Progress* 
   return AdvectStatus::done;
 }
 
-WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* progress) {
-  WorkResult result;
-  if (strokes.empty()) {
-    result.lines.taken_back = std::exchange(live_lines_, 0);
-    live_.clear();
-    return result;
-  }
-  const GestureChange change = gesture_change(live_, strokes);
-  const auto began = std::chrono::steady_clock::now();
-  const std::uint64_t steps = steps_;
-  part_.reset();
-  std::vector<std::string> warnings_before = change.from_start ? std::exchange(warnings_, {}) : warnings_;
-  result = compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
+struct Workbench::Following {
+  PoseDrag drag;
+  ShapeState state;  // where it has come to
+};
+
+// Goes on with the drag of a pose, or begins one.
+WorkResult Workbench::follow(const PoseStroke& pose, Progress* progress) {
+  constexpr double kMostSteps = 3;
+  constexpr double kAll = std::numeric_limits<double>::infinity();
+  const bool goes_on = following_ && following_->drag.takes(pose);
+  std::shared_ptr<Following> following = std::exchange(following_, nullptr);
+  const ShapeState from = goes_on ? following->state : last_state();
+  WorkResult result = compute(from, !goes_on && !live_.empty(), [&] {
+    AdvectStatus status = AdvectStatus::done;
+    try {
+      if (!goes_on) {
+        LiveSurface surface;
+        surface.positions = shape_.positions();
+        surface.triangles = shape_.triangles();
+        surface.progress = progress;
+        following = std::make_shared<Following>(Following{PoseDrag(pose, surface, shape_.motion().threads), {}});
+      }
+      following->drag.advance(pose, goes_on ? kMostSteps : kAll, [&](const Stroke& part) {
+        status = shape_.move(masked(flow_of(part), shape_.mask()), progress);
+        return status == AdvectStatus::done;
+      });
+    } catch (const Cancelled&) {
+      status = AdvectStatus::cancelled;
+    }
+    return status;
+  });
+  if (!result.is_done()) return result;
+  following->state = *at_;
+  following_ = std::move(following);
+  return result;
+}
+
+WorkResult Workbench::apply_change(const GestureChange& change, const std::vector<SessionStroke>& strokes,
+                                   Progress* progress) {
+  return compute(change.from_start ? last_state() : state(), change.from_start && !live_.empty(), [&] {
     const AdvectStatus status =
         change.rest ? shape_.move(masked(*change.rest, shape_.mask()), progress) : AdvectStatus::done;
     if (status != AdvectStatus::done) return status;
@@ -144,10 +174,35 @@ WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* pro
     if (change.rest_as_line && !change.rest) added.insert(added.begin(), {*change.rest_as_line});
     return apply(added, progress);
   });
+}
+
+WorkResult Workbench::set_live(std::vector<SessionStroke> strokes, Progress* progress, bool follows) {
+  WorkResult result;
+  if (strokes.empty()) {
+    result.lines.taken_back = std::exchange(live_lines_, 0);
+    live_.clear();
+    following_.reset();
+    is_about_ = false;
+    return result;
+  }
+  follows = follows && strokes.size() == 1 && is_plain(strokes.front()) &&
+            std::holds_alternative<PoseStroke>(strokes.front().stroke);
+  const GestureChange change =
+      follows || is_about_ ? GestureChange{true, 0, std::nullopt, std::nullopt} : gesture_change(live_, strokes);
+  const auto began = std::chrono::steady_clock::now();
+  const std::uint64_t steps = steps_;
+  part_.reset();
+  std::vector<std::string> warnings_before = change.from_start ? std::exchange(warnings_, {}) : warnings_;
+  if (follows) {
+    result = follow(std::get<PoseStroke>(strokes.front().stroke), progress);
+  } else {
+    result = apply_change(change, strokes, progress);
+  }
   if (!result.is_done()) {
     warnings_ = std::move(warnings_before);
     return result;
   }
+  is_about_ = follows;
   if (live_.empty() || change.from_start) live_seconds_ = 0;
   if (live_.empty()) live_steps_ = steps;
   live_state_ = *at_;
@@ -173,11 +228,11 @@ WorkResult Workbench::finish(Progress* progress) {
     return result;
   }
   std::vector<SessionStroke> joined = joined_strokes(live_);
-  if (!is_remeshed(joined)) return finish_later(progress);
+  if (!is_remeshed(joined) && !is_about_) return finish_later(progress);
   auto entry = std::make_shared<Entry>();
   result = make_entry(joined, last_state(), *entry, progress);
   if (!result.is_done()) return result;
-  result.lines = {live_lines_, joined};
+  result.lines = {live_lines_, lines_of(now_.size(), joined)};
   const std::size_t lines = joined.size();
   add_finished(std::move(joined), std::move(entry), lines);
   return result;
@@ -190,10 +245,10 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
   std::vector<SessionStroke> joined = joined_strokes(live_);
   std::size_t lines = live_lines_;
   if (is_remeshed(joined)) {
-    result.lines = {live_lines_, joined};
+    result.lines = {live_lines_, lines_of(now_.size(), joined)};
     lines = joined.size();
   }
-  entry->is_provisional = !is_settled() || is_remeshed(joined);
+  entry->is_provisional = !is_settled() || is_remeshed(joined) || is_about_;
   keep(*entry, live_state_);
   entry->info.seconds = live_seconds_;
   entry->info.steps = steps_ - live_steps_;
@@ -206,6 +261,8 @@ WorkResult Workbench::finish_later(Progress* /*progress*/) {
 void Workbench::add_finished(std::vector<SessionStroke> strokes, std::shared_ptr<Entry> entry, std::size_t lines) {
   entry->info.strokes = std::move(strokes);
   live_.clear();
+  following_.reset();
+  is_about_ = false;
   live_lines_ = 0;
   change_to({now_.size(), {std::move(entry)}});
   lines_.back() = lines;
@@ -317,10 +374,11 @@ std::optional<ShapeState> Workbench::make_state(History& history, std::size_t co
 
 std::vector<SessionStroke> Workbench::strokes() const {
   std::vector<SessionStroke> all;
-  for (const auto& entry : now_) {
-    all.insert(all.end(), entry->info.strokes.begin(), entry->info.strokes.end());
+  for (std::size_t i = 0; i < now_.size(); ++i) {
+    const std::vector<SessionStroke> own = lines_of(i, now_[i]->info.strokes);
+    all.insert(all.end(), own.begin(), own.end());
   }
-  const std::vector<SessionStroke> live = joined_strokes(without_remesh(live_));
+  const std::vector<SessionStroke> live = lines_of(now_.size(), joined_strokes(without_remesh(live_)));
   all.insert(all.end(), live.begin(), live.end());
   return all;
 }
@@ -341,6 +399,12 @@ std::vector<std::shared_ptr<const HistoryEntry>> Workbench::redoable() const {
   return result;
 }
 
+// The strokes of the entry with this number, as a session holds them.
+std::vector<SessionStroke> Workbench::lines_of(std::size_t index, std::vector<SessionStroke> strokes) const {
+  return strokes_of_entry(index == 0 ? std::vector<SessionStroke>{} : now_[index - 1]->info.strokes,
+                          std::move(strokes));
+}
+
 LineChange Workbench::live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes) {
   LineChange lines;
   if (change.from_start) lines.taken_back = live_lines_;
@@ -354,6 +418,8 @@ LineChange Workbench::live_lines(const GestureChange& change, const std::vector<
     lines.appended.push_back(strokes[i]);
     lines.appended.back().remesh.reset();
   }
+  const bool begins = live_lines_ == lines.taken_back && !lines.appended.empty();
+  if (begins) lines.appended.front() = lines_of(now_.size(), {lines.appended.front()}).front();
   live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
   return lines;
 }
@@ -425,7 +491,7 @@ LineChange Workbench::lines_from(std::size_t common) {
   for (std::size_t i = common; i < lines_.size(); ++i) change.taken_back += lines_[i];
   lines_.resize(common);
   for (std::size_t i = common; i < now_.size(); ++i) {
-    const std::vector<SessionStroke>& strokes = now_[i]->info.strokes;
+    const std::vector<SessionStroke> strokes = lines_of(i, now_[i]->info.strokes);
     change.appended.insert(change.appended.end(), strokes.begin(), strokes.end());
     lines_.push_back(strokes.size());
   }

@@ -1,7 +1,7 @@
 // The shape in an editor: strokes that are applied while they are made, undone, redone and edited.
 //
 // The shape always has the bits that replay() (session/replay.h) gives for strokes() with the default options, those of
-// the command.
+// the command; but for a gesture that follows a pointer (set_live), and what finish_later leaves.
 #pragma once
 
 #include <cstddef>
@@ -101,7 +101,10 @@ class Workbench {
   // Replaces the strokes of the current gesture. If the new list only extends the old one, only the new part is
   // computed; otherwise the gesture is recomputed from its start. An empty list gives the gesture up. Remesh settings
   // have no effect before finish.
-  WorkResult set_live(std::vector<SessionStroke> strokes, Progress* progress = nullptr);
+  // `follows`: the strokes come from a pointer on its way. A pose then goes on from where the last one of the gesture
+  // came to, in the time of a few of its steps, and the shape is only about what it will be: a call without `follows`,
+  // or the end of the gesture, computes it as a whole.
+  WorkResult set_live(std::vector<SessionStroke> strokes, Progress* progress = nullptr, bool follows = false);
   const std::vector<SessionStroke>& live() const { return live_; }
 
   // Prepares the first step of the next gesture (about 60 ns a vertex), so that it takes no longer than later steps.
@@ -189,7 +192,10 @@ class Workbench {
   template <class Work>
   WorkResult compute(const ShapeState& from, bool again, const Work& work);
   AdvectStatus apply(std::span<const SessionStroke> strokes, Progress* progress);
+  WorkResult follow(const PoseStroke& pose, Progress* progress);
+  WorkResult apply_change(const GestureChange& change, const std::vector<SessionStroke>& strokes, Progress* progress);
   LineChange live_lines(const GestureChange& change, const std::vector<SessionStroke>& strokes);
+  std::vector<SessionStroke> lines_of(std::size_t index, std::vector<SessionStroke> strokes) const;
   WorkResult make_entry(const std::vector<SessionStroke>& strokes, const ShapeState& from, Entry& entry,
                         Progress* progress);
   WorkResult make_rest(const std::vector<std::vector<SessionStroke>>& gestures, Change& change, Progress* progress);
@@ -222,6 +228,9 @@ class Workbench {
   std::vector<Change> redo_;
   std::vector<SessionStroke> live_;
   ShapeState live_state_;
+  struct Following;  // a pose that follows a pointer
+  std::shared_ptr<Following> following_;
+  bool is_about_ = false;  // live_state_ is only about right
   std::size_t live_lines_ = 0;
   double live_seconds_ = 0;
   std::uint64_t live_steps_ = 0;
@@ -231,8 +240,14 @@ class Workbench {
 
 // Groups strokes by the gestures that made them, as far as the strokes tell: every stroke of a group continues
 // (tool/continued.h) one of the last eight before it, or is the mirror image of one of these. Neighbours with the same
-// name are one group, and those with other names are not.
+// name are one group, and those with other names are not. Where a stroke says whether it begins an entry, that counts;
+// the strokes of the result say nothing of it.
 std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes);
+
+// Returns the strokes of an entry of the history as a session holds them: those say whether they begin an entry where
+// strokes_of_gestures could not tell. `before`: the strokes of the entry before it; empty for the first.
+std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
+                                            std::vector<SessionStroke> strokes);
 
 // Returns fewer strokes with the same result to the bit: joins strokes that are not remeshed to those that they
 // continue. Strokes that are named, off or not of strength 1 stay as they are.

@@ -341,5 +341,92 @@ TEST(Workbench, OpensASessionByGestures) {
   EXPECT_EQ(bench.done().size(), 2u);
 }
 
+// A pose that follows the pointer is about right, and exact at rest and at its end.
+TEST(WorkbenchPose, FollowsAPointerAndEndsExactly) {
+  const Mesh mesh = make_shape(ShapeKind::cylinder, 2000);
+  const auto pose_to = [](double x) {
+    PosePin moved;
+    moved.point = Vec3d{0, 0.5, 1.9};
+    moved.path = {{x, 0.5, 1.9 - 0.2 * x}};
+    PosePin held;
+    held.point = Vec3d{0, 0, -2};
+    held.hold = true;
+    PoseStroke stroke;
+    stroke.parts = {moved, held};
+    return session_strokes({stroke});
+  };
+  for (const bool rests : {true, false}) {
+    for (const bool later : {true, false}) {
+      Workbench bench(mesh);
+      Lines lines;
+      lines.follow(bench.set_live(session_strokes({pull(2)})).lines);
+      lines.follow(bench.finish().lines);
+      for (const double x : {0.1, 0.25, 0.4, 0.3}) lines.follow(bench.set_live(pose_to(x), nullptr, true).lines);
+      const std::vector<Vec3d> about = bench.state().positions.copy();
+      if (rests) {
+        lines.follow(bench.set_live(pose_to(0.3)).lines);
+        expect_as_replayed(bench, mesh);
+        if (later) lines.follow(bench.set_live(pose_to(0.3), nullptr, true).lines);  // and on again
+      }
+      lines.follow((later ? bench.finish_later() : bench.finish()).lines);
+      EXPECT_EQ(bench.is_settled(), !later);
+      lines.follow(bench.settle().lines);
+      EXPECT_TRUE(bench.is_settled());
+      expect_as_replayed(bench, mesh);
+      EXPECT_EQ(lines.strokes, bench.strokes());
+      const std::vector<Vec3d> exact = bench.state().positions.copy();
+      double apart = 0;
+      for (std::size_t i = 0; i < exact.size(); ++i) apart = std::max(apart, norm(exact[i] - about[i]));
+      EXPECT_GT(apart, 0);
+      EXPECT_LT(apart, 0.05);
+      bench.undo();
+      EXPECT_TRUE(bench.state().positions.copy() == replayed(mesh, session_strokes({pull(2)})).shape.positions());
+    }
+  }
+}
+
+// Two pulls of which the second goes on where the first ended; one gesture of two strokes that do not belong together;
+// two entries of one name. All look otherwise in a list of strokes.
+TEST(Workbench, EntriesAreTheSameWhenTheirSessionIsOpenedAgain) {
+  const Mesh mesh = ball();
+  const auto continued = [](std::size_t begin) {
+    ImplicitStroke stroke = pull(6);
+    stroke.path = {stroke.path[begin], stroke.path[begin + 1], stroke.path[begin + 2]};
+    return SessionStroke{stroke};
+  };
+  SessionStroke named{pull(2, -1)};
+  named.name = "ear";
+  SessionStroke also_named{growing("rotate", 2)[0]};
+  also_named.name = "ear";
+  const std::vector<std::vector<SessionStroke>> gestures{
+      {continued(0)}, {continued(2)}, {{pull(2, 0.5)}, {growing("rotate", 3)[0]}}, {named}, {also_named}};
+  Workbench bench(mesh);
+  Lines journal;
+  for (const std::vector<SessionStroke>& gesture : gestures) {
+    for (std::size_t n = 1; n <= gesture.size(); ++n) {
+      journal.follow(bench.set_live({gesture.begin(), gesture.begin() + static_cast<std::ptrdiff_t>(n)}).lines);
+    }
+    journal.follow(bench.finish().lines);
+  }
+  Session session;
+  session.strokes = bench.strokes();
+  Session recovered;
+  recovered.strokes = journal.strokes;
+  for (const Session& from : {session, recovered}) {
+    Workbench again(mesh);
+    ASSERT_TRUE(again.append(parse_session(serialize_session(from), "again").strokes).is_done());
+    ASSERT_EQ(again.done().size(), gestures.size());
+    for (std::size_t i = 0; i < gestures.size(); ++i) EXPECT_EQ(again.done()[i]->strokes.size(), gestures[i].size());
+    EXPECT_TRUE(again.state().positions.copy() == bench.state().positions.copy());
+  }
+  // After an undo and a removal the marks are those of the entries that are left.
+  bench.edit(0, {});
+  session.strokes = bench.strokes();
+  EXPECT_EQ(session.strokes[0].new_entry, std::nullopt);
+  Workbench shorter(mesh);
+  ASSERT_TRUE(shorter.append(session.strokes).is_done());
+  EXPECT_EQ(shorter.done().size(), gestures.size() - 1);
+}
+
 }  // namespace
 }  // namespace knead

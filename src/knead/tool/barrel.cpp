@@ -40,6 +40,7 @@ std::optional<Barrel> barrel_of(const Stroke& stroke) {
   const auto* twist = std::get_if<TwistStroke>(&stroke);
   const auto* bend = std::get_if<BendStroke>(&stroke);
   if ((twist == nullptr || !twist->radius) && (bend == nullptr || !bend->radius)) return std::nullopt;
+  if (reads_surface(stroke)) return std::nullopt;
   const Flow flow = flow_of(stroke);
   const Segment& segment = flow.segments.front();
   const Field& field = segment.fields.front();

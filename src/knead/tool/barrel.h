@@ -22,7 +22,8 @@ struct Barrel {
   friend bool operator==(const Barrel&, const Barrel&) = default;
 };
 
-// Returns the barrel of a twist or bend with a radius, else nothing. The stroke is valid.
+// Returns the barrel of a twist or bend with a radius, else nothing, as for bends that read the surface. The stroke is
+// valid.
 std::optional<Barrel> barrel_of(const Stroke& stroke);
 
 // The triangles that cross a barrel, and radii that would be crossed by none.

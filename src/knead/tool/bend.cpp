@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "knead/math/error.h"
+#include "knead/tool/body_bend.h"
 #include "knead/tool/describe.h"
 
 namespace knead {
@@ -73,7 +74,9 @@ void validate(const BendStroke& stroke) {
   require_thresholds(thresholds.inner, thresholds.outer);
 }
 
-bool reads_surface(const BendStroke& stroke) { return stroke.radius_auto; }
+bool reads_surface(const BendStroke& stroke) {
+  return stroke.radius_auto || std::abs(stroke.angle_deg) > kMostOfPlainBend;
+}
 
 Flow flow_of(const BendStroke& stroke) {
   const Vec3d axis = unit(stroke.axis);

@@ -151,6 +151,16 @@ std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface&
   return found;
 }
 
+std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
+                                 double distance) {
+  const Vec3d beside{distance, distance, distance};
+  const Box box{tool.box().min - beside, tool.box().max + beside};
+  const std::vector<Place> places = places_in(moved(box, step.to), surface, step);
+  return collected<Place>(places.size(), step.threads, [&](std::size_t i, auto& out) {
+    if (tool.distance(places[i].at(surface.positions) - step.to) < distance) out.push_back(places[i]);
+  });
+}
+
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step) {
   const std::vector<Place> places = places_in(moved(tool.box(), step.to), surface, step);
   const std::vector<double> depths = collected<double>(places.size(), step.threads, [&](std::size_t i, auto& out) {

@@ -66,6 +66,10 @@ struct Intrusion {
 // The places inside the tool at the step's end, the deepest first. The same for every number of threads.
 std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 
+// The places nearer than `distance` to the tool's surface at the step's end, inside or outside.
+std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
+                                 double distance);
+
 // How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
 double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
 

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
 #include <queue>
 #include <stdexcept>
+
+#include "knead/math/box.h"
+#include "knead/mesh/surface_tree.h"
 
 namespace knead {
 
@@ -22,6 +26,9 @@ constexpr std::size_t kEnds = 5;      // of a shape, that are looked at
 constexpr double kCore = 1.1;         // of the least distance from the farthest end
 constexpr double kStraight = 0.7;     // of a way along the surface: how far it rises if it leads along a limb
 constexpr double kTip = 0.9;          // of that, at a tip
+constexpr double kRoom = 0.06;        // of the shape's diagonal: what is nearer beside a limb cannot hold
+constexpr int kMostBeside = 4;        // limbs
+constexpr double kShared = 0.1;       // of the vertices of a limb beside it
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // The vertices next to each vertex.
@@ -212,10 +219,8 @@ std::optional<std::size_t> find_neck(const Sections& sections, std::size_t from)
   return std::nullopt;
 }
 
-}  // namespace
-
-Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
-  if (vertex >= positions.size()) throw std::out_of_range("find_limb: there is no such vertex");
+// The limb without a look at others.
+Limb limb_at(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
   Limb limb;
   const Neighbours neighbours(positions.size(), triangles);
   if (neighbours.of(vertex).empty()) return limb;
@@ -242,6 +247,67 @@ Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> trian
     if (is_bending) limb.bending.push_back(v);
     if (behind[v] > kBending * thickness) limb.body.push_back(v);
   }
+  return limb;
+}
+
+// Of what may hold, the vertex beyond the joint that is nearest to the limb and too near; nothing if there is none.
+std::optional<std::uint32_t> nearest_beside(const Limb& limb, const SurfaceTree& surface, double room,
+                                            std::span<const Vec3d> positions) {
+  std::optional<std::uint32_t> nearest;
+  double least = room;
+  for (const std::uint32_t v : limb.body) {
+    if (dot(positions[v] - limb.joint, limb.direction) < room) continue;
+    const std::optional<SurfacePoint> at = surface.closest(positions[v], least);
+    if (!at || !(at->distance < least)) continue;
+    least = at->distance;
+    nearest = v;
+  }
+  return nearest;
+}
+
+std::vector<std::uint32_t> without(const std::vector<std::uint32_t>& all, const std::vector<std::uint32_t>& others) {
+  std::vector<std::uint32_t> rest;
+  std::set_difference(all.begin(), all.end(), others.begin(), others.end(), std::back_inserter(rest));
+  return rest;
+}
+
+// Takes limbs beside it from the body.
+void free_neighbours(std::span<const Vec3d> positions, std::span<const Triangle> triangles, Limb& limb) {
+  std::vector<bool> is_own(positions.size(), false);
+  for (const std::uint32_t v : limb.vertices) is_own[v] = true;
+  std::vector<Triangle> own;
+  for (const Triangle& t : triangles) {
+    if (is_own[t[0]] && is_own[t[1]] && is_own[t[2]]) own.push_back(t);
+  }
+  if (own.empty()) return;
+  const double room = kRoom * bounding_box(positions).diagonal();
+  const SurfaceTree surface(own, positions);
+  for (int i = 0; i < kMostBeside; ++i) {
+    const std::optional<std::uint32_t> vertex = nearest_beside(limb, surface, room, positions);
+    if (!vertex) return;
+    const Limb other = limb_at(positions, triangles, *vertex);
+    // Where two fingers meet, each takes a little of the other.
+    const auto shared = std::count_if(other.vertices.begin(), other.vertices.end(), [&](auto v) { return is_own[v]; });
+    const bool is_other =
+        other.has_neck && static_cast<double>(shared) < kShared * static_cast<double>(other.vertices.size());
+    if (!is_other) return;
+    std::vector<std::uint32_t> freed;
+    std::set_union(other.vertices.begin(), other.vertices.end(), other.bending.begin(), other.bending.end(),
+                   std::back_inserter(freed));
+    std::vector<std::uint32_t> beside = without(limb.body, without(limb.body, freed));
+    limb.body = without(limb.body, freed);
+    beside.insert(beside.end(), limb.beside.begin(), limb.beside.end());
+    std::sort(beside.begin(), beside.end());
+    limb.beside = std::move(beside);
+  }
+}
+
+}  // namespace
+
+Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex) {
+  if (vertex >= positions.size()) throw std::out_of_range("find_limb: there is no such vertex");
+  Limb limb = limb_at(positions, triangles, vertex);
+  if (limb.has_neck) free_neighbours(positions, triangles, limb);
   return limb;
 }
 

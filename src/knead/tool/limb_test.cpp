@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "knead/mesh/polygonise.h"
 #include "knead/mesh/shapes.h"
 #include "support/surface.h"
 
@@ -67,6 +68,35 @@ TEST(FindLimb, LimbAndBodyShareNothingAndTheBodyHasTheWrist) {
   for (const std::uint32_t v : limb.body) {
     EXPECT_GT(norm(hand.positions[v] - limb.joint), 0.5 * limb.girth / std::numbers::pi);
   }
+}
+
+// Three rods on a ball: two side by side, and one apart.
+double fork(const Vec3d& p) {
+  const auto rod = [&](const Vec3d& foot, const Vec3d& tip) {
+    const Vec3d along = tip - foot;
+    const double t = std::clamp(dot(p - foot, along) / norm2(along), 0.0, 1.0);
+    return norm(p - foot - along * t) - 0.2;
+  };
+  const double ball = norm(p) - 1;
+  return std::min({ball, rod({0.25, 0, 0.7}, {0.25, 0, 2.5}), rod({-0.25, 0, 0.7}, {-0.25, 0, 2.5}),
+                   rod({0, 0, -0.7}, {0, 0, -2.5})});
+}
+
+TEST(FindLimb, WhatRunsBesideALimbFollowsItAsAWhole) {
+  const Surface shape(polygonise(fork, {{-1.5, -1.5, -3}, {1.5, 1.5, 3}}, {.cell = 0.07}));
+  const Limb limb = find_limb(shape.positions, shape.triangles, nearest_to({0.45, 0, 2}, shape));
+  ASSERT_TRUE(limb.has_neck);
+  for (std::uint32_t v = 0; v < shape.positions.size(); ++v) {
+    const Vec3d& p = shape.positions[v];
+    const auto is_in = [&](const std::vector<std::uint32_t>& list) {
+      return std::binary_search(list.begin(), list.end(), v);
+    };
+    EXPECT_EQ(is_in(limb.vertices) + is_in(limb.bending) + is_in(limb.beside) + is_in(limb.body), 1) << p.x << p.z;
+    EXPECT_TRUE(is_in(limb.vertices) || p.z < 1.3 || p.x < 0);
+    EXPECT_TRUE(is_in(limb.beside) || is_in(limb.bending) || p.z < 1.3 || p.x > 0);
+    EXPECT_TRUE(is_in(limb.body) || p.z > -0.3);
+  }
+  EXPECT_TRUE(find_limb(shape.positions, shape.triangles, nearest_to({0, 0.2, -2}, shape)).beside.empty());
 }
 
 TEST(FindLimb, WithoutANeckItBeginsAtTheGivenVertex) {

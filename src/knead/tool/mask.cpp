@@ -17,8 +17,8 @@ std::vector<StrokeKey> keys(MaskStroke& s) {
 }
 
 void prepare(MaskStroke& /*stroke*/, const HasKey& has) {
-  const bool is_null =
-      !has("points") && (has("name") || has("off") || has("strength") || has("duration"));  // with these
+  const bool is_null = !has("points") && (has("name") || has("off") || has("strength") || has("duration") ||
+                                          has("new_entry"));  // with these
   if (has("points") != has("vertices") || is_null) return;
   throw InvalidInput(fmt::format(R"(a mask has either "points" or "vertices", {})",
                                  has("points") ? "not both" : "got neither; {\"mask\": null} removes it"));

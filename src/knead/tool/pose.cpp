@@ -5,12 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "knead/math/box.h"
 #include "knead/math/error.h"
-#include "knead/mesh/body_points.h"
-#include "knead/mesh/surface_tree.h"
 #include "knead/pose/pose_motion.h"
 #include "knead/tool/check.h"
+#include "knead/tool/pose_flow.h"
 #include "knead/tool/strain.h"
 
 namespace knead {
@@ -18,15 +16,9 @@ namespace knead {
 namespace {
 
 using namespace detail;
+using namespace tool_detail;
 
-constexpr std::size_t kInside = 4000;       // samples of the body
-constexpr double kCellsOfSample = 0.6;      // their greatest spacing, in that of the grid
-constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
-constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
-constexpr std::size_t kMaxPointsOfPart = 3000;
-constexpr std::size_t kCheckedOfPart = 2000;  // points whose places are looked at
-constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured
-constexpr double kSpoiledStretch = 10;
+constexpr double kSpoiledStretch = 6;
 constexpr double kSpoiledDistance = 0.02;  // of the diagonal
 constexpr double kNotedDistance = 0.002;
 constexpr double kSamePlace = 1e-6;  // of the diagonal
@@ -40,19 +32,8 @@ std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> po
   return all;
 }
 
-std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
-  std::vector<Vec3d> result;
-  result.reserve(numbers.size());
-  for (const std::uint32_t i : numbers) result.push_back(points[i]);
-  return result;
-}
-
 PosedPart posed(const PosePart& part, std::span<const Vec3d> positions, double spacing) {
-  PosedPart result;
-  const std::vector<Vec3d> all = all_points_of(part, positions);
-  const std::size_t apart = points_apart(all, kCellsOfPart * spacing).size();
-  result.points = chosen(all, spread_points(all, std::clamp(apart, kPointsOfPart, kMaxPointsOfPart)));
-  result.checked = chosen(all, spread_points(all, kCheckedOfPart));
+  PosedPart result = part_of(all_points_of(part, positions), spacing);
   if (part.rotation) {
     result.axis = tool_detail::unit(part.rotation->axis);
     result.center = part.rotation->center;
@@ -95,10 +76,9 @@ void require_apart(const std::vector<PosedPin>& pins) {
   }
 }
 
-// The stiffness of a sample is that of the nearest vertex.
-std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d> positions,
-                                 const std::vector<Vec3d>& samples) {
-  if (stroke.stiffness.empty()) return {};
+// A sample is as stiff as the nearest vertex.
+void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
+  if (stroke.stiffness.empty()) return;
   std::vector<double> of_vertex(positions.size(), 1.0);
   for (const PoseStiffness& region : stroke.stiffness) {
     for (const VertexRange& range : region.vertices) {
@@ -106,25 +86,8 @@ std::vector<double> stiffness_of(const PoseStroke& stroke, std::span<const Vec3d
       std::fill(of_vertex.begin() + range.first, of_vertex.begin() + range.last + 1, region.value);
     }
   }
-  std::vector<Triangle> points;
-  points.reserve(positions.size());
-  for (std::uint32_t i = 0; i < positions.size(); ++i) points.push_back({i, i, i});
-  const SurfaceTree tree(points, positions);
-  std::vector<double> result;
-  result.reserve(samples.size());
-  for (const Vec3d& p : samples) result.push_back(of_vertex[tree.closest(p)->triangle]);
-  return result;
-}
-
-double diagonal_of(const LiveSurface& surface) {
-  Box box;
-  for (const Triangle& t : surface.triangles) {
-    for (const std::uint32_t v : t) box.extend(surface.positions[v]);
-  }
-  if (surface.triangles.empty()) {
-    for (const Vec3d& p : surface.positions) box.extend(p);
-  }
-  return norm(box.max - box.min);
+  const std::vector<std::uint32_t> nearest = nearest_of(positions, body.points);
+  for (std::size_t i = 0; i < nearest.size(); ++i) body.stiffness[i] *= of_vertex[nearest[i]];
 }
 
 // A place far from the shape is a mistake.
@@ -136,53 +99,6 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
       fmt::format("\"parts\": the place [{}, {}, {}] is far from the shape; was the session made for "
                   "another shape?",
                   p.x, p.y, p.z));
-}
-
-PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, int threads,
-                       std::vector<std::string>& warnings) {
-  PoseProblem problem;
-  problem.threads = threads;
-  problem.progress = surface.progress;
-  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
-  problem.diagonal = diagonal_of(surface);
-  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
-  problem.spacing = stroke.detail * problem.diagonal;
-  for (const PoseItem& item : stroke.parts) {
-    if (const auto* part = std::get_if<PosePart>(&item)) {
-      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
-    } else {
-      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
-    }
-  }
-  for (const PosedPart& part : problem.parts) {
-    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
-  }
-  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
-  require_apart(problem.pins);
-  BodyPoints body = body_points(surface.positions, surface.triangles,
-                                {.inside = kInside,
-                                 .most_spacing = kCellsOfSample * problem.spacing,
-                                 .shell_depth = 0.25 * problem.spacing,
-                                 .threads = threads});
-  if (!body.is_closed && !surface.triangles.empty()) {
-    warnings.push_back("the surface is open: a shell below it is kept rigid in place of the body's inside");
-  }
-  problem.body.points = std::move(body.points);
-  problem.body.stiffness = stiffness_of(stroke, surface.positions, problem.body.points);
-  return problem;
-}
-
-// How the flow stretches the surface.
-void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result) {
-  std::vector<Vec3d> points;
-  for (const std::uint32_t i : spread_points(surface.positions, kLookedAt)) points.push_back(surface.positions[i]);
-  double sum = 0;
-  for (const Stretches& s : stretches_of(flow, points, {.length = diagonal, .threads = threads})) {
-    result.greatest_stretch = std::max(result.greatest_stretch, s.greatest);
-    result.least_stretch = std::min(result.least_stretch, s.least);
-    for (const double value : {s.greatest, s.middle, s.least}) sum += std::log(value) * std::log(value);
-  }
-  result.rms_log_stretch = std::sqrt(sum / static_cast<double>(3 * points.size()));
 }
 
 void require_sound(const PoseResult& result) {
@@ -211,6 +127,32 @@ void warn(PoseResult& result) {
 
 }  // namespace
 
+PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                                    int threads, std::vector<std::string>& warnings) {
+  PoseProblem problem;
+  problem.threads = threads;
+  problem.progress = surface.progress;
+  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
+  problem.diagonal = diagonal_of(surface);
+  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
+  problem.spacing = stroke.detail * problem.diagonal;
+  for (const PoseItem& item : stroke.parts) {
+    if (const auto* part = std::get_if<PosePart>(&item)) {
+      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
+    } else {
+      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
+    }
+  }
+  for (const PosedPart& part : problem.parts) {
+    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
+  }
+  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
+  require_apart(problem.pins);
+  problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
+  stiffen(stroke, surface.positions, problem.body);
+  return problem;
+}
+
 void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex) {
   if (vertex < positions.size()) return;
   throw InvalidInput(
@@ -222,24 +164,17 @@ void require_vertex(std::string_view key, std::span<const Vec3d> positions, std:
 PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
   validate(stroke);
   PoseResult result;
-  PoseProblem problem = problem_of(stroke, surface, threads, result.warnings);
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, threads, result.warnings);
   const double diagonal = problem.diagonal;
   Flow flow;
-  const PoseOutcome outcome = pose(std::move(problem), [&](const PotentialGrid& grid) {
-    Segment segment;
-    segment.grid = grid;
-    flow.segments.push_back(std::move(segment));
-    return true;
-  });
+  const PoseOutcome outcome = find_flow(std::move(problem), flow);
   result.part_distance = outcome.part_distance / diagonal;
   result.unknowns = outcome.unknowns;
   result.segments = outcome.segments;
   measure_stretch(flow, surface, diagonal, threads, result);
   require_sound(result);
-  for (const Segment& segment : flow.segments) {
-    result.stopped = !surface.apply(GridStroke{segment.grid});
-    if (result.stopped) return result;
-  }
+  result.stopped = !apply_grids(flow, surface);
+  if (result.stopped) return result;
   if (stroke.exact && outcome.part_distance > 0) {
     PinsStroke last;
     last.points = outcome.reached;

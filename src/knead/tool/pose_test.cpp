@@ -8,41 +8,21 @@
 #include <numeric>
 #include <random>
 
-#include "knead/flow/advect.h"
 #include "knead/math/error.h"
 #include "knead/mesh/body_points.h"
 #include "knead/mesh/measures.h"
 #include "knead/mesh/self_intersections.h"
 #include "knead/mesh/shapes.h"
 #include "knead/tool/strain.h"
+#include "support/surface.h"
 
 namespace knead {
 namespace {
 
-// A surface that applies strokes to its own positions, and keeps them.
-struct Posed {
-  Mesh mesh;
-  std::vector<Triangle> triangles;
-  std::vector<Stroke> applied;
-  Progress progress;
+struct Posed : test::MovedSurface {
+  using MovedSurface::MovedSurface;
 
-  explicit Posed(Mesh of) : mesh(std::move(of)), triangles(triangulate(mesh)) {}
-
-  PoseResult pose(const PoseStroke& stroke, int threads = 0) {
-    LiveSurface surface;
-    surface.positions = mesh.positions;
-    surface.triangles = triangles;
-    surface.progress = &progress;
-    surface.apply = [&](const Stroke& part) {
-      applied.push_back(part);
-      AdvectOptions options;
-      options.tolerance = 1e-5;
-      options.threads = threads;
-      advect(flow_of(part), mesh.positions, options);
-      return true;
-    };
-    return pose_on(stroke, surface, threads);
-  }
+  PoseResult pose(const PoseStroke& stroke, int threads = 0) { return pose_on(stroke, live(threads), threads); }
 };
 
 std::vector<VertexRange> vertices_where(const Mesh& mesh, const std::function<bool(const Vec3d&)>& is_wanted) {
@@ -93,6 +73,63 @@ TEST(Pose, ACylinderBendsAsNearlyRigidAsCanBe) {
   EXPECT_GT(result.least_stretch, 0.6);
   EXPECT_EQ(shape.applied.size(), result.segments);
   for (const Stroke& part : shape.applied) EXPECT_TRUE(std::holds_alternative<GridStroke>(part));
+}
+
+// The pointer goes there, farther, and back; the drag ends about where the whole stroke does.
+TEST(PoseDrag, EndsAboutWhereTheStrokeDoes) {
+  const Mesh before = make_shape(ShapeKind::cylinder, 3000);
+  Posed whole(before);
+  whole.pose(bent_cylinder(before, 40));
+  Posed dragged(before);
+  PoseDrag drag(bent_cylinder(before, 5), dragged.live());
+  for (const double angle : {5, 12, 25, 50, 70, 55, 40, 40, 40}) {
+    const PoseStroke stroke = bent_cylinder(before, angle);
+    ASSERT_TRUE(drag.takes(stroke));
+    dragged.applied.clear();
+    EXPECT_TRUE(drag.advance(stroke, 3, dragged.live().apply));
+    EXPECT_LE(dragged.applied.size(), 4U);
+  }
+  double apart = 0;
+  for (std::size_t i = 0; i < before.vertex_count(); ++i) {
+    apart = std::max(apart, norm(whole.mesh.positions[i] - dragged.mesh.positions[i]));
+  }
+  EXPECT_LT(apart, 0.02) << "of a cylinder 4 long";
+  EXPECT_EQ(self_intersections(dragged.triangles, dragged.mesh.positions).count, 0U);
+}
+
+TEST(PoseDrag, FollowsAPinAndKnowsItsOwnPose) {
+  const Mesh before = make_shape(ShapeKind::cylinder, 3000);
+  PosePin pin;
+  pin.point = Vec3d{0, 0.5, 1.9};
+  PosePin held;
+  held.point = Vec3d{0, 0, -2};
+  held.hold = true;
+  PoseStroke stroke;
+  const auto to = [&](const Vec3d& place) {
+    pin.path = {place};
+    stroke.parts = {pin, held};
+    return stroke;
+  };
+  Posed shape(before);
+  PoseDrag drag(to({0.1, 0.5, 1.9}), shape.live());
+  for (const Vec3d& place : {Vec3d{0.1, 0.5, 1.9}, Vec3d{0.3, 0.5, 1.8}, Vec3d{0.5, 0.5, 1.7}, Vec3d{0.5, 0.5, 1.7}}) {
+    EXPECT_TRUE(drag.takes(to(place)));
+    EXPECT_TRUE(drag.advance(to(place), 3, shape.live().apply));
+  }
+  const auto nearest = [](const Mesh& mesh, const Vec3d& p) {
+    double least = 1e9;
+    for (const Vec3d& q : mesh.positions) least = std::min(least, norm(q - p));
+    return least;
+  };
+  EXPECT_LT(nearest(shape.mesh, {0.5, 0.5, 1.7}), nearest(before, *pin.point) + 0.01);
+  EXPECT_LT(nearest(shape.mesh, {0, 0, -2}), nearest(before, {0, 0, -2}) + 0.01);
+
+  PoseStroke finer = to({0.5, 0.5, 1.7});
+  finer.detail = 0.05;
+  EXPECT_FALSE(drag.takes(finer));
+  PoseStroke other = to({0.5, 0.5, 1.7});
+  other.parts.pop_back();
+  EXPECT_FALSE(drag.takes(other));
 }
 
 TEST(Pose, TheBitsDependNeitherOnThreadsNorOnTheOrderOfVertices) {

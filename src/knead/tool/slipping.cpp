@@ -19,6 +19,13 @@ constexpr std::size_t kMostPins = 1900;
 
 }  // namespace
 
+void SlippingContacts::hold_what_touches(const LiveSurface& surface, const StampStep& step, double distance) {
+  Thinned pressed(radius_ / kPinsPerRadius / 2);
+  for (const Place& place : find_touching(tool_, surface, step, distance)) {
+    if (pressed.take(place.at(surface.positions))) pressed_.push_back(place);
+  }
+}
+
 std::optional<PinsStroke> SlippingContacts::pins(const LiveSurface& surface, const StampStep& step) {
   const double spacing = radius_ / kPinsPerRadius;
   const double length = norm(step.motion);

@@ -16,6 +16,9 @@ class SlippingContacts {
   // The tool must outlive this. radius: of the pins.
   SlippingContacts(const StampTool& tool, double radius) : tool_(tool), radius_(radius) {}
 
+  // Remembers, as if the tool had been there, what is nearer than `distance` to the tool at the step's end.
+  void hold_what_touches(const LiveSurface& surface, const StampStep& step, double distance);
+
   // Returns the pins that push the surface out of the tool at the step's end; nothing where it is out.
   std::optional<PinsStroke> pins(const LiveSurface& surface, const StampStep& step);
 

@@ -21,8 +21,11 @@ using tool_detail::StampStep;
 using tool_detail::StampTool;
 
 constexpr double kDefaultOuter = 1.5;    // of the tool's half width
+constexpr double kNarrowestPrint = 0.9;  // likewise at least, where the stroke leaves the contact to Knead
+constexpr double kStrokesPerPrint = 3;   // of the narrowest width: between these two
 constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the side walls into the tool
 constexpr double kStepsPerOuter = 25;    // by default
+constexpr double kStepsPerPrint = 50;    // of a print
 constexpr double kCoarsestSpacing = 20;  // of the contacts, in the outer threshold
 constexpr double kFinestSpacing = 200;   // however narrow the tool
 constexpr std::size_t kMostDirections = 8;
@@ -44,7 +47,8 @@ struct Lengths {
   double half_width = 0;  // the tool's greatest over all directions of the path
   double outer = 0;
   double step = 0;
-  double spacing = 0;  // of the contacts
+  double tolerated = 0;  // penetration at the end without a warning; half of it at the beginning
+  double spacing = 0;    // of the contacts
 };
 
 // The directions of some of a path's pieces, evenly spread over it; any where it has no length.
@@ -64,11 +68,17 @@ Lengths choose_lengths(const StampStroke& stroke, const StampTool& tool) {
   for (const Vec3d& direction : directions) {
     lengths.half_width = std::max(lengths.half_width, tool.half_width(direction));
   }
+  const bool prints = stroke.contact == StampContact::automatic && contact_of(stroke) == StampContact::slip;
   lengths.outer = stroke.outer.value_or(kDefaultOuter * lengths.half_width);
-  lengths.step = stroke.step.value_or(lengths.outer / kStepsPerOuter);
-  const double coarsest = lengths.outer / kCoarsestSpacing;
+  const double below = lengths.outer / kCoarsestSpacing;
   double narrowest = Box::kInfinity;
-  for (const Vec3d& direction : directions) narrowest = std::min(narrowest, tool.narrowest_width(direction, coarsest));
+  for (const Vec3d& direction : directions) narrowest = std::min(narrowest, tool.narrowest_width(direction, below));
+  if (prints) {
+    lengths.outer = std::clamp(kStrokesPerPrint * narrowest, kNarrowestPrint * lengths.half_width, lengths.outer);
+  }
+  lengths.step = stroke.step.value_or(lengths.outer / (prints ? kStepsPerPrint : kStepsPerOuter));
+  lengths.tolerated = prints ? lengths.step : lengths.step / 2;
+  const double coarsest = lengths.outer / kCoarsestSpacing;
   lengths.spacing = std::clamp(narrowest / 2, lengths.outer / kFinestSpacing, coarsest);
   return lengths;
 }
@@ -100,6 +110,7 @@ class Stamper {
         tool_(tool, stroke.pose),
         surface_(surface),
         threads_(threads),
+        slips_(contact_of(stroke) == StampContact::slip),
         lengths_(choose_lengths(stroke, tool_)),
         slipping_(tool_, lengths_.outer) {
     result_.outer = lengths_.outer;
@@ -109,6 +120,7 @@ class Stamper {
 
   StampResult run() {
     warn_of_start();
+    if (slips_ && !stroke_.outer) slipping_.hold_what_touches(surface_, at(stroke_.path.front()), lengths_.step);
     for (std::size_t i = 0; i + 1 < stroke_.path.size() && !result_.stopped; ++i) {
       move(stroke_.path[i], stroke_.path[i + 1]);
     }
@@ -119,32 +131,30 @@ class Stamper {
  private:
   void warn(std::string what) { result_.warnings.push_back(std::move(what)); }
 
-  double penetration(const Vec3d& at) const {
-    return deepest_penetration(tool_, surface_, {at, {0, 0, 0}, lengths_.spacing, threads_});
-  }
+  StampStep at(const Vec3d& place) const { return {place, {0, 0, 0}, lengths_.spacing, threads_}; }
+
+  double penetration(const Vec3d& place) const { return deepest_penetration(tool_, surface_, at(place)); }
 
   void warn_of_start() {
     const double least = kNarrowOuter * lengths_.half_width;
-    if (lengths_.outer < least) {
+    if (!slips_ && lengths_.outer < least) {
       warn(fmt::format(
           "\"outer\" is {:.3g}, but below {:.3g} the flow back around a tool that is {:.3g} wide bends the side walls "
           "into it; make \"outer\" larger",
           lengths_.outer, least, 2 * lengths_.half_width));
     }
     const double depth = penetration(stroke_.path.front());
-    if (depth > lengths_.step / 4) {
+    if (depth > lengths_.tolerated / 2) {
       warn(fmt::format(
           "the surface is {:.3g} deep inside the tool where the path begins: that part {}; begin the path outside the "
           "shape",
-          depth,
-          stroke_.contact == StampContact::slip ? "is pushed out step by step, by the shortest way"
-                                                : "moves along, but is not pushed out"));
+          depth, slips_ ? "is pushed out step by step, by the shortest way" : "moves along, but is not pushed out"));
     }
   }
 
   void measure_end() {
     result_.penetration = penetration(stroke_.path.back());
-    if (result_.penetration > lengths_.step / 2) {
+    if (result_.penetration > lengths_.tolerated) {
       warn(fmt::format(
           "at the path's end the surface is {:.3g} deep inside the tool; make \"step\" smaller or \"outer\" "
           "larger, or refine the shape",
@@ -158,7 +168,7 @@ class Stamper {
       const auto done = static_cast<double>(k) / static_cast<double>(steps);
       const StampStep step{from + (to - from) * done, (to - from) / static_cast<double>(steps), lengths_.spacing,
                            threads_};
-      if (stroke_.contact == StampContact::slip) {
+      if (slips_) {
         slide(step);
       } else {
         push(step);
@@ -204,12 +214,20 @@ class Stamper {
   StampTool tool_;
   const LiveSurface& surface_;
   int threads_;
+  bool slips_;
   Lengths lengths_;
   tool_detail::SlippingContacts slipping_;
   StampResult result_;
 };
 
 }  // namespace
+
+StampContact contact_of(const StampStroke& stroke) {
+  if (stroke.contact != StampContact::automatic) return stroke.contact;
+  const StampStroke plain;
+  const bool is_plain = !stroke.outer && stroke.exponent == plain.exponent && stroke.falloff == plain.falloff;
+  return is_plain ? StampContact::slip : StampContact::stick;
+}
 
 StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads) {
   validate(Stroke(stroke));
@@ -219,7 +237,7 @@ StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface
 std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool) {
   validate(Stroke(stroke));
   const StampTool posed(tool, stroke.pose);
-  const int parts = stroke.contact == StampContact::slip ? kSlipRounds : kQuarters;
+  const int parts = contact_of(stroke) == StampContact::slip ? kSlipRounds : kQuarters;
   return parts * count_steps(stroke, choose_lengths(stroke, posed).step);
 }
 
@@ -233,10 +251,10 @@ std::vector<StrokeKey> keys(StampStroke& s) {
           {"pose", Quantity::finite, &s.pose, Presence::optional},
           {"outer", Quantity::positive, &s.outer, Presence::optional, "how far below the contact the motion reaches"},
           {"step", Quantity::positive, &s.step, Presence::optional},
-          {"contact", Quantity::other, choice(s.contact, {"stick", "slip"}), Presence::optional},
+          {"contact", Quantity::other, choice(s.contact, {"stick", "slip", "auto"}), Presence::optional},
           {"exponent",
            Quantity::other,
-           s.contact == StampContact::stick ? &s.exponent : nullptr,
+           s.contact != StampContact::slip ? &s.exponent : nullptr,
            Presence::optional,
            {},
            "\"contact\": \"stick\""}};

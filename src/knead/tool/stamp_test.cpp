@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include "knead/flow/advect.h"
 #include "knead/math/error.h"
@@ -227,8 +229,15 @@ TEST(Stamp, ChoosesItsLengths) {
   StampStroke stroke = ball_from_above();
   stroke.outer = std::nullopt;
   const StampResult result = bench.stamp(stroke, sphere(642));
-  EXPECT_NEAR(result.outer, 0.6, 2e-3);
-  EXPECT_DOUBLE_EQ(result.step, result.outer / 25);
+  EXPECT_GE(result.outer, 0.9 * 0.4 - 2e-3);
+  EXPECT_LE(result.outer, 1.5 * 0.4);
+  EXPECT_DOUBLE_EQ(result.step, result.outer / 50);
+  for (const StampContact contact : {StampContact::stick, StampContact::slip}) {
+    stroke.contact = contact;
+    const StampResult named = bench.stamp(stroke, sphere(642));
+    EXPECT_NEAR(named.outer, 0.6, 2e-3);
+    EXPECT_DOUBLE_EQ(named.step, named.outer / 25);
+  }
 }
 
 std::string refusal(StampStroke stroke) {
@@ -314,6 +323,151 @@ TEST(Stamp, ThatSlipsPushesOutWhatIsInsideFromTheStart) {
     for (std::size_t i = 0; i < pins.to.size(); ++i) EXPECT_LE(norm(pins.to[i] - pins.points[i]), 0.081 * *pins.radius);
   }
   EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
+}
+
+// --- prints ----------------------------------------------------------------------------------------------------------
+
+// A tool's print from above, 0.2 deep below the top of the unit sphere, with nothing but the path given.
+StampStroke pressed_print() {
+  StampStroke stroke;
+  stroke.mesh = "tool.ply";
+  stroke.path = {{0, 0, 1.12}, {0, 0, 0.9}};
+  return stroke;
+}
+
+// A star with five points, 0.2 thick like the letter.
+Mesh star() {
+  Mesh mesh;
+  constexpr std::size_t corners = 10;
+  for (const double z : {-0.1, 0.1}) {
+    for (std::size_t k = 0; k < corners; ++k) {
+      const double angle = std::numbers::pi * static_cast<double>(k) / 5;
+      const double radius = k % 2 == 0 ? 0.38 : 0.16;
+      mesh.positions.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    }
+    mesh.positions.push_back({0, 0, z});
+  }
+  const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
+    const std::array corner{static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b),
+                            static_cast<std::uint32_t>(c)};
+    mesh.add_face(corner);
+  };
+  for (std::size_t k = 0; k < corners; ++k) {
+    const std::size_t next = (k + 1) % corners;
+    const std::size_t above = corners + 1;
+    add(corners, next, k);
+    add(above + corners, above + k, above + next);
+    add(k, next, above + next);
+    add(k, above + next, above + k);
+  }
+  return mesh;
+}
+
+// How a print turned out: its floor against the plane z = 0.8, and what has sunk beside it.
+struct Print {
+  double rough = 0;  // standard deviation of the floor's heights
+  double off = 0;    // mean of them
+  double sunk = 0;   // which part of the near side, farther than 0.1 from the outline, lies deeper than before
+  std::size_t floor = 0;
+};
+
+Print measured_print(const Bench& bench, const Mesh& mesh, const Mesh& before) {
+  const StampTool tool(mesh, scaling(1));
+  const auto is_under = [&](double x, double y) { return tool.depth({x, y, 0}) > 0; };
+  Print print;
+  double sum = 0;
+  double squares = 0;
+  double near = 0;
+  for (std::size_t i = 0; i < before.positions.size(); ++i) {
+    const Vec3d& p = bench.positions()[i];
+    if (p.z < 0) continue;
+    near += 1;
+    constexpr double margin = 0.02;
+    if (is_under(p.x + margin, p.y) && is_under(p.x - margin, p.y) && is_under(p.x, p.y + margin) &&
+        is_under(p.x, p.y - margin)) {
+      ++print.floor;
+      sum += p.z - 0.8;
+      squares += (p.z - 0.8) * (p.z - 0.8);
+    } else if (!is_under(p.x, p.y) && tool.distance({p.x, p.y, 0}) > 0.1 &&
+               norm(p) < norm(before.positions[i]) - 0.002) {
+      print.sunk += 1;
+    }
+  }
+  const auto count = static_cast<double>(print.floor);
+  print.off = sum / count;
+  print.rough = std::sqrt(squares / count - print.off * print.off);
+  print.sunk /= near;
+  return print;
+}
+
+void expect_a_clear_print(const Bench& bench, const Mesh& tool, const Mesh& before) {
+  const Print print = measured_print(bench, tool, before);
+  EXPECT_GT(print.floor, 100U);
+  EXPECT_LT(print.rough, 0.004);
+  EXPECT_LT(std::abs(print.off), 0.01);
+  EXPECT_LT(print.sunk, 0.005);
+  EXPECT_EQ(self_intersections(bench.triangles(), bench.positions()).count, 0U);
+  EXPECT_LT(std::abs(bench.volume_error()), 1e-4);
+}
+
+TEST(Stamp, LeavesAPrintThatCanBeRead) {
+  const Mesh before = sphere(64000);
+  for (const Mesh& tool : {make_shape(ShapeKind::letter_y), star()}) {
+    Bench bench(before);
+    bench.stamp(pressed_print(), tool);
+    expect_a_clear_print(bench, tool, before);
+  }
+}
+
+// As a drag is applied: each piece is a stroke of its own, which holds what the one before it has pressed.
+TEST(Stamp, LeavesTheSamePrintInPieces) {
+  const Mesh before = sphere(64000);
+  const Mesh tool = make_shape(ShapeKind::letter_y);
+  Bench bench(before);
+  StampStroke stroke = pressed_print();
+  constexpr int pieces = 15;
+  const Vec3d step = (stroke.path[1] - stroke.path[0]) / pieces;
+  for (int i = 0; i < pieces; ++i) {
+    stroke.path = {Vec3d{0, 0, 1.12} + step * i, Vec3d{0, 0, 1.12} + step * (i + 1)};
+    bench.stamp(stroke, tool);
+  }
+  expect_a_clear_print(bench, tool, before);
+}
+
+TEST(Stamp, ChoosesItsReachByTheWidthOfItsStrokes) {
+  const StampStroke stroke = pressed_print();
+  const auto outer = [&](const Mesh& tool, double scale) {
+    StampStroke scaled = stroke;
+    scaled.pose = scaling(scale);
+    Bench bench(sphere(42));
+    scaled.path = {{0, 0, 9}, {0, 0, 8}};
+    return bench.stamp(scaled, tool).outer;
+  };
+  EXPECT_NEAR(outer(star(), 0.5), outer(star(), 1) / 2, 1e-9);
+  const double letter = outer(make_shape(ShapeKind::letter_y), 1);
+  EXPECT_GE(letter, 0.9 * 0.4);
+  EXPECT_LT(letter, 0.5) << "1.5 times its half extent is above 0.6";
+}
+
+// What was written before stamps slipped gives what it gave.
+TEST(Stamp, SticksWhereNumbersOfStickingAreGiven) {
+  StampStroke stroke;
+  EXPECT_EQ(contact_of(stroke), StampContact::slip);
+  stroke.falloff = 5;
+  EXPECT_EQ(contact_of(stroke), StampContact::stick);
+  stroke = {};
+  stroke.exponent = 8;
+  EXPECT_EQ(contact_of(stroke), StampContact::stick);
+  stroke.contact = StampContact::slip;
+  EXPECT_EQ(contact_of(stroke), StampContact::slip);
+  stroke = ball_from_above();
+  Bench old(sphere(4002));
+  old.stamp(stroke, sphere(642));
+  stroke.contact = StampContact::stick;
+  Bench stuck(sphere(4002));
+  stuck.stamp(stroke, sphere(642));
+  EXPECT_EQ(old.positions(), stuck.positions());
+  EXPECT_TRUE(std::holds_alternative<PointsStroke>(old.strokes().front()));
 }
 
 TEST(Stamp, RefusesNumbersThatMeanNothing) {

@@ -89,6 +89,8 @@ std::optional<Vec3d> StampTool::way_out(const Vec3d& p) const {
   return tree_.closest(p)->point - p;
 }
 
+double StampTool::distance(const Vec3d& p) const { return norm(tree_.closest(p)->point - p); }
+
 double StampTool::depth(const Vec3d& p) const {
   const std::optional<Vec3d> way = way_out(p);
   return way ? norm(*way) : 0.0;

@@ -35,6 +35,9 @@ class StampTool {
   // The shortest way out of the tool; nothing where p is outside.
   std::optional<Vec3d> way_out(const Vec3d& p) const;
 
+  // The distance of p from the surface, on either side.
+  double distance(const Vec3d& p) const;
+
   // The distance of p from the surface where p is inside, else 0.
   double depth(const Vec3d& p) const;
 

@@ -221,6 +221,17 @@ TEST(Zone, OfATwistTurnsTheSameAngleOverMore) {
   EXPECT_TRUE(zone_warning(stroke, profile).has_value());
 }
 
+TEST(Zone, AnEdgeReachesOverItsPartOfTheMotion) {
+  const std::vector<Vec3d> positions{{1, 0, -1}, {1, 0, 1}, {0, 1, 1}, {1, 0, 5}};
+  const std::vector<Triangle> triangles{{0, 1, 2}};
+  TwistStroke twist{{0, 0, 0}, {0, 0, 1}, 30, -3, 3};
+  EXPECT_NEAR(most_turn_of_an_edge_deg(twist, positions, triangles), 60, 1e-9);
+  EXPECT_NEAR(most_turn_of_an_edge_deg(twist, positions, std::vector<Triangle>{{1, 2, 3}}), 60, 1e-9) << "up to 3";
+  twist.radius = 0.5;
+  EXPECT_EQ(most_turn_of_an_edge_deg(twist, positions, triangles), 0) << "beyond the barrel";
+  EXPECT_EQ(most_turn_of_an_edge_deg(RotateStroke{}, positions, triangles), 0);
+}
+
 // What a thin zone misses may reach far and come into the zone while it turns.
 TEST(Zone, CountsWhatTurnsIntoIt) {
   const std::vector<Vec3d> positions{{0, 0.1, 0}, {0, -0.1, 0.01}, {0, 2, 0.5}, {0, 3, 4}};

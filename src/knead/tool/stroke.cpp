@@ -117,6 +117,9 @@ Flow flow_of(const Stroke& stroke) {
 std::optional<int> falloff_of(const Stroke& stroke) {
   return std::visit(
       []<class S>(const S& own) -> std::optional<int> {
+        if constexpr (std::is_same_v<S, StampStroke>) {
+          if (contact_of(own) == StampContact::slip) return std::nullopt;
+        }
         if constexpr (kBlends<S>) {
           return own.falloff;
         } else {
@@ -128,6 +131,7 @@ std::optional<int> falloff_of(const Stroke& stroke) {
 
 void set_falloff(Stroke& stroke, int falloff) {
   require_falloff("falloff", falloff);
+  if (!falloff_of(stroke)) return;
   std::visit(
       [&]<class S>(S& own) {
         if constexpr (std::is_same_v<S, BendStroke>) move_center(own, falloff);

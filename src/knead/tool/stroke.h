@@ -111,8 +111,9 @@ struct HandlesStroke {
 };
 
 // What the surface does where a stamp touches it. stick: it goes with the tool. slip: it goes only out of the tool's
-// way, so that the tool slides along it.
-enum class StampContact { stick, slip };
+// way, so that the tool slides along it and its print keeps its walls. automatic: slip, or stick where `outer`,
+// `exponent` or `falloff` is given, as strokes that gave them had it before they could slip.
+enum class StampContact { stick, slip, automatic };
 
 // Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
 // become moving point sets, or pins (tool/stamp.h).
@@ -120,15 +121,22 @@ struct StampStroke {
   std::string mesh;                             // the tool's file, relative to the session file
   std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
   Mat3d pose{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // rotation and scale, applied to the tool before it is moved
-  std::optional<double> outer = std::nullopt;   // 1.5 times half the tool's largest extent across the motion
-  std::optional<double> step = std::nullopt;    // longest motion between two collision tests; outer / 25
-  StampContact contact = StampContact::stick;
+  // By default 1.5 times half the tool's largest extent across the motion; of an automatic contact 3 times
+  // the width of its narrowest strokes, from 0.9 to 1.5 times that half.
+  std::optional<double> outer = std::nullopt;
+  // Longest motion between two collision tests; by default outer / 25, and half of it where outer is by default that of
+  // an automatic contact.
+  std::optional<double> step = std::nullopt;
+  StampContact contact = StampContact::automatic;
   int exponent = 16;              // of stick
   int falloff = kDefaultFalloff;  // likewise
 
   static const Tool& tool();  // returns the description of the tool
   friend bool operator==(const StampStroke&, const StampStroke&) = default;
 };
+
+// Returns stick or slip: what `automatic` stands for in this stroke.
+StampContact contact_of(const StampStroke& stroke);
 
 // Turns the inner region of a ball about its centre by the angle.
 struct RotateStroke {
@@ -357,7 +365,8 @@ bool is_flow(const Stroke& stroke);
 // strokes that read the surface. Time: linear, for a point set times the logarithm of its size. A mask has none.
 Flow flow_of(const Stroke& stroke);
 
-// Returns the falloff of a stroke; nothing for one that blends nothing: relax and mask.
+// Returns the falloff of a stroke; nothing for one that blends nothing: relax, mask, and a stamp
+// that slips.
 std::optional<int> falloff_of(const Stroke& stroke);
 
 // Gives a stroke that blends another falloff. A bend between given thresholds keeps its zone, and its centre moves

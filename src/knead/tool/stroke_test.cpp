@@ -233,7 +233,10 @@ TEST(Falloff, IsThatOfEveryFieldOfATool) {
     }
     EXPECT_EQ(falloff_of(mirrored(stroke, 1)), 7);
   }
-  EXPECT_EQ(falloff_of(StampStroke{}), 4);
+  StampStroke stamp;
+  EXPECT_FALSE(falloff_of(stamp)) << "it slips";
+  stamp.contact = StampContact::stick;
+  EXPECT_EQ(falloff_of(stamp), 4);
   EXPECT_FALSE(falloff_of(RelaxStroke{}));
   EXPECT_FALSE(falloff_of(MaskStroke{}));
 }

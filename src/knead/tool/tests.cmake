@@ -1,6 +1,7 @@
 knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/barrel_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/barrel_placement_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/body_bend_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/paint_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/handles_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/images_test.cpp

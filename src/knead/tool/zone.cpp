@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -242,6 +243,28 @@ Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
     twist.rate_deg *= zone->width() / safe.width();
   }
   return result;
+}
+
+double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> positions,
+                                std::span<const Triangle> triangles) {
+  const std::optional<Zone> zone = zone_of(stroke);
+  if (!zone || !(zone->width() > 0)) return 0;
+  const auto height = [&](const Vec3d& p) {
+    const Vec3d d = p - zone->center;
+    const double r = dot(d, zone->normal);
+    const bool is_within = !zone->radius || norm2(d - zone->normal * r) <= *zone->radius * *zone->radius;
+    return is_within ? std::clamp(r, zone->between.inner, zone->between.outer)
+                     : std::numeric_limits<double>::quiet_NaN();
+  };
+  double most = 0;
+  for (const Triangle& t : triangles) {
+    const std::array<double, 3> heights{height(positions[t[0]]), height(positions[t[1]]), height(positions[t[2]])};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double reach = std::abs(heights[k] - heights[(k + 1) % 3]);
+      if (reach > most) most = reach;  // false for NaN
+    }
+  }
+  return zone->angle * most / zone->width() / kRadiansPerDegree;
 }
 
 std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile) {

@@ -47,7 +47,7 @@ bool must_bring_files() { return true; }
 
 void choose_files_to_bring() { page_choose_files(); }
 
-Window::Window(const std::string& title, int, int) {
+Window::Window(const std::string& title, const WindowPlace&) {
   EmscriptenWebGLContextAttributes attributes;
   emscripten_webgl_init_context_attributes(&attributes);
   attributes.majorVersion = 2;
@@ -75,6 +75,8 @@ void Window::set_closing(bool closing) { the_state().is_closing = closing; }
 void Window::set_title(const std::string& title) { page_set_title(title.c_str()); }
 
 void Window::toggle_full_screen() { page_toggle_full_screen(); }
+
+WindowPlace Window::place() const { return {}; }
 
 int Window::width() const { return the_state().width; }
 

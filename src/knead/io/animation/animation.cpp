@@ -63,6 +63,21 @@ AnimationFile::Writer make_writer(const std::filesystem::path& path, const Shape
   return format->make(path, source, options);
 }
 
+// Returns how many objects other programs make of an OBJ file; 1 for other formats.
+std::size_t objects_of(const ShapeFile& source) {
+  if (source.format != "obj") return 1;
+  const std::string_view text = source.bytes;
+  std::size_t count = text.starts_with("o ") ? 1 : 0;
+  for (std::size_t at = text.find("\no "); at != std::string_view::npos; at = text.find("\no ", at + 1)) ++count;
+  return std::max<std::size_t>(count, 1);
+}
+
+bool has_loose_vertices(const Mesh& mesh) {
+  std::vector<bool> is_used(mesh.vertex_count(), mesh.face_count() == 0);
+  for (const std::uint32_t v : mesh.corner_vertex) is_used[v] = true;
+  return std::find(is_used.begin(), is_used.end(), false) != is_used.end();
+}
+
 }  // namespace
 
 bool is_animation(const std::filesystem::path& path) { return format_of_animation(path) != nullptr; }
@@ -72,6 +87,20 @@ std::vector<std::string> animation_losses(const std::filesystem::path& path, con
   if (extension == ".glb")
     return source.format == "gltf" ? std::vector<std::string>{} : conversion_losses(path, source);
   if (extension == ".pc2" || extension == ".mdd") {
+    const std::size_t objects = objects_of(source);
+    if (objects > 1) {
+      return {
+          fmt::format("{} holds the positions of one mesh, but programs read the {} objects of this file as {} meshes; "
+                      "write .glb or .usda, which hold the mesh themselves, or remove the lines 'o' first",
+                      extension.substr(1), objects, objects)};
+    }
+    if (source.format == "obj" && has_loose_vertices(source.mesh)) {
+      return {
+          fmt::format("{} holds the positions of all vertices, but programs leave out those that no face uses when "
+                      "they read the shape; write .glb or .usda, which hold the mesh themselves, or remove these "
+                      "vertices first",
+                      extension.substr(1))};
+    }
     return {fmt::format("{} holds positions alone: import the shape from {} first, and give it this cache",
                         extension.substr(1), source.format)};
   }

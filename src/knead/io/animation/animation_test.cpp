@@ -298,5 +298,22 @@ TEST_F(Animation, RefusesWhatItCannotWrite) {
   EXPECT_TRUE(fs::is_empty(folder_));
 }
 
+// Programs read the objects of an OBJ file as meshes of their own, and leave out vertices without faces; then no cache
+// of all positions fits.
+TEST(AnimationLosses, NoAdviceIsGivenThatCannotWork) {
+  const std::string triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  const auto loss = [&](const std::string& faces, const char* path) {
+    const std::vector<std::string> losses = animation_losses(path, parse_shape(triangle + faces, "obj", "a.obj"));
+    return losses.empty() ? std::string() : losses.front();
+  };
+  for (const char* path : {"a.pc2", "a.mdd"}) {
+    EXPECT_NE(loss("o one\nf 1 2 3\n", path).find("import the shape from obj first"), std::string::npos);
+    EXPECT_NE(loss("o one\nf 1 2 3\no two\nf 1 3 2\n", path).find("2 objects"), std::string::npos);
+    const std::string loose = loss("v 5 5 5\nf 1 2 3\n", path);
+    EXPECT_NE(loose.find("no face uses"), std::string::npos) << loose;
+    EXPECT_EQ(loose.find("import"), std::string::npos) << loose;
+  }
+}
+
 }  // namespace
 }  // namespace knead

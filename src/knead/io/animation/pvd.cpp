@@ -124,7 +124,7 @@ struct Series {
     const std::string name = fmt::format("{}_{:04}.vtp", path.stem().string(), frames.size());
     text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", static_cast<double>(frames.size()) / fps,
                         escaped(name));
-    frames.emplace_back(path.parent_path() / name);
+    frames.emplace_back(path.parent_path() / name, collection);
     frames.back().write(poly_data(source, positions, normals));
     frames.back().close();
   }
@@ -143,6 +143,7 @@ struct Series {
 
 AnimationFile::Writer pvd_writer(const std::filesystem::path& path, const ShapeFile& source,
                                  const AnimationOptions& options) {
+  discard_abandoned_files(path.parent_path());
   const auto series =
       std::make_shared<Series>(Series{source, FrameNormals(source), AtomicFile(path), path, options.fps});
   return {[series](std::span<const Vec3d> positions) { series->add(positions); }, [series] { series->finish(); }};

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 
 #include "knead/io/ply/header.h"
@@ -285,6 +286,28 @@ TEST(Ply, PositionsThatAFloatCannotHoldAreRefused) {
   EXPECT_THROW(serialize_shape("ply", shape, positions, {.double_coordinates = true}), InvalidInput);
   positions.pop_back();
   EXPECT_THROW(serialize_shape("ply", shape, positions), InvalidInput);
+}
+
+TEST(Ply, TurnsAndSizesOfSplatsStayAndANoteSaysSo) {
+  const auto splats = [](const std::string& turn) {
+    return "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n"
+           "property float scale_0\nproperty float " +
+           turn + "\nend_header\n0 0 0 0.5 0.25\n1 0 0 0.75 1\n";
+  };
+  const ShapeFile shape = parse_shape(splats("rot_0"), "ply", "s.ply");
+  const auto says_so = [](const ShapeFile& read) {
+    return std::any_of(read.notes.begin(), read.notes.end(), [](const std::string& note) {
+      return note.find("of splats (rot_*, scale_*) stay as they are") != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(says_so(shape));
+  EXPECT_FALSE(says_so(parse_shape(splats("quality"), "ply", "s.ply")));
+  const std::vector<Vec3d> moved{{0, 2, 0}, {1, 2, 0}};
+  const ShapeFile written = parse_shape(serialize_shape("ply", shape, moved), "ply", "t.ply");
+  EXPECT_EQ(written.mesh.positions, moved);
+  for (const char* name : {"scale_0", "rot_0"}) {
+    EXPECT_EQ(written.mesh.find_attribute(name)->values, shape.mesh.find_attribute(name)->values) << name;
+  }
 }
 
 }  // namespace
