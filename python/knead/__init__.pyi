@@ -40,6 +40,7 @@ class Stroke:
     strength: float
     duration: float
     mirror: Mirror
+    new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
     def describe(cls) -> list[dict[str, Any]]: ...
@@ -75,6 +76,7 @@ class Implicit(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Paint(Stroke):
@@ -96,6 +98,7 @@ class Paint(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Points(Stroke):
@@ -123,6 +126,7 @@ class Points(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Handles(Stroke):
@@ -148,6 +152,7 @@ class Handles(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Stamp(Stroke):
@@ -175,6 +180,7 @@ class Stamp(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Rotate(Stroke):
@@ -200,6 +206,7 @@ class Rotate(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Stretch(Stroke):
@@ -223,6 +230,7 @@ class Stretch(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Twist(Stroke):
@@ -252,6 +260,7 @@ class Twist(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Bend(Stroke):
@@ -285,6 +294,7 @@ class Bend(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Pins(Stroke):
@@ -304,6 +314,7 @@ class Pins(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Pose(Stroke):
@@ -323,6 +334,7 @@ class Pose(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Grid(Stroke):
@@ -344,6 +356,7 @@ class Grid(Stroke):
         strength: float | None = None,
         duration: float | None = None,
         mirror: Mirror | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Relax(Stroke):
@@ -364,6 +377,7 @@ class Relax(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 class Mask(Stroke):
@@ -382,6 +396,7 @@ class Mask(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        new_entry: bool | None = None,
     ) -> None: ...
 
 Strokes = Session | Stroke | Iterable[Stroke | Mapping[str, Any]]

@@ -49,6 +49,7 @@ class Stroke:
     strength: float
     duration: float
     mirror: Mirror
+    new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
     def describe(cls) -> list[dict[str, Any]]: ...

@@ -414,12 +414,13 @@ LineChange Workbench::live_lines(const GestureChange& change, const std::vector<
     lines.taken_back = 1;
     --first;
   }
-  for (std::size_t i = first; i < strokes.size(); ++i) {
-    lines.appended.push_back(strokes[i]);
-    lines.appended.back().remesh.reset();
+  if (first < strokes.size()) {
+    const std::vector<SessionStroke> marked = lines_of(now_.size(), strokes);
+    for (std::size_t i = first; i < strokes.size(); ++i) {
+      lines.appended.push_back(marked[i]);
+      lines.appended.back().remesh.reset();
+    }
   }
-  const bool begins = live_lines_ == lines.taken_back && !lines.appended.empty();
-  if (begins) lines.appended.front() = lines_of(now_.size(), {lines.appended.front()}).front();
   live_lines_ = live_lines_ - lines.taken_back + lines.appended.size();
   return lines;
 }
