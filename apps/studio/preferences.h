@@ -8,7 +8,7 @@
 
 #include "gestures/navigation.h"
 #include "keys.h"
-#include "platform/window_place.h"
+#include "platform/window.h"
 #include "view/look.h"
 
 namespace knead::studio {

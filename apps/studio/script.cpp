@@ -244,7 +244,7 @@ class Script {
     } else if (key == "stamp_size") {
       to.stamp_size = value.number();
     } else if (key == "contact") {
-      to.stamp_contact = static_cast<StampContact>(choice(value, {"stick", "slip", "auto"}));
+      to.stamp_contact = static_cast<StampContact>(choice(value, {"auto", "stick", "slip"}));
     } else if (key == "exponent") {
       to.exponent = static_cast<int>(value.number());
     } else if (key == "falloff") {

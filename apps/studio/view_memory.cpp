@@ -38,7 +38,7 @@ const char* word_of(PullStart start) {
 }
 
 const char* word_of(StampContact contact) {
-  return std::array{"stick", "slip", "auto"}[static_cast<std::size_t>(contact)];
+  return std::array{"auto", "stick", "slip"}[static_cast<std::size_t>(contact)];
 }
 
 const char* word_of(PoseMode mode) {

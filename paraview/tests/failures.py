@@ -8,7 +8,7 @@ from support import *  # noqa: F403
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkFileOutputWindow, vtkIdList, vtkOutputWindow, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructuredGridWriter
 
 log = path_of(f"messages_{RANKS}")
 window = vtkFileOutputWindow()
@@ -87,8 +87,11 @@ def test_thin_cells_of_floats():
         for k in range(8):
             ids.InsertNextId(k)
         grid.InsertNextCell(12, ids)
-        source = simple.TrivialProducer()
-        source.GetClientSideObject().SetOutput(grid)
+        writer = vtkXMLUnstructuredGridWriter()
+        writer.SetFileName(path_of("thin.vtu"))
+        writer.SetInputData(grid)
+        writer.Write()
+        source = simple.OpenDataFile(path_of("thin.vtu"))  # one cell: other ranks have none
         messages()
         deformed(source, "move")
         require(("64-bit Floats" in messages()) == expected, f"{thickness} {kind}: the warning")

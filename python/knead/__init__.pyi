@@ -161,7 +161,7 @@ class Stamp(Stroke):
     pose: Points3 | None
     outer: float | None
     step: float | None
-    contact: Literal['stick', 'slip', 'auto'] | None
+    contact: Literal['auto', 'stick', 'slip'] | None
     exponent: int | None
     falloff: int | None
     def __init__(
@@ -172,7 +172,7 @@ class Stamp(Stroke):
         pose: Points3 | None = None,
         outer: float | None = None,
         step: float | None = None,
-        contact: Literal['stick', 'slip', 'auto'] | None = None,
+        contact: Literal['auto', 'stick', 'slip'] | None = None,
         exponent: int | None = None,
         falloff: int | None = None,
         name: str | None = None,

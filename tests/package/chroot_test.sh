@@ -2,14 +2,14 @@
 # Installs the Debian packages into a bare Debian 12, uses them there, and removes them again. Run by hand, as root, after
 # `./dev package` (CONTRIBUTING.md, "Packaging"):
 #   chroot_test.sh [PACKAGES [ROOT]]
-# PACKAGES is the folder of the .deb files (out/package). ROOT is made by debootstrap from $MIRROR and removed at the end,
-# unless the caller names it.
+# PACKAGES is the folder of the .deb files (out/package). ROOT is made by debootstrap from $MIRROR, by default the system's
+# own package server, and removed at the end, unless the caller names it.
 # shellcheck disable=SC2016 # what is in single quotes is for the shell in the root to expand
 set -euo pipefail
 
 source_dir=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 packages=$(cd "${1:-$source_dir/out/package}" && pwd)
-mirror=${MIRROR:-http://deb.debian.org/debian}
+mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | sed -n 1p)}
 checks=0
 
 say() { printf '\n== %s\n' "$*"; }

@@ -34,7 +34,7 @@ done < <(added)
 cd "$work"
 sources() {
   sed -nE 's|^.*[ (]([a-z_]+\.cpp).*|src/knead/tool/\1|p' src/knead/tool/CMakeLists.txt |
-    xargs grep -lE '"knead/tool/(describe|tool)\.h"'
+    xargs grep -lE '"knead/tool/(describe|tool|live_surface|pose)\.h"'
   printf '%s\n' src/knead/session/{session_read,session_write,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
     tests/acceptance/random_strokes.cpp "$here/main.cpp"
 }

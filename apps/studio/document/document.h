@@ -161,7 +161,7 @@ class Document {
   void arrange(const LayerChange& change, bool is_step, Progress& progress);
   bool settle(Progress& progress);
   void get_ready();
-  void journal(const LineChange& change);
+  void journal(const LineChange& now);
   void tell_warnings(const HistoryEntry& entry) const;
   void show();
   void show_state();

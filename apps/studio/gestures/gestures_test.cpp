@@ -47,8 +47,8 @@ TEST_F(GesturesTest, AStampThatFacesTheViewerGoesInByVerticalMovement) {
 // A drag is applied in pieces. Their print is that of one stroke: no triangles cross, and the volume stays.
 TEST_F(GesturesTest, AStampThatIsDraggedInSlipsUnlessItIsToStick) {
   Studio studio(options());
-  run(studio, R"({"new": "sphere", "vertices": 40000}
-{"tool": "stamp"}
+  run(studio, ball(40000));
+  run(studio, R"({"tool": "stamp"}
 {"stamp": "letter-y"}
 {"set": {"radius": 0.8, "drag": "normal"}}
 {"click": [0, 0, 1]}

@@ -1,6 +1,7 @@
 // Parts of a pose: drawn round, painted, and moved.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "gestures/gesture_kinds.h"
@@ -70,6 +71,20 @@ void drag_gizmo(const Pointer& pointer, const Surroundings& around, PartGesture&
   }
 }
 
+// Those in the part that holds most of the body: what a person made a part of its own stays one.
+std::vector<std::uint32_t> of_same_part(const std::vector<std::uint32_t>& vertices,
+                                        const std::vector<std::uint32_t>& body, const PartMarks& parts) {
+  std::vector<std::size_t> counts(parts.holds.size());
+  for (const std::uint32_t v : body) {
+    if (const std::optional<std::size_t> part = part_of(parts, v)) ++counts[*part];
+  }
+  const auto most = static_cast<std::size_t>(std::max_element(counts.begin(), counts.end()) - counts.begin());
+  std::vector<std::uint32_t> result;
+  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(result),
+               [&](std::uint32_t v) { return part_of(parts, v) == most; });
+  return result;
+}
+
 }  // namespace
 
 Placement moved(const Placement& placement, const PartMotion& motion) {
@@ -103,7 +118,7 @@ std::string add_limb(const Pointer& pointer, const Surroundings& around, Placed&
                         std::any_of(placed.pins.begin(), placed.pins.end(), [](const Pin& pin) { return pin.holds; });
   if (!parts.of_vertex.empty()) {
     mark(limb.bending, std::nullopt, around.state, parts);
-    mark(limb.beside, std::nullopt, around.state, parts);
+    mark(of_same_part(limb.beside, limb.body, parts), std::nullopt, around.state, parts);
   }
   if (!has_body) add_part(limb.body, around.state, parts);
   add_part(limb.vertices, around.state, parts);

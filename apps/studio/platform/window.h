@@ -6,13 +6,21 @@
 #include <vector>
 
 #include "platform/event.h"
-#include "platform/window_place.h"
 
 struct GLFWwindow;
 
 namespace knead::studio {
 
 struct WindowState;
+
+// How large a window is.
+struct WindowPlace {
+  int width = 1440;  // in points; of a maximised window, as it is when it is restored
+  int height = 900;
+  bool maximized = false;
+
+  friend bool operator==(const WindowPlace&, const WindowPlace&) = default;
+};
 
 class Window {
  public:

@@ -35,8 +35,8 @@ struct Damage {
   std::vector<double> scaled_jacobian;  // NaN also for polyhedra
   std::vector<double> non_orthogonality_deg;
   std::vector<double> skewness;
-  std::int64_t inverted = 0;            // of the cells that are counted
-  vtkIdType first = -1;                 // of the inverted ones
+  std::int64_t inverted = 0;  // of the cells that are counted
+  vtkIdType first = -1;       // of the inverted ones
 };
 Damage damage_of(const VolumeCells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
                  CellValues values);

@@ -84,11 +84,10 @@ class Job {
     precision_ = settings_.precision.value_or(ranks_.sum(volumes) > 0 ? Precision::float64 : Precision::float32);
     unresolved = ranks_.sum(unresolved);
     if (unresolved == 0) return;
-    findings_.notes.push_back(
-        fmt::format("{} so thin that the float coordinates of the data set hardly resolve {} (an edge below 0.0012 of "
-                    "its coordinates); read it with doubles (OpenFOAM reader: Use 64-bit Floats)",
-                    unresolved == 1 ? "1 cell is" : fmt::format("{} cells are", unresolved),
-                    unresolved == 1 ? "it" : "them"));
+    findings_.notes.push_back(fmt::format(
+        "{} so thin that the float coordinates of the data set hardly resolve {} (an edge below 0.0012 of "
+        "its coordinates); read it with doubles (OpenFOAM reader: Use 64-bit Floats)",
+        unresolved == 1 ? "1 cell is" : fmt::format("{} cells are", unresolved), unresolved == 1 ? "it" : "them"));
   }
 
   // Collective: the box is that of all ranks.

@@ -98,12 +98,9 @@ int vtkKnead::RequestData(vtkInformation*, vtkInformationVector** inputs, vtkInf
   vtkDataObject* const output = vtkDataObject::GetData(outputs);
   std::optional<knead::Precision> precision;
   if (this->Precision < 2) precision = this->Precision == 0 ? knead::Precision::float32 : knead::Precision::float64;
-  const Settings settings{
-      this->SessionFile,       this->RelativeTolerance,
-      this->Diagonal,          precision,
-      this->Inverse,           this->Until,
-      this->Quality,           this->FailOnInversion,
-      this->VectorsToTransform};
+  const Settings settings{this->SessionFile, this->RelativeTolerance, this->Diagonal,
+                          precision,         this->Inverse,           this->Until,
+                          this->Quality,     this->FailOnInversion,   this->VectorsToTransform};
   const Ranks ranks(this->Controller);
   const Watch watch = [&](knead::Progress& progress, const std::function<void()>& work) {
     run_watched(*this, progress, work);

@@ -177,13 +177,14 @@ struct CellFaceQuality {
 
 // Returns these values for the cells, then for the polyhedra (each as polyhedron_volume() takes it). Cells are
 // neighbours if they name the same points. A mesh whose cells are inside out as a whole has the values of its mirror
-// image; a face of a polyhedron is taken to look outward. The result is the same for every number of threads. Throws InvalidInput for a corner that is no point, and for a list of faces that is cut off.
+// image; a face of a polyhedron is taken to look outward. The result is the same for every number of threads. Throws
+// InvalidInput for a corner that is no point, and for a list of faces that is cut off.
 CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> points,
                                   std::span<const std::span<const std::uint32_t>> polyhedra = {}, int threads = 0);
 
 // Returns the number of cells and polyhedra with an edge shorter than 1e4 epsilons of float32 (1.2e-3) times the
-// greatest coordinate of its ends: coordinates that were float once have moved such an edge by up to 1e-4 of its length.
-// Throws as cell_face_quality.
+// greatest coordinate of its ends: coordinates that were float once have moved such an edge by up to 1e-4 of its
+// length. Throws as cell_face_quality.
 std::size_t count_cells_unresolved_in_float(const Cells& cells, std::span<const Vec3d> points,
                                             std::span<const std::span<const std::uint32_t>> polyhedra = {},
                                             int threads = 0);

@@ -9,7 +9,6 @@
 
 #include "knead/io/shape_file.h"
 #include "knead/math/error.h"
-#include "knead/tool/body_bend.h"
 #include "knead/tool/paint.h"
 #include "knead/tool/placement.h"
 #include "knead/tool/pose.h"

@@ -1,8 +1,8 @@
 #include <cmath>
 
 #include "knead/math/error.h"
-#include "knead/tool/body_bend.h"
 #include "knead/tool/describe.h"
+#include "knead/tool/pose.h"
 
 namespace knead {
 

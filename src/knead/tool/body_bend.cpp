@@ -1,4 +1,4 @@
-#include "knead/tool/body_bend.h"
+#include "knead/tool/pose.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,6 @@
 #include "knead/tool/barrel.h"
 #include "knead/tool/describe.h"
 #include "knead/tool/placement.h"
-#include "knead/tool/pose_flow.h"
 #include "knead/tool/strain.h"
 
 namespace knead {
@@ -87,7 +86,7 @@ class Arc {
   Vec3d side_;
 };
 
-enum class Role : std::uint8_t { rests, bends, moves };
+enum class Role : std::uint8_t { rests, bends, moves, none };  // none: no triangle uses the vertex
 
 std::vector<Role> roles_by_radius(const BendStroke& stroke, const Arc& arc, std::span<const Vec3d> positions) {
   std::vector<Role> roles(positions.size(), Role::rests);
@@ -168,8 +167,17 @@ std::optional<Parts> parts_by_pieces(const BendStroke& stroke, const Arc& arc, c
   return parts;
 }
 
+std::vector<Role> without_strays(const std::vector<Role>& roles, const LiveSurface& surface) {
+  std::vector<Role> result(roles.size(), Role::none);
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) result[v] = roles[v];
+  }
+  return result;
+}
+
 std::vector<Role> roles_of(const BendStroke& stroke, const Arc& arc, const LiveSurface& surface) {
-  if (!stroke.radius_auto || surface.triangles.empty()) return roles_by_radius(stroke, arc, surface.positions);
+  if (surface.triangles.empty()) return roles_by_radius(stroke, arc, surface.positions);
+  if (!stroke.radius_auto) return without_strays(roles_by_radius(stroke, arc, surface.positions), surface);
   std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
   if (!parts) return {};
   if (parts->is_joined_twice) {
@@ -177,7 +185,7 @@ std::vector<Role> roles_of(const BendStroke& stroke, const Arc& arc, const LiveS
         "\"radius\": the part that would move is also joined to the rest elsewhere, so it cannot bend away from it; "
         "choose another place, or give \"radius\" as a number");
   }
-  return std::move(parts->roles);
+  return without_strays(parts->roles, surface);
 }
 
 std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Role>& roles, Role role) {

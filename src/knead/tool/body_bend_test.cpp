@@ -1,4 +1,4 @@
-#include "knead/tool/body_bend.h"
+#include "knead/tool/pose.h"
 
 #include <gtest/gtest.h>
 
@@ -110,6 +110,17 @@ TEST(BodyBend, TheBitsDependNotOnThreads) {
   Bent two(bar());
   one.bend(bend_of(150, 6), 1);
   two.bend(bend_of(150, 6), 2);
+  EXPECT_EQ(one.mesh.positions, two.mesh.positions);
+}
+
+TEST(BodyBend, AVertexThatNoTriangleUsesDoesNotMatter) {
+  Mesh stray = bar();
+  stray.positions.push_back({-3, 1e6, 0});
+  Bent one(bar());
+  Bent two(stray);
+  one.bend(bend_of(175, 6));
+  two.bend(bend_of(175, 6));
+  two.mesh.positions.pop_back();
   EXPECT_EQ(one.mesh.positions, two.mesh.positions);
 }
 

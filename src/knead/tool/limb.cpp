@@ -10,8 +10,8 @@
 #include <queue>
 #include <stdexcept>
 
-#include "knead/math/box.h"
 #include "knead/mesh/surface_tree.h"
+#include "knead/tool/pose.h"
 
 namespace knead {
 
@@ -245,7 +245,7 @@ Limb limb_at(std::span<const Vec3d> positions, std::span<const Triangle> triangl
   for (std::uint32_t v = 0; v < positions.size(); ++v) {
     const bool is_bending = behind[v] > 0 && behind[v] <= kBending * thickness;
     if (is_bending) limb.bending.push_back(v);
-    if (behind[v] > kBending * thickness) limb.body.push_back(v);
+    if (behind[v] > kBending * thickness && behind[v] < kInfinity) limb.body.push_back(v);
   }
   return limb;
 }
@@ -280,7 +280,10 @@ void free_neighbours(std::span<const Vec3d> positions, std::span<const Triangle>
     if (is_own[t[0]] && is_own[t[1]] && is_own[t[2]]) own.push_back(t);
   }
   if (own.empty()) return;
-  const double room = kRoom * bounding_box(positions).diagonal();
+  LiveSurface shape;
+  shape.positions = positions;
+  shape.triangles = triangles;
+  const double room = kRoom * tool_detail::diagonal_of(shape);
   const SurfaceTree surface(own, positions);
   for (int i = 0; i < kMostBeside; ++i) {
     const std::optional<std::uint32_t> vertex = nearest_beside(limb, surface, room, positions);

@@ -26,8 +26,8 @@ struct Limb {
 // girth grows by a third or more within one thickness of the limb. A cross-section is all that is equally far from the
 // limb's tip, along the surface; the tip is where the surface rises to from the vertex, away from the core, which is
 // about equally far from the ends of the shape. What no triangle joins to the vertex is not of the limb, which has no
-// vertices where the given one has no triangle. Time: about 2 us a vertex, and as much for each limb beside it. Throws std::out_of_range for a vertex that
-// there is not.
+// vertices where the given one has no triangle. Time: about 2 us a vertex, and as much for each limb beside it. Throws
+// std::out_of_range for a vertex that there is not.
 Limb find_limb(std::span<const Vec3d> positions, std::span<const Triangle> triangles, std::uint32_t vertex);
 
 }  // namespace knead

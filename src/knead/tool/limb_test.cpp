@@ -97,6 +97,10 @@ TEST(FindLimb, WhatRunsBesideALimbFollowsItAsAWhole) {
     EXPECT_TRUE(is_in(limb.body) || p.z > -0.3);
   }
   EXPECT_TRUE(find_limb(shape.positions, shape.triangles, nearest_to({0, 0.2, -2}, shape)).beside.empty());
+  // A vertex that no triangle uses does not make the shape larger.
+  std::vector<Vec3d> more = shape.positions;
+  more.push_back({0, 0, 1e6});
+  EXPECT_EQ(find_limb(more, shape.triangles, nearest_to({0.45, 0, 2}, shape)).body, limb.body);
 }
 
 TEST(FindLimb, WithoutANeckItBeginsAtTheGivenVertex) {

@@ -6,9 +6,7 @@
 #include <cmath>
 
 #include "knead/math/error.h"
-#include "knead/pose/pose_motion.h"
 #include "knead/tool/check.h"
-#include "knead/tool/pose_flow.h"
 #include "knead/tool/strain.h"
 
 namespace knead {

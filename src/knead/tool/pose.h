@@ -1,12 +1,17 @@
-// Posing a surface (docs/mathematics.md, "Poses").
+// Posing a surface, and bending its body by a pose (docs/mathematics.md, "Poses", "Bends of a body"). Internal to the
+// library.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "knead/flow/segment.h"
+#include "knead/pose/pose_motion.h"
 #include "knead/tool/live_surface.h"
 
 namespace knead {
@@ -47,13 +52,61 @@ class PoseDrag {
   bool takes(const PoseStroke& stroke) const;
 
   // Goes straight towards the ends of the stroke's ways, by about so many steps at most (of 8 degrees, or half of the
-  // grid's spacing), and passes their grids to apply. Returns false if that did. Throws InvalidInput where the equations
-  // cannot be solved.
+  // grid's spacing), and passes their grids to apply. Returns false if that did. Throws InvalidInput where the
+  // equations cannot be solved.
   bool advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
+
+// A plain bend by more degrees than this turns its zone against itself.
+inline constexpr double kMostOfPlainBend = 170;
+
+// Returns whether the stroke bends the body: by more than kMostOfPlainBend, or with "auto" where no barrel separates
+// the part from the rest, or where the part comes back over the zone or over what rests.
+bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
+
+// Bends what lies in the zone of the stroke along an arc as long as the zone is wide, through the middle of the part;
+// what is beyond `inner` moves rigidly, all else holds, and nothing flows along the axis. With "auto" the part is what
+// hangs together with the zone's piece that is nearest to the centre, on the side of `inner`; with a radius it is what
+// is within the barrel. Passes GridStrokes to surface.apply, as pose_on. Throws InvalidInput, beginning with the key in
+// quotes, for a zone without vertices, for a part that the rest also hangs together with elsewhere, for a zone too
+// short for its angle, and for a bend that would spoil the shape: the angle that does not is then named.
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads);
+
+namespace tool_detail {
+
+// Of the box around what triangles use, or around a cloud.
+double diagonal_of(const LiveSurface& surface);
+
+// Returns a part that holds: evenly spread ones of its points, enough for a grid of that spacing.
+detail::PosedPart part_of(const std::vector<Vec3d>& all, double spacing);
+
+inline constexpr std::size_t kSamplesInside = 4000;  // of a body
+
+// Returns samples of the body for a grid of that spacing, about so many of them inside it. Adds a warning if the
+// surface is open.
+detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
+                            std::vector<std::string>& warnings);
+
+// Returns what a pose on the surface is, in numbers. Throws as pose_on. Adds a warning if the surface is open.
+detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside, int threads,
+                               std::vector<std::string>& warnings);
+
+// Returns for each point the number of the nearest position.
+std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points);
+
+// Solves the problem; the flow gets one segment for each grid.
+detail::PoseOutcome find_flow(detail::PoseProblem problem, Flow& flow);
+
+// Sets the stretches of the result: how the flow stretches the surface at evenly spread points.
+void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result);
+
+// Passes each grid of the flow to surface.apply; returns false if that did.
+bool apply_grids(const Flow& flow, const LiveSurface& surface);
+
+}  // namespace tool_detail
 
 }  // namespace knead

@@ -6,10 +6,8 @@
 
 #include "knead/field/region.h"
 #include "knead/math/sincos.h"
-#include "knead/pose/pose_motion.h"
 #include "knead/tool/describe.h"
 #include "knead/tool/pose.h"
-#include "knead/tool/pose_flow.h"
 
 namespace knead {
 
@@ -18,7 +16,6 @@ namespace {
 using namespace detail;
 using namespace tool_detail;
 
-constexpr double kMostSteps = 3;        // of an advance, about
 constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
 constexpr double kStepAngle = 8;        // degrees
 constexpr double kStepLength = 0.5;     // of the grid's spacing

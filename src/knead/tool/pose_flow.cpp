@@ -1,4 +1,4 @@
-#include "knead/tool/pose_flow.h"
+#include "knead/tool/pose.h"
 
 #include <algorithm>
 #include <cmath>

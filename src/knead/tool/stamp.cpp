@@ -21,7 +21,7 @@ using tool_detail::StampStep;
 using tool_detail::StampTool;
 
 constexpr double kDefaultOuter = 1.5;    // of the tool's half width
-constexpr double kNarrowestPrint = 0.9;  // likewise at least, where the stroke leaves the contact to Knead
+constexpr double kNarrowestPrint = 0.9;  // of it, the least where Knead chooses the contact
 constexpr double kStrokesPerPrint = 3;   // of the narrowest width: between these two
 constexpr double kNarrowOuter = 1.1;     // below that the return flow bends the side walls into the tool
 constexpr double kStepsPerOuter = 25;    // by default
@@ -251,7 +251,7 @@ std::vector<StrokeKey> keys(StampStroke& s) {
           {"pose", Quantity::finite, &s.pose, Presence::optional},
           {"outer", Quantity::positive, &s.outer, Presence::optional, "how far below the contact the motion reaches"},
           {"step", Quantity::positive, &s.step, Presence::optional},
-          {"contact", Quantity::other, choice(s.contact, {"stick", "slip", "auto"}), Presence::optional},
+          {"contact", Quantity::other, choice(s.contact, {"auto", "stick", "slip"}), Presence::optional},
           {"exponent",
            Quantity::other,
            s.contact != StampContact::slip ? &s.exponent : nullptr,

@@ -113,7 +113,7 @@ struct HandlesStroke {
 // What the surface does where a stamp touches it. stick: it goes with the tool. slip: it goes only out of the tool's
 // way, so that the tool slides along it and its print keeps its walls. automatic: slip, or stick where `outer`,
 // `exponent` or `falloff` is given, as strokes that gave them had it before they could slip.
-enum class StampContact { stick, slip, automatic };
+enum class StampContact { automatic, stick, slip };
 
 // Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
 // become moving point sets, or pins (tool/stamp.h).
