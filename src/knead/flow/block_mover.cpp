@@ -12,6 +12,11 @@ namespace {
 // Segments are made ready for so many at a time. Those of large sets have much to keep, so each is done by itself.
 constexpr std::size_t kSegmentsAtATime = 64;
 
+bool is_ready_soon(const Segment& segment) {
+  return segment.parts.empty() ? has_pack_kernel(segment)
+                               : std::all_of(segment.parts.begin(), segment.parts.end(), has_pack_kernel);
+}
+
 // Culling is tried again with a new box where the old one has grown to this part of its size.
 constexpr double kStale = 0.25;
 // And to find that points need not be classified, at this multiple.
@@ -42,7 +47,7 @@ AdvectResult BlockMover::run(const Flow& flow) {
   for (const Segment& segment : flow.segments) {
     ready.emplace_back(segment, options_);
     const bool is_last = &segment == &flow.segments.back();
-    if (!is_last && has_pack_kernel(segment) && ready.size() < kSegmentsAtATime) continue;
+    if (!is_last && is_ready_soon(segment) && ready.size() < kSegmentsAtATime) continue;
     run(ready);
     ready.clear();
     if (is_stopped()) break;

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -233,14 +232,14 @@ double expected_error(const Segment& segment) {
   return error;
 }
 
-// What positions are relative to: the first field's centre, of pins the middle of all, of a grid a node, of a sum what
-// they are for its first part.
+// What positions are relative to: the first field's centre, of pins and sums the middle of all, but in the planes in
+// which they are mirrored, of a grid a node.
 Vec3d center_of(const Segment& segment) {
-  if (!segment.parts.empty()) return center_of(segment.parts.front());
   if (!segment.grid.is_empty()) return middle_node(segment.grid);
-  if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
+  if (segment.parts.empty() && segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
   Box box;
   for (const Field& field : segment.fields) box.extend(field.center);
+  for (const Segment& part : segment.parts) box.extend(center_of(part));
   Vec3d center = box.center();
   for (std::size_t axis = 0; axis < 3; ++axis) center[axis] = segment.mirrored_at[axis].value_or(center[axis]);
   return center;
@@ -283,52 +282,6 @@ std::array<std::uint64_t, kBlocksPerGroup> without_held(const LiveGroup& group, 
   return members;
 }
 
-// Everything that a segment's points are moved with.
-template <class S>
-struct KernelMover {
-  BoundKernel<S> bound;
-  Method<S> method;
-  SegmentTask<S> task;
-  GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
-
-  Mask mask;  // empty unless it acts
-
-  KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
-      : KernelMover(segment, mask_on(segment), options, kernels) {}
-  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
-              const Kernels<S>& kernels)
-      : KernelMover(segment, mask_of, options, kernels.move,
-                    segment.parts.empty() ? kernel_of<S>(segment, options.tolerance, mask_of, kernels)
-                                          : sum_kernel<S>(segment, options, kernels)) {}
-  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
-              GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
-      : bound(std::move(kernel)),
-        method(method_of<S>(options.integrator)),
-        task(task_of<S>(segment, options.tolerance)),
-        move(mover) {
-    task.kernel = bound.kernel;
-    task.field = bound.field.get();
-    task.method = &method;
-    task.next_contact = bound.next_contact;
-    task.contact_data = bound.contact_data;
-    if (!mask_of.acts) return;
-    mask = segment.mask;
-    task.carries = false;  // the tool may carry a point to the border
-  }
-  KernelMover(const KernelMover&) = delete;
-  KernelMover& operator=(const KernelMover&) = delete;
-  ~KernelMover() = default;
-
-  GroupCounts operator()(const LiveGroup& group) const {
-    static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
-    std::array<std::uint64_t, kBlocksPerGroup> free{};
-    if (!mask.is_empty()) free = without_held(group, mask);
-    const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
-    return move(task, {group.points, members, group.blocks, group.block_count, group.between, group.steps, group.moved,
-                       bundle.get(), group.stop});
-  }
-};
-
 // A kernel whose positions are relative to a point of each of some planes at right angles to the axes; what is exactly
 // in a plane stays there.
 template <class S>
@@ -358,6 +311,7 @@ struct InPlanes {
 
 template <class S>
 BoundKernel<S> in_planes(BoundKernel<S> kernel, const std::array<std::optional<double>, 3>& planes) {
+  if (planes == std::array<std::optional<double>, 3>{}) return kernel;
   BoundKernel<S> result = kernel;
   result.kernel.stage = &InPlanes<S>::stage;
   if (kernel.kernel.limit != nullptr) result.kernel.limit = &InPlanes<S>::limit;
@@ -366,6 +320,59 @@ BoundKernel<S> in_planes(BoundKernel<S> kernel, const std::array<std::optional<d
       InPlanes<S>{std::move(kernel), {planes[0].has_value(), planes[1].has_value(), planes[2].has_value()}});
   return result;
 }
+
+template <class S>
+BoundKernel<S> kernel_of_sum(const Segment& sum, const AdvectOptions& options, const Kernels<S>& kernels) {
+  return in_planes<S>(sum_kernel<S>(sum, center_of(sum), options, kernels), sum.mirrored_at);
+}
+
+// Everything that a segment's points are moved with.
+template <class S>
+struct KernelMover {
+  BoundKernel<S> bound;
+  Method<S> method;
+  SegmentTask<S> task;
+  GroupCounts (*move)(const SegmentTask<S>&, const GroupTask<S>&);
+
+  Mask mask;  // empty unless it acts
+
+  KernelMover(const Segment& segment, const AdvectOptions& options, const Kernels<S>& kernels)
+      : KernelMover(segment, mask_on(segment), options, kernels) {}
+  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
+              const Kernels<S>& kernels)
+      : KernelMover(segment, mask_of, options, kernels.move,
+                    segment.parts.empty() ? kernel_of<S>(segment, options.tolerance, mask_of, kernels)
+                                          : kernel_of_sum<S>(segment, options, kernels)) {}
+  KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
+              GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
+      : bound(std::move(kernel)),
+        method(method_of<S>(options.integrator)),
+        task(task_of<S>(segment, options.tolerance)),
+        move(mover) {
+    task.kernel = bound.kernel;
+    task.field = bound.field.get();
+    task.method = &method;
+    task.next_contact = bound.next_contact;
+    task.contact_data = bound.contact_data;
+    if (!mask_of.acts) return;
+    mask = segment.mask;
+    task.carries = false;  // the tool may carry a point to the border
+  }
+  KernelMover(const KernelMover&) = delete;
+  KernelMover& operator=(const KernelMover&) = delete;
+  ~KernelMover() = default;
+
+  GroupCounts operator()(const LiveGroup& group) const {
+    static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
+    static thread_local const std::unique_ptr<Bundle<S>> of_parts = std::make_unique<Bundle<S>>();
+    bundle->own = of_parts.get();
+    std::array<std::uint64_t, kBlocksPerGroup> free{};
+    if (!mask.is_empty()) free = without_held(group, mask);
+    const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
+    return move(task, {group.points, members, group.blocks, group.block_count, group.between, group.steps, group.moved,
+                       bundle.get(), group.stop});
+  }
+};
 
 // A segment of pins is moved through the pieces of its time, one after the other.
 template <class S>
@@ -414,153 +421,12 @@ class PinMover {
     result.field = {owned, &owned->field};
     result.next_contact = &contact_or_never;
     result.contact_data = &part;
-    const bool is_mirrored = part.mirrored_at != std::array<std::optional<double>, 3>{};
-    return is_mirrored ? in_planes<S>(std::move(result), part.mirrored_at) : result;
+    return in_planes<S>(std::move(result), part.mirrored_at);
   }
 
   std::vector<std::unique_ptr<Segment>> parts_;  // of the segment's time
   std::vector<std::unique_ptr<const KernelMover<S>>> movers_;
 };
-
-// Adds the counts of a mover to those of the movers before it.
-void add_counts(const GroupCounts& counts, LiveGroup& group, GroupCounts& sum) {
-  sum.accepted += counts.accepted;
-  sum.rejected += counts.rejected;
-  sum.evaluations += counts.evaluations;
-  sum.complete = sum.complete && counts.complete;
-  group.stop.before = sum.evaluations;
-  group.between = 0;  // that was known of the beginning
-}
-
-// The parts of a sum that act apart move the points one after the other.
-class ApartMover {
- public:
-  ApartMover(const Segment& sum, const AdvectOptions& options, const KernelTable& kernels) : parts_(parts_of(sum)) {
-    for (const Segment& part : parts_) movers_.push_back(make_segment_mover(part, options, kernels));
-  }
-  ApartMover(const ApartMover&) = delete;
-  ApartMover& operator=(const ApartMover&) = delete;
-  ~ApartMover() = default;
-
-  GroupCounts operator()(LiveGroup group) const {
-    GroupCounts sum;
-    for (const SegmentMover& mover : movers_) {
-      add_counts(mover(group), group, sum);
-      if (!sum.complete) break;
-    }
-    return sum;
-  }
-
- private:
-  std::vector<Segment> parts_;  // to which the movers refer
-  std::vector<SegmentMover> movers_;
-};
-
-// The parts of a sum each move the points that begin in their barrel.
-class BarrelsMover {
- public:
-  BarrelsMover(const Segment& sum, const AdvectOptions& options, const KernelTable& kernels)
-      : sum_(sum), options_(options), kernels_(kernels) {}
-  BarrelsMover(const BarrelsMover&) = delete;
-  BarrelsMover& operator=(const BarrelsMover&) = delete;
-  ~BarrelsMover() = default;
-
-  GroupCounts operator()(LiveGroup group) const {
-    const std::vector<unsigned> chosen = parts_of_points(group);
-    GroupCounts sum;
-    for (unsigned parts = 1; parts < 1U << sum_.parts.size() && sum.complete; ++parts) {
-      std::array<std::uint64_t, kBlocksPerGroup> members{};
-      for (std::size_t i = 0; i < kGroup; ++i) {
-        if (chosen[i] == parts) members[i / kBlock] |= std::uint64_t{1} << i % kBlock;
-      }
-      if (members == std::array<std::uint64_t, kBlocksPerGroup>{}) continue;
-      LiveGroup own = group;
-      own.members = members.data();
-      own.between = 0;
-      add_counts(movers_.of(parts, *this, sum_.end)(own), group, sum);
-    }
-    return sum;
-  }
-
- private:
-  // Movers of some of the parts, to a time; made when they are needed.
-  class Movers {
-   public:
-    const SegmentMover& of(unsigned parts, const BarrelsMover& all, double end) const {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      std::unique_ptr<Mover>& mover = movers_[parts];
-      if (mover == nullptr) {
-        mover = std::make_unique<Mover>(Mover{chosen_parts(all.sum_, parts), {}});
-        mover->segment.end = end;
-        mover->move = make_segment_mover(mover->segment, all.options_, all.kernels_);
-      }
-      return mover->move;
-    }
-
-   private:
-    struct Mover {
-      Segment segment;
-      SegmentMover move;
-    };
-    mutable std::mutex mutex_;
-    mutable std::array<std::unique_ptr<Mover>, 1U << kMostParts> movers_;
-  };
-
-  // The parts that move a point that is there at t = 0, as bits.
-  unsigned parts_at(const Vec3d& x) const {
-    unsigned parts = 0;
-    for (std::size_t i = 0; i < sum_.parts.size(); ++i) {
-      if (!sum_.parts[i].barrel || is_within(*sum_.parts[i].barrel, x)) parts |= 1U << i;
-    }
-    return parts;
-  }
-
-  // Of each point of the group the parts that move it: those that take it back to a place where they do.
-  std::vector<unsigned> parts_of_points(const LiveGroup& group) const {
-    std::vector<unsigned> chosen(kGroup, 0);
-    const auto choose = [&](const Coordinates& at, unsigned parts) {
-      for (int k = 0; k < group.block_count; ++k) {
-        for (std::uint64_t rest = group.members[group.blocks[k]]; rest != 0; rest &= rest - 1) {
-          const std::size_t i = group.blocks[k] * kBlock + static_cast<std::size_t>(__builtin_ctzll(rest));
-          const unsigned there = parts_at({at.x[i], at.y[i], at.z[i]});
-          if (chosen[i] == 0 && (parts == 0 || there == parts)) chosen[i] = there;
-        }
-      }
-    };
-    if (sum_.begin == 0) choose(group.points, 0);
-    for (unsigned parts = 1; sum_.begin != 0 && parts < 1U << sum_.parts.size(); ++parts) {
-      std::vector<double> copy;
-      for (const double* from : {group.points.x, group.points.y, group.points.z}) {
-        copy.insert(copy.end(), from, from + kGroup);
-      }
-      const Coordinates at{copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
-      std::vector<std::uint32_t> steps(kGroup);
-      std::array<double, kBlocksPerGroup> moved{};
-      to_start_.of(parts, *this,
-                   0)({at, group.members, group.blocks, group.block_count, 0, steps.data(), moved.data(), group.stop});
-      choose(at, parts);
-    }
-    return chosen;
-  }
-
-  const Segment& sum_;
-  AdvectOptions options_;
-  const KernelTable& kernels_;
-  Movers movers_;
-  Movers to_start_;
-};
-
-// Null where a sum is moved as other segments are.
-SegmentMover mover_of_parts(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (segment.parts.empty()) return nullptr;
-  if (has_barrels(segment)) {
-    const auto mover = std::make_shared<const BarrelsMover>(segment, options, kernels);
-    return [mover](const LiveGroup& group) { return (*mover)(group); };
-  }
-  if (!segment.mask.is_empty() || !act_apart(segment)) return nullptr;
-  const auto mover = std::make_shared<const ApartMover>(segment, options, kernels);
-  return [mover](const LiveGroup& group) { return (*mover)(group); };
-}
 
 template <class S>
 SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
@@ -639,7 +505,11 @@ SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (SegmentMover mover = mover_of_parts(segment, options, kernels)) return mover;
+  SegmentMover of_parts = mover_of_parts(segment, options, kernels);
+  return of_parts ? of_parts : make_kernel_mover(segment, options, kernels);
+}
+
+SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }
