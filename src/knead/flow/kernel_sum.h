@@ -2,8 +2,8 @@
 // one source of all kernels.
 //
 // A part evaluates to the bits that it has alone, and to exactly 0 beyond its support: whether it is evaluated there
-// depends on the neighbours of a lane, its sum does not. The order of the additions is that of a butterfly, so that v at
-// the mirror image of a point is the mirror image of v, to the bit, where that is so of the parts.
+// depends on the neighbours of a lane, its sum does not. The order of the additions is that of a butterfly, so that v
+// at the mirror image of a point is the mirror image of v, to the bit, where that is so of the parts.
 #pragma once
 
 #include <limits>

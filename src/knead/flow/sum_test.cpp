@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "knead/flow/path_jacobian.h"
 #include "knead/flow/reach.h"
@@ -76,6 +77,16 @@ double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& 
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(a[i] - b[i]));
   return most;
+}
+
+// A ball that turns about z, and its image in x = 0, which it meets.
+Segment turn_and_image(double degrees) {
+  const double rate = degrees * std::numbers::pi / 180;
+  const Thresholds<double> between{0.2, 0.7};
+  const Rotation<double> turn{{0, 0, 1}, rate, 0, RotationGauge::radial};
+  const Rotation<double> image{{0, 0, 1}, -rate, 0, RotationGauge::radial};
+  return sum_of({test::resting(turn, Ball<double>{}, {0.3, 0.1, 0}, between),
+                 test::resting(image, Ball<double>{}, {-0.3, 0.1, 0}, between)});
 }
 
 // Steps of the classical method, with the velocities of the parts.
@@ -175,6 +186,18 @@ TEST(Sum, EveryInstructionSetThreadAndOrderGivesTheSameBits) {
   }
 }
 
+// Movers are made for the parts that points need, by whichever thread is the first.
+TEST(Sum, ThreadsDoNotMatterWhereManyPointsNeedDifferentParts) {
+  Random random(102);
+  const Segment sum = turn_and_image(60);
+  const auto points = test::random_points(random, 20000, 1.2);
+  AdvectOptions options = options_of(Precision::float32);
+  options.threads = 1;
+  const Outcome one = outcome_of(Flow{{sum, sum}}, points, options);
+  options.threads = 8;
+  EXPECT_EQ(outcome_of(Flow{{sum, sum}}, points, options), one);
+}
+
 TEST(Sum, APointAloneGoesTheSameWay) {
   Random random(94);
   for (const NamedSegment& named : whole_and_cut(random)) {
@@ -229,6 +252,32 @@ TEST(Sum, KeepsTheVolumeAndKnowsItsJacobians) {
         EXPECT_LT(norm(column - expected), 2e-3) << named.name;
       }
     }
+  }
+}
+
+TEST(Sum, APointThatMeetsOnePartAloneGoesAsInThatPart) {
+  Random random(103);
+  Segment sum = turn_and_image(70);
+  for (Segment& part : sum.parts) std::get<Rotation<double>>(part.fields[0].motion).axis = {1, 0, 0};
+  std::vector<Vec3d> points = test::random_points(random, 2000, 1.0);
+  std::erase_if(points, [](const Vec3d& p) { return std::abs(p.x) < 0.41; });  // how far the other part goes
+  const AdvectOptions options = options_of(Precision::float64);
+  std::vector<Vec3d> moved = points;
+  EXPECT_EQ(advect(Flow{{sum}}, moved, options).evaluations, 0U);  // closed forms
+  EXPECT_GT(greatest_distance(moved, points), 0.3);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Segment& part = sum.parts[points[i].x > 0 ? 0 : 1];
+    EXPECT_EQ(moved[i], moved_by(Flow{{part}}, {points[i]}, options)[0]);
+  }
+}
+
+TEST(Sum, APointThatTurnsIntoTheOtherPartIsMovedByBoth) {
+  Random random(104);
+  for (const double degrees : {35.0, -100.0, 170.0, 250.0}) {
+    const Segment sum = turn_and_image(degrees);
+    const auto points = test::random_points(random, 120, 1.0);
+    const std::vector<Vec3d> moved = moved_by(Flow{{sum}}, points, options_of(Precision::float64, 1e-8));
+    EXPECT_LT(greatest_distance(moved, by_small_steps(sum, points)), 1e-5) << degrees;
   }
 }
 

@@ -7,11 +7,13 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "knead/flow/culling.h"
 #include "knead/math/box.h"
+#include "knead/math/sincos.h"
 
 namespace knead::detail {
 
@@ -36,6 +38,8 @@ struct Zone {
   double longest_path = kInfinity;
   std::optional<Vec3d> axis{};  // of circles about `pivot` in which such a point goes
   Vec3d pivot{};
+  double turn = kInfinity;  // how far it goes there, at most, in radians; infinity: not known
+  SinCos<double> of_turn{};
 };
 
 // Of a ball |v| is at most |w + dw/dr r / 2| of the tool's speed, across d.
@@ -82,6 +86,11 @@ Zone zone_of(const Segment& part) {
   if (part.displacement != Vec3d{}) return zone;
   zone.axis = axis_of(field);
   zone.pivot = field.center;
+  const auto* rotation = std::get_if<Rotation<double>>(&field.motion);
+  if (rotation != nullptr && rotation->gauge == 0) {
+    zone.turn = rotation->rate * (part.end - part.begin);
+    zone.of_turn = sincos(zone.turn);
+  }
   const auto* space = std::get_if<HalfSpace<double>>(&field.region);
   if (space != nullptr && space->turn_angle == 0) {
     zone.in_space = true;
@@ -109,21 +118,29 @@ std::uint64_t near_zone(const Zone& zone, const Coordinates& points, double marg
   return near;
 }
 
-// Whether the circle of a point comes into another zone.
-bool circle_meets(const Zone& own, const Vec3d& x, const Zone& other) {
+// Whether a point that turns about an axis comes from outside into another zone.
+bool turn_meets(const Zone& own, const Vec3d& x, const Zone& other) {
   const Vec3d& axis = *own.axis;
   const double height = dot(axis, x - own.pivot);
-  const double radius = norm(x - own.pivot - axis * height);
+  const Vec3d arm = x - own.pivot - axis * height;
   if (other.in_space) {
     const double level = dot(axis, other.middle);
-    const double nearest = dot(other.middle, own.pivot) + height * level - radius * norm(other.middle - axis * level);
+    const double nearest =
+        dot(other.middle, own.pivot) + height * level - norm(arm) * norm(other.middle - axis * level);
     return nearest < other.extent;
   }
   if (other.by != Vec3d{} || !(other.extent < kInfinity)) return true;
   const Vec3d to = other.middle - own.pivot;
   const double along = dot(axis, to);
-  const double across = norm(to - axis * along);
-  return std::hypot(height - along, radius - across) < other.extent;
+  const Vec3d across = to - axis * along;
+  const double apart = norm(arm) - norm(across);
+  if ((height - along) * (height - along) + apart * apart >= other.extent * other.extent) return false;
+  if (!(std::abs(own.turn) <= std::numbers::pi)) return true;
+  // The place nearest to the other zone is on the way, or an end is.
+  const double sign = own.turn < 0 ? -1 : 1;
+  const Vec3d end = arm * own.of_turn.cos + cross(axis, arm) * own.of_turn.sin;
+  if (dot(axis, cross(arm, across)) * sign >= 0 && dot(axis, cross(across, end)) * sign >= 0) return true;
+  return norm(end + axis * height - to) < other.extent;
 }
 
 // Whether a point can be in both zones, or get from one to the other.
@@ -181,7 +198,7 @@ class PartsInReach {
       }
       for (std::uint64_t rest = own; rest != 0; rest &= rest - 1) {
         const auto at = static_cast<std::size_t>(__builtin_ctzll(rest));
-        const bool is_met = circle_meets(zone, {points.x[at], points.y[at], points.z[at]}, zones_[k]);
+        const bool is_met = turn_meets(zone, {points.x[at], points.y[at], points.z[at]}, zones_[k]);
         meets |= std::uint64_t{is_met} << at;
       }
     }
@@ -396,8 +413,7 @@ struct OwnedSum : SumKernelField<S> {
     Classified result;
     for (const BoundKernel<S>& part : self.bound) {
       std::array<double, kBlock> start{};
-      const Classified found =
-          part.kernel.classify(part.field.get(), {task.points, task.members, start.data(), false});
+      const Classified found = part.kernel.classify(part.field.get(), {task.points, task.members, start.data(), false});
       for (std::uint64_t rest = found.later; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<std::size_t>(__builtin_ctzll(rest));
         const bool is_first = (result.later >> i & 1) == 0;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "knead/remesh/remesh.h"
-#include "knead/tool/mirror.h"
 #include "knead/tool/stroke.h"
 
 namespace knead {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "knead/session/session.h"
-#include "knead/tool/placement.h"
+#include "knead/tool/mirror.h"
 
 namespace knead {
 

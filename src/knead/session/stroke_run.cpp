@@ -13,6 +13,7 @@
 #include "knead/math/error.h"
 #include "knead/session/surface_stroke.h"
 #include "knead/tool/barrel_members.h"
+#include "knead/tool/mirror.h"
 
 namespace knead::session_detail {
 
@@ -403,6 +404,12 @@ StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
   return back;
 }
 
+std::vector<bool> StrokeRun::members_of(const Barrel& barrel, const TakenBack& back) const {
+  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
+  return barrel_members(barrel, shape_.positions(), back.shape.positions(), shape_.triangles(),
+                        10 * tolerance + 1e-3 * barrel.radius);
+}
+
 // Leaves the barrels out: barrel_members says which points each held. Where all of them held the whole shape, as
 // barrels about one line do, nothing is to be asked.
 const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
@@ -410,11 +417,12 @@ const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
   taken_back_.emplace();
   const std::size_t count = stroke_.barrels.size();
   TakenBack all = taken_back_by((1U << count) - 1);
-  const bool held_all =
-      count > 1 && std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(),
-                               [&](const auto& barrel) { return holds_all(barrel, all.shape.positions()); });
-  if (held_all) {
+  const auto holds_shape = [&](const Barrel& barrel) { return holds_all(barrel, all.shape.positions()); };
+  const bool is_simple = count == 1 || all.status != AdvectStatus::done ||
+                         std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(), holds_shape);
+  if (is_simple) {
     all.members.assign(shape_.positions().size(), true);
+    if (count == 1) all.members = members_of(stroke_.barrels.front(), all);
     taken_back_->push_back(std::move(all));
     return *taken_back_;
   }
@@ -431,13 +439,9 @@ const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
 
 // The parts of the flow that moved each point, as bits.
 std::vector<unsigned> StrokeRun::parts_that_moved() const {
-  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
   std::vector<unsigned> parts(shape_.positions().size(), 0);
   for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
-    const Barrel& barrel = stroke_.barrels[i];
-    const TakenBack back = taken_back_by(1U << i);
-    const std::vector<bool> members = barrel_members(barrel, shape_.positions(), back.shape.positions(),
-                                                     shape_.triangles(), 10 * tolerance + 1e-3 * barrel.radius);
+    const std::vector<bool> members = members_of(stroke_.barrels[i], taken_back_by(1U << i));
     for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
   }
   return parts;

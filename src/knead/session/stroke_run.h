@@ -85,6 +85,7 @@ class StrokeRun {
   void move_between(double from, double to, DeformedShape& shape);
   const std::vector<TakenBack>& taken_back();
   TakenBack taken_back_by(unsigned parts) const;
+  std::vector<bool> members_of(const Barrel& barrel, const TakenBack& back) const;
   std::vector<unsigned> parts_that_moved() const;
   void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
 

@@ -3,7 +3,6 @@
 
 #include <optional>
 
-#include "knead/tool/mirror.h"
 #include "knead/tool/stroke.h"
 
 namespace knead {
