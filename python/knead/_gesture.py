@@ -5,7 +5,6 @@ from ._arrays import faces_for
 from ._strokes import Stroke, _wrap, stroke
 
 
-
 class Surface:
     """A surface that a pointer touches, to place strokes on it.
 
