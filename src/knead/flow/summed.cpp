@@ -105,7 +105,7 @@ Zone zone_of(const Segment& part) {
 std::uint64_t near_zone(const Zone& zone, const Coordinates& points, double margin) {
   const double extent = zone.extent + margin;
   if (!(extent < kInfinity)) return ~std::uint64_t{0};
-  std::array<double, kBlock> excess;
+  std::array<double, kBlock> excess{};
   const Vec3d m = zone.middle;
   const double per_by2 = zone.by == Vec3d{} ? 0 : 1 / norm2(zone.by);
   for (std::size_t i = 0; i < kBlock; ++i) {
