@@ -159,7 +159,7 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
                                       {"remeshed", R"({"tool": "ball"}
 {"set": {"remesh": true, "mirror": [false, true, false]}}
 {"drag": [[0, 0.6, 0.8], [0, 1.4, 0.8]]})",
-                                       2},
+                                       1},
                                       {"several", R"({"tool": "ball"}
 {"drag": [[0, 0, 1], [0.3, 0.3, 1]]}
 {"tool": "paint"}
