@@ -317,14 +317,12 @@ void Studio::accept() {
 
 void Studio::send_live(bool gives_way) {
   if (!gesture_) return;
-  std::vector<Stroke> strokes = strokes_of(*gesture_, settings_, image_file);
-  if (strokes == sent_strokes_) return;
-  sent_strokes_ = strokes;
-  std::vector<SessionStroke> live;
-  for (Stroke& stroke : strokes) {
-    live.push_back({std::move(stroke)});
-    if (settings_.remesh) live.back().remesh = settings_.remesh_settings;
+  std::vector<SessionStroke> live = lines_of(*gesture_, settings_, image_file);
+  for (SessionStroke& line : live) {
+    if (settings_.remesh) line.remesh = settings_.remesh_settings;
   }
+  if (live == sent_strokes_) return;
+  sent_strokes_ = live;
   pending_->strokes = ended_strokes_;
   pending_->strokes.insert(pending_->strokes.end(), live.begin(), live.end());
   const bool* const rests = rests_of(*gesture_);

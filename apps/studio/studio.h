@@ -315,7 +315,7 @@ class Studio {
   std::string typed_;
   PlanePick picking_ = PlanePick::none;
   std::uint64_t sent_ = 0;  // number of the last live job
-  std::vector<Stroke> sent_strokes_;
+  std::vector<SessionStroke> sent_strokes_;
   std::optional<PendingStrokes> pending_;
   std::vector<SessionStroke> ended_strokes_;  // of pending_, those of gestures that have ended
   std::uint64_t ended_ = 0;                   // gestures so far; shown_.ended of them are done

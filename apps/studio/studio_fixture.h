@@ -149,7 +149,7 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
                                       {"mirrored_ball", R"({"tool": "ball"}
 {"set": {"mirror": [true, false, false]}}
 {"drag": [[0.2, 0, 0.98], [0.4, 0.3, 0.98]]})",
-                                       2},
+                                       1},
                                       {"mirrored_stamp", R"({"tool": "stamp"}
 {"set": {"drag": "normal", "mirror": [true, false, false]}}
 {"stamp": "letter-y"}
@@ -159,7 +159,7 @@ inline constexpr ToolCase kTools[] = {{"ball", R"({"tool": "ball"}
                                       {"remeshed", R"({"tool": "ball"}
 {"set": {"remesh": true, "mirror": [false, true, false]}}
 {"drag": [[0, 0.6, 0.8], [0, 1.4, 0.8]]})",
-                                       2},
+                                       1},
                                       {"several", R"({"tool": "ball"}
 {"drag": [[0, 0, 1], [0.3, 0.3, 1]]}
 {"tool": "paint"}

@@ -9,29 +9,33 @@ namespace knead::studio {
 
 namespace {
 
-// What the strokes may move, as far as a box tells: the regions' outer ends along their paths. Empty for half-spaces.
+// Grows the box by what a segment may move, as far as a box tells: the regions' outer ends along their paths.
+void extend(Box& box, const Segment& segment) {
+  for (const Segment& part : segment.parts) extend(box, part);
+  if (!segment.grid.is_empty()) {
+    const PotentialGrid& grid = segment.grid;
+    const auto [x, y, z] = grid.counts;
+    box.extend(grid.origin - Vec3d{2, 2, 2} * grid.spacing);
+    box.extend(grid.origin + Vec3d{x + 1.0, y + 1.0, z + 1.0} * grid.spacing);
+  }
+  for (const Field& field : segment.fields) {
+    const bool is_bounded = !std::holds_alternative<HalfSpace<double>>(field.region) &&
+                            !std::holds_alternative<Handles<double>>(field.region);
+    if (!is_bounded) continue;
+    const Vec3d reach = Vec3d{1, 1, 1} * field.thresholds.outer;
+    for (const Vec3d& center : {field.center, field.center + displacement_of(segment, field)}) {
+      box.extend(center - reach);
+      box.extend(center + reach);
+    }
+  }
+}
+
+// What the strokes may move, as far as a box tells. Empty for half-spaces.
 Box reach_of(const std::vector<SessionStroke>& strokes) {
   Box box;
   for (const SessionStroke& stroke : strokes) {
     if (reads_surface(stroke.stroke)) continue;
-    for (const Segment& segment : flow_of(stroke.stroke).segments) {
-      if (!segment.grid.is_empty()) {
-        const PotentialGrid& grid = segment.grid;
-        const auto [x, y, z] = grid.counts;
-        box.extend(grid.origin - Vec3d{2, 2, 2} * grid.spacing);
-        box.extend(grid.origin + Vec3d{x + 1.0, y + 1.0, z + 1.0} * grid.spacing);
-      }
-      for (const Field& field : segment.fields) {
-        const bool is_bounded = !std::holds_alternative<HalfSpace<double>>(field.region) &&
-                                !std::holds_alternative<Handles<double>>(field.region);
-        if (!is_bounded) continue;
-        const Vec3d reach = Vec3d{1, 1, 1} * field.thresholds.outer;
-        for (const Vec3d& center : {field.center, field.center + displacement_of(segment, field)}) {
-          box.extend(center - reach);
-          box.extend(center + reach);
-        }
-      }
-    }
+    for (const Segment& segment : flow_of(stroke.stroke, stroke.mirror).segments) extend(box, segment);
   }
   return box;
 }

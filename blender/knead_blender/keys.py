@@ -9,7 +9,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, FloatVectorProp
 
 from .native import knead
 
-_COMMON = {"name", "off", "duration", "new_entry"}
+_COMMON = {"name", "off", "duration", "mirror", "new_entry"}
 _TEXT = {"samples", "path", "pose", "parts", "stiffness"}  # as JSON; too long for a panel
 
 

@@ -110,11 +110,3 @@ def make(settings, obj):
     if len(triangles) == 0 or not knead.check(points, triangles)["closed"]:
         raise state.Refusal(f"The stamp {chosen.name} is not closed; choose a closed mesh")
     return _write(points, triangles), points
-
-
-def image(path, planes):
-    """Returns the file of a stamp's mirror image."""
-    stamp = knead.read(path)
-    signs = np.array([-1.0 if axis in planes else 1.0 for axis in "xyz"])
-    triangles = stamp.triangles if signs.prod() > 0 else stamp.triangles[:, ::-1]
-    return _write(stamp.vertices * signs, triangles)

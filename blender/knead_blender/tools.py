@@ -72,16 +72,15 @@ class Tool:
             column.prop(self, name)
         column.row(heading="Mirror").prop(self, "mirror")
 
-    def _with_images(self, strokes, size):
-        planes = "".join(sorted(self.mirror)).lower()
-        return knead.symmetric(strokes, planes, size=size, image_file=stamps.image) if planes else strokes
+    def _with_images(self, strokes):
+        return knead.symmetric(strokes, "".join(sorted(self.mirror)).lower())
 
     def execute(self, context):
         obj = context.object
         try:
             shape_of = live.begin(obj)
             before = shape.read(obj)
-            strokes = self._with_images(keys.read(self, self.gesture_class.cls), shape_of.size)
+            strokes = self._with_images(keys.read(self, self.gesture_class.cls))
             shape_of.set_strokes(strokes)
             live.keep(self, obj, shape_of, strokes, before)
         except _ERRORS as error:
@@ -140,7 +139,7 @@ class Tool:
     def _update(self, context, pointer):
         self._gesture.move(pointer)
         try:
-            self._live.set_strokes(self._with_images(self._gesture.strokes(), self._live.size))
+            self._live.set_strokes(self._with_images(self._gesture.strokes()))
             self._trouble = ""
         except _ERRORS as error:
             self._trouble = str(error)
@@ -175,12 +174,12 @@ class Tool:
             if not strokes:
                 self._gesture.click()
                 return self._cancel(context)
-            self._live.set_strokes(self._with_images(strokes, self._live.size))
+            self._live.set_strokes(self._with_images(strokes))
         except _ERRORS as error:
             self.report({"WARNING"}, str(error))
             return self._cancel(context)
         keys.write(self, self.gesture_class.cls, strokes)
-        live.keep(self, self._obj, self._live, self._with_images(strokes, self._live.size), self._before)
+        live.keep(self, self._obj, self._live, self._with_images(strokes), self._before)
         self._leave(context)
         return {"FINISHED"}
 

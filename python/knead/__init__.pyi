@@ -13,6 +13,7 @@ Path = str | PathLike[str]
 Precision = Literal["float32", "float64", "float", "double"]
 Integrator = Literal["tsit5", "dp54", "bs32", "rk4"]
 Progress = Callable[[float], bool | None]
+Mirror = str | dict[str, Any] | list[dict[str, Any]]
 _Mesh = TypeVar("_Mesh")
 
 class HasVertices(Protocol):
@@ -38,6 +39,7 @@ class Stroke:
     off: bool
     strength: float
     duration: float
+    mirror: Mirror
     new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
@@ -73,6 +75,7 @@ class Implicit(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -94,6 +97,7 @@ class Paint(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -121,6 +125,7 @@ class Points(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -146,6 +151,7 @@ class Handles(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -173,6 +179,7 @@ class Stamp(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -198,6 +205,7 @@ class Rotate(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -221,6 +229,7 @@ class Stretch(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -250,6 +259,7 @@ class Twist(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -283,6 +293,7 @@ class Bend(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -302,6 +313,7 @@ class Pins(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -321,6 +333,7 @@ class Pose(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -342,6 +355,7 @@ class Grid(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
+        mirror: Mirror | None = None,
         new_entry: bool | None = None,
     ) -> None: ...
 
@@ -611,8 +625,8 @@ def symmetric(
     strokes: Strokes,
     planes: str,
     *,
-    size: float = 1.0,
-    image_file: Callable[[str, str], str] | None = None,
+    size: float | None = None,
+    image_file: Any = None,
 ) -> list[Stroke]: ...
 
 def deform_cells(

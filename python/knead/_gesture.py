@@ -4,8 +4,6 @@ from . import _knead
 from ._arrays import faces_for
 from ._strokes import Stroke, _wrap, stroke
 
-_PLANES = {"x": 1, "y": 2, "z": 4}
-
 
 class Surface:
     """A surface that a pointer touches, to place strokes on it.
@@ -88,24 +86,17 @@ class PaintDrag:
         return [_wrap(s) for s in self._native.strokes()]
 
 
-def symmetric(strokes, planes, *, size=1.0, image_file=None):
-    """Returns strokes and their images in coordinate planes through the origin, such as "x" or "xz".
+def symmetric(strokes, planes, *, size=None, image_file=None):
+    """Returns strokes that act together with their images in coordinate planes through the origin, such as "x" or "xz".
 
-    The sides grow together: pieces of a stroke and of its images take turns. An image that is the stroke itself counts
-    once. size: of the shape. image_file(path, planes): returns the file with the mirror image of a stamp's tool.
+    Each keeps its keys and gets the key `mirror`: the stroke and its images act at the same time, points of a plane stay
+    in it exactly, and an image that is the stroke itself counts once. A relax gets the images of its points. size and
+    image_file are not used any more: images need neither.
     """
     if isinstance(strokes, (Stroke, dict)):
         strokes = [strokes]
-    unknown = set(planes) - set(_PLANES)
+    unknown = set(planes) - set("xyz")
     if unknown:
         raise _knead.InvalidInput(f'planes must be some of "x", "y" and "z", got {planes!r}')
-    numbers = {bit: name for name, bit in _PLANES.items()}
-
-    def image(path, bits):
-        if image_file is None:
-            raise _knead.InvalidInput("the image of a stamp needs image_file, which returns the mirrored tool's file")
-        return image_file(path, "".join(name for bit, name in numbers.items() if bits & bit))
-
-    mask = sum(_PLANES[plane] for plane in set(planes))
-    native = _knead.symmetric([stroke(s)._native for s in strokes], mask, size, image)
+    native = _knead.symmetric([stroke(s)._native for s in strokes], "".join(sorted(set(planes))))
     return [_wrap(s) for s in native]

@@ -171,6 +171,13 @@ _COMMON = (
     ("duration", False, "how long it takes beside the other strokes of an animation, above 0", "float"),
     ("new_entry", False, "whether the stroke begins an entry of Studio's history; by default the strokes tell", "bool"),
 )
+_MIRROR = (
+    "mirror",
+    False,
+    'planes in which the stroke is mirrored, and its images act at the same time: coordinate planes as "x" or "xz"; or '
+    '{"normal": (3,), "point": (3,)}, or a list of up to three of these at right angles',
+    "str | dict | list",
+)
 
 
 # What the docstring of a tool says besides its keys.
@@ -216,7 +223,7 @@ _DETAILS = {
 
 
 def _make_class(tool, is_event, keys):
-    keys = (*keys, *_COMMON)
+    keys = (*keys, *_COMMON) if is_event else (*keys, *_COMMON, _MIRROR)
     doc = [f"A stroke of the tool {tool}. The keys, as in a session file (lengths in the shape's units, angles in degrees):", ""]
     for key, required, text, kind in keys:
         doc.append(f"    {key}: {kind}" + (", required" if required else "") + (f"; {text}" if text else ""))

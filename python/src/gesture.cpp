@@ -232,14 +232,8 @@ class PaintPointer {
   std::optional<PaintDrag> drag_;
 };
 
-constexpr double kSameImage = 1e-9;  // of the shape's size: images that differ by less are one
-
-std::vector<SessionStroke> symmetric(const std::vector<SessionStroke>& strokes, unsigned planes, double size,
-                                     const ImageFile& image_file) {
-  std::vector<Stroke> plain;
-  plain.reserve(strokes.size());
-  for (const SessionStroke& stroke : strokes) plain.push_back(stroke.stroke);
-  return session_strokes(symmetric_strokes(plain, mirror_images(planes), kSameImage * size, image_file));
+std::vector<SessionStroke> symmetric(std::vector<SessionStroke> strokes, const std::string& planes) {
+  return mirrored_in(std::move(strokes), planes.empty() ? Mirror{} : coordinate_mirror(planes));
 }
 
 }  // namespace

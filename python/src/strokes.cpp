@@ -96,7 +96,7 @@ py::list describe_tools() {
 // The line, and the remesh event before it, belong to the session.
 bool is_same(const SessionStroke& a, const SessionStroke& b) {
   return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
-         a.duration == b.duration;
+         a.duration == b.duration && a.mirror == b.mirror;
 }
 
 // The settings of a remesh event before the strokes; empty: none.

@@ -22,6 +22,7 @@ Path = str | PathLike[str]
 Precision = Literal["float32", "float64", "float", "double"]
 Integrator = Literal["tsit5", "dp54", "bs32", "rk4"]
 Progress = Callable[[float], bool | None]
+Mirror = str | dict[str, Any] | list[dict[str, Any]]
 _Mesh = TypeVar("_Mesh")
 
 class HasVertices(Protocol):
@@ -47,6 +48,7 @@ class Stroke:
     off: bool
     strength: float
     duration: float
+    mirror: Mirror
     new_entry: bool | None
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
@@ -286,8 +288,8 @@ def symmetric(
     strokes: Strokes,
     planes: str,
     *,
-    size: float = 1.0,
-    image_file: Callable[[str, str], str] | None = None,
+    size: float | None = None,
+    image_file: Any = None,
 ) -> list[Stroke]: ...
 
 def deform_cells(
@@ -332,17 +334,22 @@ def deform_mesh(
 '''
 
 
-def stub_of(cls, keys):
+# A mirror's type is long.
+_MIRROR = ("mirror", False, "", "Mirror")
+
+
+def stub_of(cls, is_event, keys):
+    common = _strokes._COMMON if is_event else (*_strokes._COMMON, _MIRROR)
     lines = [f"\nclass {cls.__name__}(Stroke):"]
     lines += [f"    {name}: {kind}" + ("" if required else " | None") for name, required, _, kind in keys]
     lines += ["    def __init__(", "        self,", "        *,"]
-    for name, required, _, kind in sorted((*keys, *_strokes._COMMON), key=lambda key: not key[1]):
+    for name, required, _, kind in sorted((*keys, *common), key=lambda key: not key[1]):
         lines.append(f"        {name}: {kind}," if required else f"        {name}: {kind} | None = None,")
     return "\n".join([*lines, "    ) -> None: ..."]) + "\n"
 
 
 def text():
-    strokes = [stub_of(_strokes._classes[tool], keys) for tool, _, keys in _strokes._knead.tools()]
+    strokes = [stub_of(_strokes._classes[tool], is_event, keys) for tool, is_event, keys in _strokes._knead.tools()]
     return HEAD + "".join(strokes) + TAIL
 
 

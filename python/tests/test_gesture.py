@@ -92,21 +92,45 @@ def test_paint_is_extended_live(sphere, surface):
 
 def test_images_keep_the_symmetry(sphere):
     pull = knead.Implicit(path=[[0.7, 0.7, 0], [0.8, 0.9, 0], [0.8, 1, 0.2]], inner=0.1, outer=0.5)
-    both = knead.symmetric(pull, "x")
-    assert len(both) == 4 and both[0].path[0][0] == -both[1].path[0][0]
+    (both,) = knead.symmetric(pull, "x")
+    assert both.mirror == "x" and both == pull.replace(mirror="x")
     flipped = sphere.vertices * [-1, 1, 1]
-    moved, image = knead.deform(sphere.vertices, both), knead.deform(flipped, both) * [-1, 1, 1]
-    assert np.abs(moved - image).max() < 1e-4 < np.abs(moved - sphere.vertices).max()
+    options = {"precision": "float64", "diagonal": 3}
+    moved, image = knead.deform(sphere.vertices, both, **options), knead.deform(flipped, both, **options) * [-1, 1, 1]
+    assert np.abs(moved - image).max() < 1e-12
+    assert np.abs(moved - sphere.vertices).max() > 0.1
     on_plane = knead.Rotate(center=[0, 1, 0], axis=[1, 0, 0], angle_deg=20, inner=0.1, outer=0.5)
     along = knead.Stretch(center=[0, 1, 0], axis=[1, 0, 0], factor=1.5, inner=0.1, outer=0.5)
     for its_own_image in (on_plane, along):
         assert knead.symmetric([its_own_image], "x") == [its_own_image]
-    assert len(knead.symmetric([pull], "xyz")) == 4 + 8  # the first piece lies in z = 0
+    assert knead.symmetric(both, "zx")[0].mirror == "xz"
+    relax = knead.Relax(points=[[0.5, 0, 0]], radius=0.3)
+    assert knead.symmetric(relax, "x")[0].points == [[0.5, 0, 0], [-0.5, 0, 0]]
 
 
-def test_the_image_of_a_stamp_names_its_file():
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_points_of_a_mirror_plane_stay_in_it(precision):
+    y, z = np.meshgrid(np.linspace(-1, 1, 21), np.linspace(0, 1.6, 17))
+    plane = np.c_[np.full(y.size, 0.1), y.ravel(), z.ravel()]
+    mirror = {"normal": [1, 0, 0], "point": [0.1, 0, 0]}
+    for stroke in (
+        knead.Implicit(path=[[0.3, 0, 0.9], [0.5, 0, 1.3]], inner=0.15, outer=0.7, mirror=mirror),
+        knead.Rotate(center=[0.3, 0, 0.8], axis=[0, 0, 1], angle_deg=90, inner=0.2, outer=0.8, mirror=mirror),
+        knead.Pins(points=[[0.3, 0, 0.8]], to=[[0.5, 0.1, 1.0]], radius=0.9, mirror=mirror),
+    ):
+        moved = knead.deform(plane, stroke, diagonal=2, precision=precision)
+        assert (moved[:, 0] == 0.1).all() and np.abs(moved - plane).max() > 0.01
+
+
+def test_mirrors_that_are_refused():
+    pull = {"path": [[0.3, 0, 0.9], [0.5, 0, 1.3]], "inner": 0.15, "outer": 0.7}
+    for mirror in ("w", "", [], {"point": [0, 0, 0]}, {"normal": [0, 0, 0]}, [{"normal": [1, 0, 0]}] * 2, 1, {"axis": "x"}):
+        with pytest.raises(knead.InvalidInput, match="mirror"):
+            knead.Implicit(**pull, mirror=mirror)
+    with pytest.raises(knead.InvalidInput):
+        knead.Relax(points=[[0.5, 0, 0]], radius=0.3, mirror="x")
+
+
+def test_the_image_of_a_stamp_needs_no_file():
     stamp = knead.Stamp(mesh="foot.ply", path=[[1, 0, 0], [0.8, 0, 0]])
-    with pytest.raises(knead.InvalidInput, match="image_file"):
-        knead.symmetric([stamp], "x")
-    images = knead.symmetric([stamp], "x", image_file=lambda path, planes: f"{planes}_{path}")
-    assert [s.mesh for s in images] == ["foot.ply", "x_foot.ply"]
+    assert knead.symmetric([stamp], "x") == [stamp.replace(mirror="x")]

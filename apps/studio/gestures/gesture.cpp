@@ -203,27 +203,61 @@ constexpr double kSameImage = 1e-9;  // of the radius: images that differ by les
 
 }  // namespace
 
-std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
+namespace {
+
+// The strokes of a gesture without images, and whether they have them already.
+struct OwnStrokes {
+  std::vector<Stroke> strokes{};
+  bool has_images = false;
+};
+
+OwnStrokes own_strokes_of(const Gesture& gesture, const ToolSettings& settings) {
   if (!gesture.trouble.empty()) return {};
   const auto* handles = std::get_if<HandlesGesture>(&gesture.kind);
   if (handles != nullptr && !refusal_of(*handles, settings).empty()) return {};
+  const auto posed = [](const std::optional<PoseStroke>& pose) {
+    return pose ? OwnStrokes{{*pose}, true} : OwnStrokes{};
+  };
   if (const auto* part = std::get_if<PartGesture>(&gesture.kind)) {
-    const std::optional<PoseStroke> pose = pose_stroke(*part, gesture.start, settings);
-    return pose ? std::vector<Stroke>{*pose} : std::vector<Stroke>{};
+    return posed(pose_stroke(*part, gesture.start, settings));
   }
   if (const auto* pins = std::get_if<PinsGesture>(&gesture.kind)) {
-    if (settings.pose != PoseMode::exact) {
-      const std::optional<PoseStroke> pose = pose_stroke(*pins, gesture.start, settings);
-      return pose ? std::vector<Stroke>{*pose} : std::vector<Stroke>{};
-    }
+    if (settings.pose != PoseMode::exact) return posed(pose_stroke(*pins, gesture.start, settings));
     if (pins->to == pins->drag.start) return {};
-    return {pins_stroke(pins->pins, pins->dragged, pins->to, settings)};
+    return {{pins_stroke(pins->pins, pins->dragged, pins->to, settings)}, true};
   }
   std::vector<Stroke> strokes = std::visit(StrokesOf{}, gesture.kind);
   if (const auto* turn = std::get_if<TurnGesture>(&gesture.kind); turn != nullptr && turn->placement) {
     if (auto stroke = turning_stroke(settings, *turn->placement, turn->amount)) strokes = {std::move(*stroke)};
   }
-  return symmetric_strokes(strokes, images_of(settings), kSameImage * settings.radius, image_file);
+  return {std::move(strokes)};
+}
+
+std::vector<Stroke> with_all_images(OwnStrokes own, const ToolSettings& settings, const ImageFile& image_file) {
+  if (own.has_images) return std::move(own.strokes);
+  return symmetric_strokes(own.strokes, images_of(settings), kSameImage * settings.radius, image_file);
+}
+
+}  // namespace
+
+std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
+  OwnStrokes own = own_strokes_of(gesture, settings);
+  const auto is_sum = [](const Stroke& stroke) {
+    return is_flow(stroke) && !std::holds_alternative<MaskStroke>(stroke);
+  };
+  std::optional<Mirror> mirror;
+  if (!own.has_images && std::all_of(own.strokes.begin(), own.strokes.end(), is_sum)) mirror = mirror_of(settings);
+  if (!mirror) own.strokes = with_all_images(std::move(own), settings, image_file);
+  std::vector<SessionStroke> lines;
+  for (Stroke& stroke : own.strokes) {
+    lines.push_back({std::move(stroke)});
+    if (mirror) lines.back().mirror = *mirror;
+  }
+  return lines;
+}
+
+std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file) {
+  return with_all_images(own_strokes_of(gesture, settings), settings, image_file);
 }
 
 std::optional<Amount> amount_of(const Gesture& gesture, const ToolSettings& settings) {

@@ -13,6 +13,7 @@
 #include "gestures/screen.h"
 #include "gestures/symmetry.h"
 #include "gestures/tools.h"
+#include "knead/session/session.h"
 #include "knead/tool/paint.h"
 #include "platform/event.h"
 
@@ -204,7 +205,12 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
 // Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
 
-// Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing.
+// Returns the gesture so far as lines of a session; empty if it does nothing. Its images act at the same time where
+// there are mirrors at right angles alone; else they follow as lines of their own.
+std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
+
+// Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. To show
+// where tools are.
 std::vector<Stroke> strokes_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
 // The number that a person sees at the pointer and may type: a length in the mesh's units, degrees, or percent.

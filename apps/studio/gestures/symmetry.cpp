@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "knead/math/error.h"
+
 namespace knead::studio {
 
 namespace {
@@ -40,6 +42,26 @@ std::vector<Symmetry::Plane> mirror_planes(const ToolSettings& settings) {
   }
   if (settings.symmetry.plane) planes.push_back(*settings.symmetry.plane);
   return planes;
+}
+
+std::optional<Mirror> mirror_of(const ToolSettings& settings) {
+  if (settings.symmetry.turns > 1) return std::nullopt;
+  Mirror mirror;
+  for (const Symmetry::Plane& plane : mirror_planes(settings)) {
+    // Of an axis plane only where it is on its axis counts, so that planes through the origin are written as their
+    // names.
+    Vec3d point = plane.point;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (std::abs(plane.normal[axis]) == 1) point = plane.normal * dot(plane.normal, plane.point);
+    }
+    mirror.push_back({plane.normal, point + Vec3d{0, 0, 0}});
+  }
+  try {
+    validate(mirror);
+  } catch (const InvalidInput&) {
+    return std::nullopt;
+  }
+  return mirror;
 }
 
 std::vector<SymmetryImage> images_of(const ToolSettings& settings) {

@@ -35,12 +35,13 @@ void extend(Box& box, const Vec3d& center, double radius) {
 // The equations of more pins take longer to solve than a picture may.
 constexpr std::size_t kMostPins = 100;
 
-// The GPU evaluates no mask.
+// The GPU evaluates no mask, and no images that act at the same time.
 bool can_preview(const PendingStrokes& pending) {
   return pending.start.mask.is_empty() &&
          std::none_of(pending.strokes.begin(), pending.strokes.end(), [](const SessionStroke& stroke) {
            const auto* const pins = std::get_if<PinsStroke>(&stroke.stroke);
-           return reads_surface(stroke.stroke) || std::holds_alternative<MaskStroke>(stroke.stroke) ||
+           return (pins == nullptr && !stroke.mirror.empty()) || reads_surface(stroke.stroke) ||
+                  std::holds_alternative<MaskStroke>(stroke.stroke) ||
                   (pins != nullptr && pins->points.size() > kMostPins);
          });
 }
@@ -136,7 +137,8 @@ bool GpuPreview::apply(std::span<const SessionStroke> strokes, double diagonal) 
   try {
     std::vector<Flow> flows;
     if (change.rest) flows.push_back(*change.rest);
-    for (std::size_t i = change.first_new; i < strokes.size(); ++i) flows.push_back(flow_of(strokes[i].stroke));
+    for (std::size_t i = change.first_new; i < strokes.size(); ++i)
+      flows.push_back(flow_of(strokes[i].stroke, strokes[i].mirror));
     if (change.from_start) take_back();
     strokes_.assign(strokes.begin(), strokes.end());
     for (const Flow& flow : flows) {

@@ -12,10 +12,9 @@ namespace {
 // Segments are made ready for so many at a time. Those of large sets have much to keep, so each is done by itself.
 constexpr std::size_t kSegmentsAtATime = 64;
 
-bool within(const SegmentBarrel& barrel, const Vec3d& x) {
-  const Vec3d d = x - barrel.point;
-  const Vec3d across = d - barrel.direction * dot(barrel.direction, d);
-  return norm2(across) <= barrel.radius * barrel.radius;
+bool is_ready_soon(const Segment& segment) {
+  return segment.parts.empty() ? has_pack_kernel(segment)
+                               : std::all_of(segment.parts.begin(), segment.parts.end(), has_pack_kernel);
 }
 
 // Culling is tried again with a new box where the old one has grown to this part of its size.
@@ -48,7 +47,7 @@ AdvectResult BlockMover::run(const Flow& flow) {
   for (const Segment& segment : flow.segments) {
     ready.emplace_back(segment, options_);
     const bool is_last = &segment == &flow.segments.back();
-    if (!is_last && has_pack_kernel(segment) && ready.size() < kSegmentsAtATime) continue;
+    if (!is_last && is_ready_soon(segment) && ready.size() < kSegmentsAtATime) continue;
     run(ready);
     ready.clear();
     if (is_stopped()) break;
@@ -178,7 +177,7 @@ void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
     const std::size_t block = work.blocks[static_cast<std::size_t>(k)];
     for (std::size_t i = 0; i < kBlock; ++i) {
       const std::size_t at = block * kBlock + i;
-      if (within(*segment.segment->barrel, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
+      if (is_within(*segment.segment->barrel, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
       work.members[block] &= ~(std::uint64_t{1} << i);
     }
   }

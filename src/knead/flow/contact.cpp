@@ -111,15 +111,13 @@ std::optional<double> advance_to(const R& region, const Thresholds<double>& thre
   return std::nullopt;
 }
 
-}  // namespace
-
-std::optional<double> next_contact(const Segment& segment, const Vec3d& x, double t) {
+// Of a segment that is no sum, to the time `end`; direction as Approach has it.
+std::optional<double> contact_with(const Segment& segment, double end, double direction, const Vec3d& x, double t) {
   if (!segment.grid.is_empty()) {
-    return t != segment.end && detail::is_used(segment.grid, x) ? std::optional(t) : std::nullopt;
+    return t != end && detail::is_used(segment.grid, x) ? std::optional(0.0) : std::nullopt;
   }
-  const double direction = segment.end >= segment.begin ? 1.0 : -1.0;
   const bool blended = segment.time_law == TimeLaw::blended;
-  const double advance = std::abs(segment.end - t);
+  const double advance = std::abs(end - t);
   std::optional<double> first;
   for (const Field& field : segment.fields) {
     const auto contact = [&](const Vec3d& d, const Vec3d& velocity) {
@@ -135,7 +133,17 @@ std::optional<double> next_contact(const Segment& segment, const Vec3d& x, doubl
       first = earlier(first, contact(x - field.center - by * t, by * -direction));
     }
   }
-  if (!first || *first >= advance) return std::nullopt;
+  return first && *first < advance ? first : std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> next_contact(const Segment& segment, const Vec3d& x, double t) {
+  const double direction = segment.end >= segment.begin ? 1.0 : -1.0;
+  std::optional<double> first;
+  for (const Segment& part : segment.parts) first = earlier(first, contact_with(part, segment.end, direction, x, t));
+  if (segment.parts.empty()) first = contact_with(segment, segment.end, direction, x, t);
+  if (!first) return std::nullopt;
   return t + direction * *first;
 }
 

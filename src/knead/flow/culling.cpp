@@ -42,6 +42,44 @@ Surround surround_of(const PointSet<double>& set) {
   return {box.center(), 0.5 * box.diagonal()};
 }
 
+Box support_of(const Field& field, const Vec3d& displacement) {
+  Box box;
+  double reach = field.thresholds.outer;
+  if (std::holds_alternative<Ball<double>>(field.region)) {
+    box.extend({0, 0, 0});
+  } else if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
+    box.extend(capsule->half_axis);
+    box.extend(-capsule->half_axis);
+  } else if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+    const Surround elements = surround_of(*set);
+    box.extend(elements.center);
+    reach = elements.radius + support_reach(*set, field.thresholds.outer);
+  } else {
+    return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  }
+  const Vec3d by{reach, reach, reach};
+  box = {box.min + field.center - by, box.max + field.center + by};
+  Box moved = box;
+  moved.extend(box.min + displacement);
+  moved.extend(box.max + displacement);
+  return moved;
+}
+
+Box support_of(const Segment& segment) {
+  if (!segment.grid.is_empty()) {
+    const Box used = box_in_use(segment.grid);
+    const Vec3d by = Vec3d{1, 1, 1} * (2 * segment.grid.spacing);
+    return {used.min - by, used.max + by};
+  }
+  Box box;
+  for (const Field& field : segment.fields) {
+    const Box own = support_of(field, displacement_of(segment, field));
+    box.extend(own.min);
+    box.extend(own.max);
+  }
+  return box;
+}
+
 // Less than r anywhere in the ball during the sweep.
 double Culling::least_value(const Ball<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
   return distance_to_segment(ball.center, sweep.from, sweep.to) - ball.radius;
@@ -78,10 +116,15 @@ double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sw
 }
 
 Culling::Culling(const Segment& segment) {
-  if (!segment.grid.is_empty()) grid_ = std::make_shared<const GridSupport>(segment.grid);
+  for (const Segment& part : segment.parts) add(part, segment.begin, segment.end);
+  if (segment.parts.empty()) add(segment, segment.begin, segment.end);
+}
+
+void Culling::add(const Segment& segment, double from, double to) {
+  if (!segment.grid.is_empty()) grids_.push_back(std::make_shared<const GridSupport>(segment.grid));
   const bool blended = segment.time_law == TimeLaw::blended;  // both of its ends are there all the time
-  const double begin = blended ? 0 : segment.begin;
-  const double end = blended ? 1 : segment.end;
+  const double begin = blended ? 0 : from;
+  const double end = blended ? 1 : to;
   for (const Field& field : segment.fields) {
     Sweep sweep;
     sweep.field = &field;
@@ -125,10 +168,10 @@ bool Culling::covers(const Surround& ball, bool or_inside) const {
 }
 
 bool Culling::misses(const Surround& ball) const {
-  if (grid_ != nullptr) {
-    const Vec3d reach = Vec3d{1, 1, 1} * ball.radius;
-    return grid_->misses({ball.center - reach, ball.center + reach});
-  }
+  const Vec3d reach = Vec3d{1, 1, 1} * ball.radius;
+  const Box box{ball.center - reach, ball.center + reach};
+  const auto misses_box = [&](const auto& grid) { return grid->misses(box); };
+  if (!std::all_of(grids_.begin(), grids_.end(), misses_box)) return false;
   return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return misses(sweep, ball); });
 }
 

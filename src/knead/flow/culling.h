@@ -6,6 +6,7 @@
 
 #include "knead/field/grid_nodes.h"
 #include "knead/flow/segment.h"
+#include "knead/math/box.h"
 
 namespace knead::detail {
 
@@ -20,6 +21,14 @@ double support_reach(const PointSet<double>& set, double outer);
 
 // The ball around the points and curves of a set, relative to its field's centre.
 Surround surround_of(const PointSet<double>& set);
+
+// A box beyond which a field is 0 from t = 0 to 1, if it moves by the displacement; from -kFar to kFar for regions
+// without bounds.
+inline constexpr double kFar = 1e300;
+Box support_of(const Field& field, const Vec3d& displacement);
+
+// The same for a segment that is no sum.
+Box support_of(const Segment& segment);
 
 // What a segment's fields can reach. The segment must outlive it.
 class Culling {
@@ -56,8 +65,10 @@ class Culling {
   static double least_value(const Handles<double>& region, const Sweep& sweep, const Surround& ball);
   static double least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball);
 
+  void add(const Segment& segment, double from, double to);
+
   std::vector<Sweep> sweeps_;
-  std::shared_ptr<const GridSupport> grid_;  // of a segment with a grid
+  std::vector<std::shared_ptr<const GridSupport>> grids_;
 };
 
 }  // namespace knead::detail

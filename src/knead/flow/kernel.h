@@ -98,6 +98,7 @@ struct alignas(64) Bundle {
   Origin origins[kBundle]{};
   S width[kBundle]{};       // which some fields find where k_0 is
   S last_width[kBundle]{};  // and where the last other slope is
+  Bundle* own = nullptr;    // of sums: where each part is evaluated
 };
 
 // v at t + c h and base + moved + h sum_j weights_j k_(slopes_j) - t displacement, into k_out. From the start: moved is
@@ -117,7 +118,7 @@ struct BlockTask {
   Coordinates points;         // kBlock of each
   std::uint64_t members = 0;  // which of them the segment is about
   double* start = nullptr;    // kBlock
-  bool between = false;       // whether all are known to be between the inner and the outer region
+  bool moves = true;          // those whose motion is known in closed form; else none is
 };
 
 // Points whose path lines are to be integrated: from the segment's beginning, or from the time in BlockTask::start. All
@@ -224,6 +225,32 @@ struct GridKernelField {
   MaskView<S> mask;
   Vec3d center;
   S end{1};  // of the segment
+};
+
+// A part of a sum, evaluated by the kernel that it has alone. Places are relative to the centre of the sum.
+template <class S>
+struct SumPart {
+  FieldKernel<S> kernel;
+  const void* field = nullptr;
+  Vec3<S> center;  // what the kernel's positions are relative to
+  Vec3<S> tool_velocity;
+  S tool_speed{0};
+  S reach{0};                 // how far a step may pass
+  bool leaves_width = false;  // the stage leaves the width to the limits
+  // Beyond it v is exactly 0: a ball that moves along, or a half-space.
+  bool in_space = false;
+  Vec3<S> middle;  // of the ball; the normal of the half-space
+  Vec3<S> by;
+  S extent{0};  // the radius; of the half-space how far along its normal it goes
+};
+
+// At most so many parts, kMostParts of a segment.
+inline constexpr int kMostSummed = 8;
+
+template <class S>
+struct SumKernelField {
+  SumPart<S> parts[kMostSummed];
+  int count = 0;
 };
 
 // The points of a set, one coordinate after the other, owned by whoever made the field.
@@ -349,6 +376,7 @@ struct Kernels {
   FieldKernel<S> masked_pins;
   FieldKernel<S> grid;  // of a GridKernelField
   FieldKernel<S> masked_grid;
+  FieldKernel<S> sum;  // of a SumKernelField; without a function that classifies
   GroupCounts (*move)(const SegmentTask<S>& segment, const GroupTask<S>& group) = nullptr;
 };
 

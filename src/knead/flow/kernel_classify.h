@@ -268,7 +268,9 @@ template <class P, class Field, bool masked>
     }
     if (inside == 0) continue;
     Known<P> known;
-    if constexpr (!masked) known = closed_form(field, d, r);
+    if constexpr (!masked) {
+      if (task.moves) known = closed_form(field, d, r);
+    }
     const std::uint32_t closed = known.lanes & inside;
     if (closed != 0) {
       result.inside |= std::uint64_t{inside & ~closed} << i;

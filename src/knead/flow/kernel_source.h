@@ -5,6 +5,7 @@
 #include "knead/flow/kernel_driver.h"
 #include "knead/flow/kernel_grid.h"
 #include "knead/flow/kernel_pins.h"
+#include "knead/flow/kernel_sum.h"
 
 namespace knead::detail {
 
@@ -73,6 +74,7 @@ Kernels<typename P::Scalar> kernels_of() {
   kernels.masked_pins = pin_kernel<P, PD, true>();
   kernels.grid = grid_kernel<P, PD, false>();
   kernels.masked_grid = grid_kernel<P, PD, true>();
+  kernels.sum = sum_kernel<P>();
   kernels.move = &move_group<P>;
   return kernels;
 }

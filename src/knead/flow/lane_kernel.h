@@ -110,7 +110,7 @@ Classified classify_lanes(const void* data, const BlockTask& task) {
     const void* cell = nullptr;
     const std::optional<double> contact = field.next_contact(cell, x, begin);
     if (!contact) continue;
-    if (const std::optional<Vec3d> known = field.closed_form(x)) {
+    if (const std::optional<Vec3d> known = task.moves ? field.closed_form(x) : std::nullopt) {
       move_point(task, i, *known, result);
     } else if (*contact == begin) {
       result.inside |= bit;

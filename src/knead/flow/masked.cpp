@@ -8,6 +8,7 @@
 #include "knead/field/mask_grid.h"
 #include "knead/flow/culling.h"
 #include "knead/flow/pins.h"
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 #include "knead/math/mat3.h"
 
@@ -22,7 +23,6 @@ constexpr int kRounds = 12;
 constexpr double kStep = 0.3;           // of the way to the next weighted least squares
 constexpr double kRidge = 1e-6;         // so that the constant stays where the samples say nothing
 constexpr double kPinTolerance = 1e-3;  // of speeds, by the radius
-constexpr double kFar = 1e300;          // where a support without bounds ends
 
 bool rests(const Segment& segment) {
   const auto turns = [](const Field& field) {
@@ -53,30 +53,6 @@ bool reaches(const Segment& segment) {
     }
   }
   return false;
-}
-
-// A box beyond which a field is 0 from t = 0 to 1; all of space for regions without bounds.
-Box support_of(const Field& field, const Vec3d& displacement) {
-  Box box;
-  double reach = field.thresholds.outer;
-  if (std::holds_alternative<Ball<double>>(field.region)) {
-    box.extend({0, 0, 0});
-  } else if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
-    box.extend(capsule->half_axis);
-    box.extend(-capsule->half_axis);
-  } else if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
-    const Surround elements = surround_of(*set);
-    box.extend(elements.center);
-    reach = elements.radius + support_reach(*set, field.thresholds.outer);
-  } else {
-    return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
-  }
-  const Vec3d by{reach, reach, reach};
-  box = {box.min + field.center - by, box.max + field.center + by};
-  Box moved = box;
-  moved.extend(box.min + displacement);
-  moved.extend(box.max + displacement);
-  return moved;
 }
 
 // At most kMostBorder places of it, evenly through the list.
@@ -194,13 +170,50 @@ class Offset {
 SegmentMask mask_on(const Segment& segment) {
   SegmentMask result;
   result.acts = !segment.mask.is_empty() && reaches(segment);
-  if (!result.acts) return result;
+  if (!result.acts || !segment.parts.empty()) return result;
   if (segment.time_law == TimeLaw::pinned) {  // whose potentials' sum counts, not those of each
     result.offsets.resize(segment.fields.size() + 2 * segment.turns.size());  // those of fields_at()
     return result;
   }
   for (const Field& field : segment.fields) result.offsets.push_back(Offset(segment, field).find());
   return result;
+}
+
+namespace {
+
+// A vector potential in the planes through which the bits of `image` lead, of all planes in order: it is mirrored as an
+// axis is about which something turns.
+Vec3d potential_in(const std::vector<std::size_t>& planes, std::size_t image, Vec3d a) {
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    if ((image >> i & 1U) == 0) continue;
+    a[planes[i]] = -a[planes[i]];
+    a = -a;
+  }
+  return a;
+}
+
+}  // namespace
+
+std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts) {
+  std::vector<SegmentMask> masks;
+  for (const Segment& part : parts) masks.push_back(mask_on(part));
+  std::vector<std::size_t> planes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (sum.mirrored_at[axis]) planes.push_back(axis);
+  }
+  const auto has_all = [&](const SegmentMask& mask) {
+    return mask.acts && mask.offsets.size() == masks.front().offsets.size();
+  };
+  if (parts.size() != std::size_t{1} << planes.size() || !std::all_of(masks.begin(), masks.end(), has_all)) {
+    return masks;
+  }
+  for (std::size_t field = 0; field < masks.front().offsets.size(); ++field) {
+    Vec3d mean{0, 0, 0};
+    for (std::size_t i = 0; i < parts.size(); ++i) mean += potential_in(planes, i, masks[i].offsets[field]);
+    mean = mean / static_cast<double>(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) masks[i].offsets[field] = potential_in(planes, i, mean);
+  }
+  return masks;
 }
 
 namespace {
@@ -223,6 +236,15 @@ BorderSpeed border_speed_of_grid(const Segment& segment, std::span<const Vec3d> 
 }  // namespace
 
 BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points) {
+  if (!segment.parts.empty()) {
+    BorderSpeed greatest;
+    for (const Segment& part : parts_of(segment)) {
+      const BorderSpeed own = border_speed(part, points);
+      greatest.at_border = std::max(greatest.at_border, own.at_border);
+      greatest.of_tool = std::max(greatest.of_tool, own.of_tool);
+    }
+    return greatest;
+  }
   const SegmentMask mask = mask_on(segment);
   BorderSpeed result;
   if (!mask.acts) return result;

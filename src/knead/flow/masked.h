@@ -22,13 +22,17 @@ struct SegmentMask {
 // Costs about 0.4 ms where the mask acts.
 SegmentMask mask_on(const Segment& segment);
 
+// The same for each part of a sum, given as parts_of() does. Where the parts are mirror images in coordinate planes, so
+// are the constants that are taken from their potentials.
+std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts);
+
 // The greatest speeds of a segment's flow at some points.
 struct BorderSpeed {
   double at_border = 0;  // where m is neither 0 nor 1
   double of_tool = 0;    // anywhere, without the mask
 };
 
-// Looks at 3 moments.
+// Looks at 3 moments; of a sum at each part by itself.
 BorderSpeed border_speed(const Segment& segment, std::span<const Vec3d> points);
 
 }  // namespace knead::detail

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "knead/field/dual.h"
 #include "knead/field/grid_nodes.h"
@@ -18,6 +19,7 @@
 #include "knead/flow/pins.h"
 #include "knead/flow/segment_mover.h"
 #include "knead/flow/step_rule.h"
+#include "knead/flow/summed.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
 
@@ -103,15 +105,24 @@ enum class Wanted { determinant, jacobian };
 class SegmentJacobians {
  public:
   SegmentJacobians(const Segment& segment, const AdvectOptions& options, Wanted wanted)
+      : SegmentJacobians(segment, detail::mask_on(segment), options, wanted) {}
+  SegmentJacobians(const Segment& segment, detail::SegmentMask mask, const AdvectOptions& options, Wanted wanted)
       : segment_(segment),
         options_(options),
         wanted_(wanted),
-        mask_(detail::mask_on(segment)),
+        mask_(std::move(mask)),
         kernels_(detail::kernels_in_use().jacobians),
         bound_(detail::gradient_kernel(segment, mask_, kernels_)),
         method_(detail::method_in_double(options.integrator)),
         task_(detail::task_in_double(segment, options.tolerance)) {
     if (!segment.grid.is_empty()) nodes_ = std::make_unique<const detail::GridNodes<double>>(segment.grid);
+    if (!segment.parts.empty()) own_parts_ = detail::parts_of(segment);
+    if (!own_parts_.empty()) {
+      std::vector<detail::SegmentMask> masks = detail::masks_on(segment, own_parts_);
+      for (std::size_t i = 0; i < own_parts_.size(); ++i) {
+        parts_.push_back(std::make_unique<const SegmentJacobians>(own_parts_[i], std::move(masks[i]), options, wanted));
+      }
+    }
     if (segment.time_law == TimeLaw::pinned) pieces_ = detail::solve_pins(segment, options.tolerance);
     task_.method = &method_;
     task_.next_contact = [](const void* of, const Vec3d& x, double t, const void*& /*cell*/) {
@@ -124,7 +135,7 @@ class SegmentJacobians {
   ~SegmentJacobians() = default;
 
   Vec3d velocity_at(const Vec3d& x, double t) const {
-    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_at(x, t).velocity;
+    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_in_planes(x, t).velocity;
   }
 
   // Moves the points from `begin` to `end`, and multiplies their Jacobians.
@@ -179,7 +190,31 @@ class SegmentJacobians {
     return exp(Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}});
   }
 
+  // In the order in which the kernel of sums adds up.
+  Slope slope_of_parts(const Vec3d& x, double t) const {
+    std::vector<Slope> slopes;
+    slopes.reserve(parts_.size());
+    for (const auto& part : parts_) slopes.push_back(part->slope_at(x, t));
+    for (std::size_t stride = 1; stride < slopes.size(); stride *= 2) {
+      for (std::size_t k = 0; k + stride < slopes.size(); k += 2 * stride) {
+        slopes[k].velocity += slopes[k + stride].velocity;
+        slopes[k].gradient = slopes[k].gradient + slopes[k + stride].gradient;
+      }
+    }
+    return slopes[0];
+  }
+
+  // Along the planes in which the segment is mirrored, for places in them.
+  Slope slope_in_planes(const Vec3d& x, double t) const {
+    Slope slope = slope_at(x, t);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (segment_.mirrored_at[axis] && x[axis] == *segment_.mirrored_at[axis]) slope.velocity[axis] = 0;
+    }
+    return slope;
+  }
+
   Slope slope_at(const Vec3d& x, double t) const {
+    if (!parts_.empty()) return slope_of_parts(x, t);
     if (nodes_ != nullptr) return slope_of(*nodes_, segment_, mask_, x, t);
     if (segment_.time_law != TimeLaw::pinned) return slope_of(segment_.fields, segment_, mask_, x, t);
     return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
@@ -191,7 +226,8 @@ class SegmentJacobians {
     const auto& self = *static_cast<const SegmentJacobians*>(data);
     for (std::size_t lane = 0; lane < detail::kJacobianLanes; ++lane) {
       if ((asked >> lane & 1) == 0 || is_cancelled(self.options_)) continue;
-      const Slope slope = self.slope_at({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
+      const Slope slope =
+          self.slope_in_planes({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
       const Vec3d rows[4] = {slope.velocity, slope.gradient.row0, slope.gradient.row1, slope.gradient.row2};
       for (std::size_t n = 0; n < detail::kJacobianNumbers; ++n) slopes.of[n][lane] = rows[n / 3][n % 3];
     }
@@ -205,6 +241,10 @@ class SegmentJacobians {
     task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
     if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kLeastBlendedStep;
     if (!segment_.grid.end_coefficients.empty()) task.longest_step = kLongestUnsteadyStep;
+    for (const Segment& part : segment_.parts) {
+      if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = detail::kLeastBlendedStep;
+      if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kLongestUnsteadyStep);
+    }
     for (const Field& field : segment_.fields) {
       if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
       if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
@@ -219,6 +259,17 @@ class SegmentJacobians {
     return task;
   }
 
+  static bool turns(const Segment& segment) {
+    return std::any_of(segment.fields.begin(), segment.fields.end(), [](const Field& field) {
+      return std::visit(
+          [](const auto& region) {
+            if constexpr (requires { region.turn_angle; }) return region.turn_angle != 0;
+            return false;
+          },
+          field.region);
+    });
+  }
+
   const Segment& segment_;
   const AdvectOptions& options_;
   Wanted wanted_;
@@ -229,7 +280,63 @@ class SegmentJacobians {
   detail::SegmentTask<double> task_;
   std::vector<detail::PinPiece> pieces_;                    // of pins
   std::unique_ptr<const detail::GridNodes<double>> nodes_;  // of a grid
+  std::vector<Segment> own_parts_;                          // of a sum
+  std::vector<std::unique_ptr<const SegmentJacobians>> parts_;
 };
+
+// A sum with barrels, cut into one flow for each choice of its parts: which of them move a point depends on where that
+// is at the beginning.
+struct BarrelParts {
+  std::vector<unsigned> chosen;  // of each point, as bits
+
+  BarrelParts(const Segment& sum, std::span<const Vec3d> points) : chosen(points.size(), 0) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t part = 0; part < sum.parts.size(); ++part) {
+        const std::optional<SegmentBarrel>& barrel = sum.parts[part].barrel;
+        if (!barrel || detail::is_within(*barrel, points[i])) chosen[i] |= 1U << part;
+      }
+    }
+  }
+};
+
+// Moves the points through one segment, and multiplies their Jacobians.
+void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                   const AdvectOptions& options, Wanted wanted) {
+  const SegmentJacobians segment_jacobians(segment, options, wanted);
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
+      const std::size_t count = std::min(kPointsAtATime, end - i);
+      segment_jacobians.run(i, i + count, points, jacobians);
+      if (options.progress != nullptr) options.progress->done += count;
+    }
+  });
+  stop_if_cancelled(options.progress);
+}
+
+// The same for a sum with barrels: the points that the same parts move together.
+void carry_through_barrels(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                           const AdvectOptions& options, Wanted wanted) {
+  const BarrelParts barrels(sum, points);
+  for (unsigned parts = 0; parts < 1U << sum.parts.size(); ++parts) {
+    std::vector<std::size_t> members;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (barrels.chosen[i] == parts) members.push_back(i);
+    }
+    if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
+    if (parts == 0 || members.empty()) continue;
+    std::vector<Vec3d> own_points;
+    std::vector<Mat3d> own_jacobians;
+    for (const std::size_t i : members) {
+      own_points.push_back(points[i]);
+      own_jacobians.push_back(jacobians[i]);
+    }
+    carry_through(detail::chosen_parts(sum, parts), own_points, own_jacobians, options, wanted);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      points[members[k]] = own_points[k];
+      jacobians[members[k]] = own_jacobians[k];
+    }
+  }
+}
 
 // Moves the points, and returns the Jacobians. What a segment needs is made ready once.
 std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
@@ -238,15 +345,8 @@ std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const Advect
   require_finite(points);
   std::vector<Mat3d> result(points.size());
   for (const Segment& segment : flow.segments) {
-    const SegmentJacobians segment_jacobians(segment, options, wanted);
-    parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
-        const std::size_t count = std::min(kPointsAtATime, end - i);
-        segment_jacobians.run(i, i + count, points, result);
-        if (options.progress != nullptr) options.progress->done += count;
-      }
-    });
-    stop_if_cancelled(options.progress);
+    detail::has_barrels(segment) ? carry_through_barrels(segment, points, result, options, wanted)
+                                 : carry_through(segment, points, result, options, wanted);
   }
   return result;
 }
@@ -279,7 +379,7 @@ std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, d
   const std::size_t i = std::min(count - 1, static_cast<std::size_t>(time));
   const Segment& segment = flow.segments[i];
   AdvectOptions options;
-  options.tolerance = segment.fields.empty() ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
+  options.tolerance = segment.time_law != TimeLaw::pinned ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
   const SegmentJacobians line(segment, options, Wanted::jacobian);
   const double rate = segment.end - segment.begin;
   const double t = segment.begin + (time - static_cast<double>(i)) * rate;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "knead/flow/culling.h"
+#include "knead/flow/summed.h"
 
 namespace knead {
 
@@ -28,7 +29,7 @@ double feature_of(const Field& field) {
 }  // namespace
 
 struct FlowReach::Parts {
-  explicit Parts(Flow whole) : flow(std::move(whole)) {
+  explicit Parts(const Flow& whole) : flow(detail::each_part(whole)) {
     for (const Segment& segment : flow.segments) segments.emplace_back(segment);
   }
   Parts(const Parts&) = delete;

@@ -136,9 +136,29 @@ void check_grid(const Segment& segment) {
           "a segment with a grid of potentials has no fields, no displacement, no barrel and no turns");
 }
 
+void check(const Segment& segment);
+
+void check_parts(const Segment& segment) {
+  require(segment.parts.size() >= 2 && segment.parts.size() <= kMostParts, "a sum has 2 to 8 parts");
+  require(segment.fields.empty() && segment.grid.is_empty() && segment.displacement == Vec3d{} && !segment.barrel &&
+              segment.time_law == TimeLaw::swept && segment.turns.empty(),
+          "a sum has no fields, no grid, no displacement, no barrel and no turns of its own");
+  for (const Segment& part : segment.parts) {
+    require(part.parts.empty() && part.time_law != TimeLaw::pinned, "a part of a sum is neither a sum nor pinned");
+    require(part.mask.is_empty() && part.begin == 0 && part.end == 1,
+            "a part of a sum has the mask, the beginning and the end of the whole");
+    check(part);
+  }
+}
+
 void check(const Segment& segment) {
+  if (!segment.parts.empty()) check_parts(segment);
+  for (const std::optional<double>& at : segment.mirrored_at) {
+    require(!at || (std::isfinite(*at) && (!segment.parts.empty() || segment.time_law == TimeLaw::pinned)),
+            "only a sum and pins are mirrored, at a finite coordinate");
+  }
   if (!segment.grid.is_empty()) check_grid(segment);
-  require(!segment.fields.empty() || !segment.grid.is_empty(), "it has no field");
+  require(!segment.fields.empty() || !segment.grid.is_empty() || !segment.parts.empty(), "it has no field");
   require(is_finite(segment.displacement), "its displacement is not finite");
   const auto in_unit = [](double t) { return t >= 0 && t <= 1; };
   require(in_unit(segment.begin) && in_unit(segment.end), "begin and end must lie in [0, 1]");

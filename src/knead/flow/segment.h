@@ -1,6 +1,8 @@
 // Segments and flows: deformations as plain values that contain no mesh (method, section 3).
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -37,6 +39,9 @@ struct PinTurn {
   friend bool operator==(const PinTurn&, const PinTurn&) = default;
 };
 
+// A sum has at most so many parts.
+inline constexpr std::size_t kMostParts = 8;
+
 // The sum of one or more fields over one unit of time, or v = curl A of a grid in their place. Path lines run from t =
 // begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
 // half.
@@ -50,6 +55,13 @@ struct Segment {
   double end = 1;
   PotentialGrid grid{};          // not empty: there are no fields, no displacement, no barrel and no turns
   std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
+  // Not empty: v is the sum of the velocities of these 2 to kMostParts segments, which act at the same time, as a
+  // stroke and its mirror images do. Nothing else is given but the mask, `begin` and `end`, which are those of every
+  // part. A barrel limits its part alone. A part is neither pinned nor a sum.
+  std::vector<Segment> parts{};
+  // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}, and of pins that
+  // are: points of the plane stay in it exactly.
+  std::array<std::optional<double>, 3> mirrored_at{};
 
   friend bool operator==(const Segment&, const Segment&) = default;
 };
@@ -90,6 +102,7 @@ Flow flow_between(const Flow& flow, double from, double to);
 //   - a grid's spacing is not above 0, its counts are not those of its coefficients, or there are fields, a
 //     displacement, a barrel or turns besides,
 //   - a turn is none of a pin's, or the pins of turns do not ascend,
+//   - a sum has 1 part, or more than kMostParts, or a field of its own, or a part that is pinned, a sum, masked or cut,
 //   - begin or end lies outside [0, 1].
 void validate(const Flow& flow);
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "knead/field/grid_nodes.h"
 #include "knead/flow/contact.h"
@@ -13,6 +14,7 @@
 #include "knead/flow/owned_pins.h"
 #include "knead/flow/pins.h"
 #include "knead/flow/step_rule.h"
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 
 namespace knead::detail {
@@ -225,16 +227,22 @@ double reach_in(const Region& region) {
 double expected_error(const Segment& segment) {
   double greatest = segment.grid.is_empty() ? 0 : kGridReach;
   for (const Field& field : segment.fields) greatest = std::max(greatest, reach_in(field.region));
-  return kExpectedThirdOrderError * greatest * greatest * greatest;
+  double error = kExpectedThirdOrderError * greatest * greatest * greatest;
+  for (const Segment& part : segment.parts) error = std::max(error, expected_error(part));
+  return error;
 }
 
-// What positions are relative to: the first field's centre, of pins the middle of all, of a grid a node.
+// What positions are relative to: the first field's centre, of pins and sums the middle of all, but in the planes in
+// which they are mirrored, of a grid a node.
 Vec3d center_of(const Segment& segment) {
   if (!segment.grid.is_empty()) return middle_node(segment.grid);
-  if (segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
+  if (segment.parts.empty() && segment.time_law != TimeLaw::pinned) return segment.fields.front().center;
   Box box;
   for (const Field& field : segment.fields) box.extend(field.center);
-  return box.center();
+  for (const Segment& part : segment.parts) box.extend(center_of(part));
+  Vec3d center = box.center();
+  for (std::size_t axis = 0; axis < 3; ++axis) center[axis] = segment.mirrored_at[axis].value_or(center[axis]);
+  return center;
 }
 
 template <class S>
@@ -274,6 +282,50 @@ std::array<std::uint64_t, kBlocksPerGroup> without_held(const LiveGroup& group, 
   return members;
 }
 
+// A kernel whose positions are relative to a point of each of some planes at right angles to the axes; what is exactly
+// in a plane stays there.
+template <class S>
+struct InPlanes {
+  BoundKernel<S> inner;
+  std::array<bool, 3> has_plane{};
+
+  static void stage(const void* data, Bundle<S>& bundle, const Stage<S>& stage) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    self.inner.kernel.stage(self.inner.field.get(), bundle, stage);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t lane = 0; self.has_plane[axis] && lane < static_cast<std::size_t>(bundle.count); ++lane) {
+        const bool is_in = bundle.base[axis][lane] == S(0) && (stage.from_start || bundle.moved[axis][lane] == S(0));
+        if (is_in) bundle.k[stage.out][axis][lane] = S(0);
+      }
+    }
+  }
+  static void limit(const void* data, const Bundle<S>& bundle, bool from_start, StepLimits<S>& limits) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    self.inner.kernel.limit(self.inner.field.get(), bundle, from_start, limits);
+  }
+  static Classified classify(const void* data, const BlockTask& task) {
+    const auto& self = *static_cast<const InPlanes*>(data);
+    return self.inner.kernel.classify(self.inner.field.get(), task);
+  }
+};
+
+template <class S>
+BoundKernel<S> in_planes(BoundKernel<S> kernel, const std::array<std::optional<double>, 3>& planes) {
+  if (planes == std::array<std::optional<double>, 3>{}) return kernel;
+  BoundKernel<S> result = kernel;
+  result.kernel.stage = &InPlanes<S>::stage;
+  if (kernel.kernel.limit != nullptr) result.kernel.limit = &InPlanes<S>::limit;
+  result.kernel.classify = &InPlanes<S>::classify;
+  result.field = std::make_shared<const InPlanes<S>>(
+      InPlanes<S>{std::move(kernel), {planes[0].has_value(), planes[1].has_value(), planes[2].has_value()}});
+  return result;
+}
+
+template <class S>
+BoundKernel<S> kernel_of_sum(const Segment& sum, const AdvectOptions& options, const Kernels<S>& kernels) {
+  return in_planes<S>(sum_kernel<S>(sum, center_of(sum), options, kernels), sum.mirrored_at);
+}
+
 // Everything that a segment's points are moved with.
 template <class S>
 struct KernelMover {
@@ -289,8 +341,8 @@ struct KernelMover {
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               const Kernels<S>& kernels)
       : KernelMover(segment, mask_of, options, kernels.move,
-                    has_pack_kernel(segment) ? pack_kernel<S>(segment, mask_of, kernels)
-                                             : lane_kernel<S>(segment, options.tolerance, mask_of)) {}
+                    segment.parts.empty() ? kernel_of<S>(segment, options.tolerance, mask_of, kernels)
+                                          : kernel_of_sum<S>(segment, options, kernels)) {}
   KernelMover(const Segment& segment, const SegmentMask& mask_of, const AdvectOptions& options,
               GroupCounts (*mover)(const SegmentTask<S>&, const GroupTask<S>&), BoundKernel<S> kernel)
       : bound(std::move(kernel)),
@@ -312,6 +364,8 @@ struct KernelMover {
 
   GroupCounts operator()(const LiveGroup& group) const {
     static thread_local const std::unique_ptr<Bundle<S>> bundle = std::make_unique<Bundle<S>>();
+    static thread_local const std::unique_ptr<Bundle<S>> of_parts = std::make_unique<Bundle<S>>();
+    bundle->own = of_parts.get();
     std::array<std::uint64_t, kBlocksPerGroup> free{};
     if (!mask.is_empty()) free = without_held(group, mask);
     const std::uint64_t* const members = mask.is_empty() ? group.members : free.data();
@@ -367,7 +421,7 @@ class PinMover {
     result.field = {owned, &owned->field};
     result.next_contact = &contact_or_never;
     result.contact_data = &part;
-    return result;
+    return in_planes<S>(std::move(result), part.mirrored_at);
   }
 
   std::vector<std::unique_ptr<Segment>> parts_;  // of the segment's time
@@ -386,6 +440,20 @@ SegmentMover kernel_mover(const Segment& segment, const AdvectOptions& options, 
 
 }  // namespace
 
+template <class S>
+BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const SegmentMask& mask, const Kernels<S>& kernels) {
+  return has_pack_kernel(segment) ? pack_kernel<S>(segment, mask, kernels) : lane_kernel<S>(segment, tolerance, mask);
+}
+
+template BoundKernel<float> kernel_of<float>(const Segment&, double, const SegmentMask&, const Kernels<float>&);
+template BoundKernel<double> kernel_of<double>(const Segment&, double, const SegmentMask&, const Kernels<double>&);
+
+bool is_within(const SegmentBarrel& barrel, const Vec3d& x) {
+  const Vec3d d = x - barrel.point;
+  const Vec3d across = d - barrel.direction * dot(barrel.direction, d);
+  return norm2(across) <= barrel.radius * barrel.radius;
+}
+
 double reach_of_step(const Segment& segment) {
   if (!segment.grid.is_empty()) return kGridReach * segment.grid.spacing;
   double reach = std::numeric_limits<double>::infinity();
@@ -393,6 +461,7 @@ double reach_of_step(const Segment& segment) {
     if (std::holds_alternative<Handles<double>>(field.region)) continue;  // thresholds are no lengths there
     reach = std::min(reach, reach_in(field.region) * (field.thresholds.outer - field.thresholds.inner));
   }
+  for (const Segment& part : segment.parts) reach = std::min(reach, reach_of_step(part));
   return reach;
 }
 
@@ -405,6 +474,7 @@ bool carries(const Segment& segment) {
 }
 
 bool has_pack_kernel(const Segment& segment) {
+  if (!segment.parts.empty()) return false;
   if (!segment.grid.is_empty()) return true;
   const Field& first = segment.fields.front();
   return segment.fields.size() == 1 && segment.time_law == TimeLaw::swept && is_for_packs(first.region) &&
@@ -425,10 +495,21 @@ BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, 
 Method<double> method_in_double(Integrator integrator) { return method_of<double>(integrator); }
 
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
-  return task_of<double>(segment, tolerance);
+  SegmentTask<double> task = task_of<double>(segment, tolerance);
+  // Of a sum the tools move differently: |v - u| of any is at most twice the greater of |v| and |u|.
+  for (const Segment& part : segment.parts) {
+    task.tool_speed = std::max(task.tool_speed, task_of<double>(part, tolerance).tool_speed);
+  }
+  if (!segment.parts.empty()) task.reach *= 0.5;
+  return task;
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
+  if (SegmentMover of_parts = mover_of_parts(segment, options, kernels)) return of_parts;
+  return make_kernel_mover(segment, options, kernels);
+}
+
+SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
   const bool in_float = options.precision == Precision::float32;
   return in_float ? kernel_mover<float>(segment, options, kernels) : kernel_mover<double>(segment, options, kernels);
 }

@@ -29,6 +29,9 @@ using SegmentMover = std::function<GroupCounts(const LiveGroup& group)>;
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options,
                                 const KernelTable& kernels = kernels_in_use());
 
+// The same with one kernel for all points: of a sum the one that evaluates all parts.
+SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels);
+
 // A kernel with the field that it reads.
 template <class S>
 struct BoundKernel {
@@ -42,6 +45,10 @@ struct BoundKernel {
 // The kernel that evaluates a segment's path lines one by one (lane_kernel.h). The segment must outlive it.
 template <class S>
 BoundKernel<S> lane_kernel(const Segment& segment, double tolerance, const SegmentMask& mask);
+
+// Returns how a segment that is neither pinned nor a sum is evaluated. The segment must outlive it.
+template <class S>
+BoundKernel<S> kernel_of(const Segment& segment, double tolerance, const SegmentMask& mask, const Kernels<S>& kernels);
 
 // Whether a kernel evaluates the segment's path lines in packs.
 bool has_pack_kernel(const Segment& segment);
@@ -57,11 +64,14 @@ BoundGradients gradient_kernel(const Segment& segment, const SegmentMask& mask, 
 
 Method<double> method_in_double(Integrator integrator);
 
-// What a segment asks of a kernel, which is left out.
+// What a segment asks of a kernel, which is left out. Of a sum: for those who know no limits of the parts.
 SegmentTask<double> task_in_double(const Segment& segment, double tolerance);
 
 // How far a step may pass, a length; infinity between handles, where that depends on the place.
 double reach_of_step(const Segment& segment);
+
+// Whether the point is in the barrel, at t = 0.
+bool is_within(const SegmentBarrel& barrel, const Vec3d& x);
 
 // Whether the fields' inner region moves with the tool.
 bool carries(const Segment& segment);

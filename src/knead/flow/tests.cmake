@@ -12,5 +12,6 @@ knead_test(
   ${CMAKE_CURRENT_LIST_DIR}/segment_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/set_cells_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/simd_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/sum_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/tableau_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/path_jacobian_test.cpp)

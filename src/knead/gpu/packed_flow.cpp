@@ -286,6 +286,9 @@ class Packer {
 }  // namespace
 
 ShaderKind kind_of(const Segment& segment, const AdvectOptions& options) {
+  if (!segment.parts.empty()) {
+    throw InvalidInput("it is a sum, as of mirror images, which the GPU cannot evaluate; move the points with advect");
+  }
   if (!segment.mask.is_empty()) {
     throw InvalidInput("it has a mask, which the GPU cannot evaluate; move the points with advect");
   }

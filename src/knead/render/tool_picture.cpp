@@ -149,6 +149,7 @@ void draw_grid(const PotentialGrid& grid, const Canvas& canvas) {
 
 // The regions of all fields as they stand at the segment's beginning.
 void draw_regions(const Segment& segment, double opacity, const Canvas& canvas) {
+  for (const Segment& part : segment.parts) draw_regions(part, opacity, canvas);
   if (segment.time_law == TimeLaw::pinned) return draw_pins(segment, opacity, canvas);
   if (!segment.grid.is_empty()) return draw_grid(segment.grid, canvas);
   for (const Field& field : segment.fields) {
@@ -200,6 +201,7 @@ void move_sets(Handles<double>& region, double t) {
 // The segment's fields as they stand at its time t; what a tool that travels has left of its way is its motion.
 Segment at_time(const Segment& segment, double t) {
   Segment now = segment;
+  for (Segment& part : now.parts) part = at_time(part, t);
   for (Field& field : now.fields) {
     const Vec3d by = displacement_of(segment, field);
     field.center += by * t;
@@ -237,7 +239,8 @@ Vec3d way_from(const Flow& stroke, double moment) {
   Vec3d way{};
   for (std::size_t i = 0; i < stroke.segments.size(); ++i) {
     const double done = std::clamp(moment - static_cast<double>(i), 0.0, 1.0);
-    way += stroke.segments[i].displacement * (1 - done);
+    const Segment& segment = stroke.segments[i];
+    way += (segment.parts.empty() ? segment : segment.parts.front()).displacement * (1 - done);
   }
   return way;
 }
@@ -260,12 +263,30 @@ void draw_stamp(const DrawnTool& tool, const Canvas& canvas) {
   canvas.scene.arrows.push_back({.from = last, .to = stamp.path.back(), .radius = radius});
 }
 
+// The flow of the stroke alone and of each of its images, where these are the parts of sums.
+std::vector<Flow> images_of(const Flow& stroke) {
+  std::size_t count = 1;
+  for (const Segment& segment : stroke.segments) count = std::max(count, segment.parts.size());
+  std::vector<Flow> images(count);
+  for (const Segment& segment : stroke.segments) {
+    for (std::size_t k = 0; k < count; ++k) {
+      images[k].segments.push_back(k < segment.parts.size() ? segment.parts[k] : segment);
+      if (!segment.parts.empty() && k >= segment.parts.size()) images[k].segments.back() = segment.parts.front();
+    }
+  }
+  return images;
+}
+
 }  // namespace
 
 void draw_tool(const DrawnTool& tool, const Box& around, Scene& scene, const ToolDrawing& how) {
   const Canvas canvas{scene, around, how};
   if (tool.stamp) return draw_stamp(tool, canvas);
   if (tool.stroke.segments.empty()) return;
+  if (const std::vector<Flow> images = images_of(tool.stroke); images.size() > 1) {
+    for (const Flow& image : images) draw_tool({image, std::nullopt, tool.moment}, around, scene, how);
+    return;
+  }
   if (!tool.moment) return draw_whole_way(tool.stroke, canvas);
   draw_start(segment_at(tool.stroke, *tool.moment), canvas);
   if (moves(tool.stroke)) draw_path(tool.stroke, canvas);

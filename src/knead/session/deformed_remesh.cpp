@@ -9,6 +9,7 @@
 
 #include "knead/flow/advect_within.h"
 #include "knead/flow/reach.h"
+#include "knead/flow/summed.h"
 #include "knead/remesh/patch.h"
 #include "knead/session/deformed_shape.h"
 
@@ -41,7 +42,8 @@ double cost_of(const Flow& flow) {
     elements += set.points.size();
     for (const auto& curve : set.curves) elements += curve.size();
   };
-  for (const Segment& segment : flow.segments) {
+  const Flow parts = detail::each_part(flow);
+  for (const Segment& segment : parts.segments) {
     if (!segment.grid.is_empty()) elements += kElementsOfGrid;
     if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
     for (const Field& field : segment.fields) {

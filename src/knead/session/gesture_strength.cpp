@@ -26,7 +26,7 @@ Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
 }
 
 // The pieces of a path that have a length, which are its segments.
-double pieces_of(const Stroke& stroke) {
+double segments_along(const Stroke& stroke) {
   const std::vector<Vec3d>& path = *path_of(stroke);
   double pieces = 0;
   for (std::size_t i = 0; i + 1 < path.size(); ++i) pieces += path[i] == path[i + 1] ? 0 : 1;
@@ -93,17 +93,17 @@ std::vector<Chain> chains_of(Strokes strokes) {
   return chains;
 }
 
-double pieces_of(Strokes strokes, const Chain& chain) {
+double segments_along(Strokes strokes, const Chain& chain) {
   double pieces = 0;
-  for (const std::size_t i : chain.strokes) pieces += pieces_of(strokes[i].stroke);
+  for (const std::size_t i : chain.strokes) pieces += segments_along(strokes[i].stroke);
   return pieces;
 }
 
 // Cuts a chain of several strokes as one path.
 void cut(std::span<SessionStroke> strokes, const Chain& chain, double strength) {
-  double left = strength * pieces_of(strokes, chain);
+  double left = strength * segments_along(strokes, chain);
   for (const std::size_t i : chain.strokes) {
-    const double own = pieces_of(strokes[i].stroke);
+    const double own = segments_along(strokes[i].stroke);
     strokes[i].strength = own == 0 ? 1 : std::clamp(left / own, 0.0, 1.0);
     left -= own;
   }
@@ -117,8 +117,8 @@ double strength_of(std::span<const SessionStroke> gesture) {
   if (chain.strokes.size() == 1) return gesture[chain.strokes.front()].strength;
   if (chain.beyond) return 1 + kMostBeyond * gesture[*chain.beyond].strength;
   double done = 0;
-  for (const std::size_t i : chain.strokes) done += gesture[i].strength * pieces_of(gesture[i].stroke);
-  const double pieces = pieces_of(gesture, chain);
+  for (const std::size_t i : chain.strokes) done += gesture[i].strength * segments_along(gesture[i].stroke);
+  const double pieces = segments_along(gesture, chain);
   return pieces > 0 ? done / pieces : 1;
 }
 

@@ -45,7 +45,7 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
   if (stroke.off != group.back().off) return false;
   const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
   return std::any_of(group.begin() + static_cast<std::ptrdiff_t>(first), group.end(), [&](const SessionStroke& member) {
-    if (member.remesh != stroke.remesh) return false;
+    if (member.remesh != stroke.remesh || member.mirror != stroke.mirror) return false;
     return continues(member.stroke, stroke.stroke) || are_images(member.stroke, stroke.stroke);
   });
 }
@@ -55,18 +55,22 @@ bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& st
 GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
   const auto same = [](const SessionStroke& a, const SessionStroke& b) {
     return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
-           a.duration == b.duration;
+           a.duration == b.duration && a.mirror == b.mirror;
   };
   const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
   GestureChange result;
   result.first_new = static_cast<std::size_t>(a - before.begin());
   if (a == before.end()) return result;
-  const auto has_rest = [](const SessionStroke& stroke) {
+  const auto has_rest = [](SessionStroke stroke) {
+    stroke.mirror.clear();
     return is_plain(stroke) && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
   };
-  if (std::next(a) == before.end() && b != now.end() && has_rest(*a) && has_rest(*b)) {
-    result.rest = rest_of_flow(a->stroke, b->stroke);
-    result.rest_as_line = rest_of(a->stroke, b->stroke);
+  if (std::next(a) == before.end() && b != now.end() && a->mirror == b->mirror && has_rest(*a) && has_rest(*b)) {
+    result.rest = rest_of_flow(a->stroke, b->stroke, b->mirror);
+    if (std::optional<Stroke> rest = rest_of(a->stroke, b->stroke)) {
+      result.rest_as_line = SessionStroke{std::move(*rest)};
+      result.rest_as_line->mirror = b->mirror;
+    }
     ++result.first_new;
   }
   if (result.rest || result.rest_as_line) return result;
@@ -101,8 +105,12 @@ std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
   std::vector<SessionStroke> result;
   for (SessionStroke& stroke : strokes) {
     std::optional<Stroke> both;
-    const auto may_join = [](const SessionStroke& each) { return is_plain(each) && !each.remesh; };
-    if (!result.empty() && may_join(result.back()) && may_join(stroke)) {
+    const auto may_join = [](SessionStroke each) {
+      each.mirror.clear();
+      return is_plain(each) && !each.remesh;
+    };
+    const bool same_mirror = !result.empty() && result.back().mirror == stroke.mirror;
+    if (same_mirror && may_join(result.back()) && may_join(stroke)) {
       both = joined(result.back().stroke, stroke.stroke);
     }
     if (both) {

@@ -30,6 +30,7 @@ struct SessionStroke {
   // From 1 on the stroke goes on beyond its end (prolonged).
   double strength = 1;
   double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0
+  Mirror mirror{};      // planes in which the stroke is mirrored; its images act at the same time. Not of events
   // Whether the stroke begins an entry of the history. Nothing: as far as the strokes tell (strokes_of_gestures).
   std::optional<bool> new_entry{};
 
@@ -54,8 +55,13 @@ bool is_applied(const SessionStroke& stroke);
 bool is_plain(const SessionStroke& stroke);
 
 // Returns the segments of a stroke that reads no surface, as far as its strength applies them; none if it is off.
-// Throws InvalidInput as flow_of(stroke.stroke).
+// Throws InvalidInput as flow_of(stroke.stroke, stroke.mirror).
 Flow flow_of(const SessionStroke& stroke);
+
+// Returns the strokes with more planes to be mirrored in, besides those that they have. A stroke that is its own image
+// in all of them stays as it is; relaxing has its points mirrored instead, and a mask stays as it is. Throws
+// InvalidInput for planes that are not valid together.
+std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror);
 
 // Returns the session without the strokes that are off. It deforms every shape in the same way.
 Session without_off(Session session);
@@ -82,7 +88,7 @@ std::string serialize_session(const Session& session);
 // values are left out.
 std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
 std::string stroke_line(const Stroke& stroke);
-std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration and new_entry
+std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
 
 // Returns the keys of a stroke that apply to it, with all values that are not empty: the defaults too. One JSON object.
 std::string stroke_values(const SessionStroke& stroke);

@@ -50,6 +50,7 @@ std::string text_of(const SharedVectors& vectors) {
 }
 
 std::string text_of(const PoseItem& item);
+std::string text_of(const MirrorPlane& plane);
 std::string text_of(const PoseStiffness& region);
 
 template <class T>
@@ -177,6 +178,21 @@ std::vector<StrokeKey> defaults_for(const std::vector<StrokeKey>& keys, const To
   return tool.keys(start);
 }
 
+std::string text_of(const MirrorPlane& plane) {
+  LineWriter object;
+  object.add("normal", plane.normal);
+  if (plane.point != Vec3d{0, 0, 0}) object.add("point", plane.point);
+  return object.finish();
+}
+
+// The names of coordinate planes; else the planes.
+std::string text_of_mirror(const Mirror& mirror) {
+  for (const char* const names : {"x", "y", "z", "xy", "xz", "yz", "xyz"}) {
+    if (mirror == coordinate_mirror(names)) return text_of(std::string(names));
+  }
+  return mirror.size() == 1 ? text_of(mirror.front()) : text_of(mirror);
+}
+
 std::string text_of(const std::optional<RemeshSettings>& settings) {
   if (!settings) return "null";
   LineWriter object;
@@ -216,6 +232,7 @@ std::string stroke_line(const SessionStroke& stroke) {
   if (stroke.off) line.add_text("off", "true");
   if (stroke.strength != 1) line.add("strength", stroke.strength);
   if (stroke.duration != 1) line.add("duration", stroke.duration);
+  if (!stroke.mirror.empty()) line.add_text("mirror", text_of_mirror(stroke.mirror));
   if (stroke.new_entry) line.add_text("new_entry", *stroke.new_entry ? "true" : "false");
   for (std::size_t i = 0; i < keys.size(); ++i) {
     const auto* choice = std::get_if<Choice>(&keys[i].value);
@@ -237,6 +254,7 @@ std::string stroke_values(const SessionStroke& stroke) {
   line.add_text("off", stroke.off ? "true" : "false");
   line.add("strength", stroke.strength);
   line.add("duration", stroke.duration);
+  if (!stroke.mirror.empty()) line.add_text("mirror", text_of_mirror(stroke.mirror));
   for (const StrokeKey& key : tool_of(own).keys(own)) {
     const std::string text = text_of(key);
     if (!text.empty()) line.add_text(key.name, text);

@@ -10,6 +10,7 @@
 
 #include "knead/flow/path_jacobian.h"
 #include "knead/flow/reach.h"
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/math/parallel.h"
@@ -36,10 +37,11 @@ constexpr std::size_t kGrain = 256;
 
 bool has_barrel(const Flow& flow) {
   return std::any_of(flow.segments.begin(), flow.segments.end(),
-                     [](const Segment& segment) { return segment.barrel.has_value(); });
+                     [](const Segment& segment) { return segment.barrel || detail::has_barrels(segment); });
 }
 
-// Of a point that is known to move, the flow without its barrels is the same.
+// Of a point that is known to move, the flow without its barrel is the same. The barrels of a sum stay: they say which
+// of its parts move a point.
 Flow for_members(Flow flow) {
   for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
@@ -79,7 +81,7 @@ std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<
 
 // Backwards a barrel says nothing of where its points are: it is about where they came from.
 double motion_outside(const AppliedStroke& stroke, bool inverse) {
-  const FlowReach reach(inverse ? for_members(stroke.flow) : stroke.flow);
+  const FlowReach reach(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
   const std::vector<Vec3d>& before = stroke.before.positions();
   std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and how far
   std::vector<bool> is_moved(before.size());

@@ -196,6 +196,7 @@ void read_keys(const Tool& tool, const JsonObject& line, const Place& place, Str
   if (!tool.is_event) names.emplace_back("tool");
   for (const StrokeKey& key : tool.keys(stroke)) names.push_back(key.name);
   names.insert(names.end(), {"name", "off", "strength", "duration", "new_entry"});
+  if (!tool.is_event) names.emplace_back("mirror");
   line.allow(names);
   const auto has = [&](std::string_view key) { return line.has(key); };
   at_place(place, "", [&] { tool.prepare(stroke, has); });
@@ -213,6 +214,38 @@ double read_strength(const JsonValue& value) {
   return strength;
 }
 
+MirrorPlane read_plane(const JsonValue& value, const Place& place) {
+  if (!value.json().is_object()) value.fail(R"(a text such as "x" or "xz", or planes {"normal": ..., "point": ...})");
+  const JsonObject object(value, place, "a plane of \"mirror\"");
+  object.allow({"normal", "point"});
+  MirrorPlane plane{object.vector("normal")};
+  if (object.has("point")) plane.point = object.vector("point");
+  return plane;
+}
+
+Mirror read_mirror(const JsonValue& value, const Place& place) {
+  Mirror mirror;
+  at_place(place, "", [&] {
+    if (value.is_text()) {
+      mirror = coordinate_mirror(value.text());
+    } else if (value.json().is_array()) {
+      for (const JsonValue& item : value.items()) mirror.push_back(read_plane(item, place));
+      if (mirror.empty()) value.fail("1 to 3 planes");
+    } else {
+      mirror = {read_plane(value, place)};
+    }
+    validate(mirror);
+  });
+  return mirror;
+}
+
+// What is known to be wrong with the images before the stroke begins.
+void check_images(const SessionStroke& stroke, const Place& place) {
+  at_place(place, "", [&] {
+    if (!reads_surface(stroke.stroke)) flow_of(stroke.stroke, stroke.mirror);
+  });
+}
+
 // The keys that the strokes of every tool may have.
 void read_common_keys(const JsonObject& line, const Place& place, SessionStroke& stroke) {
   if (line.has("name")) stroke.name = line.at("name").text();
@@ -221,6 +254,10 @@ void read_common_keys(const JsonObject& line, const Place& place, SessionStroke&
   if (line.has("duration")) {
     stroke.duration = line.number("duration");
     if (!(stroke.duration > 0)) line.at("duration").fail("a number above 0");
+  }
+  if (line.has("mirror")) {
+    stroke.mirror = read_mirror(line.at("mirror"), place);
+    check_images(stroke, place);
   }
   if (!line.has("strength")) return;
   stroke.strength = read_strength(line.at("strength"));

@@ -8,10 +8,12 @@
 #include <numeric>
 
 #include "knead/flow/masked.h"
+#include "knead/flow/summed.h"
 #include "knead/math/box.h"
 #include "knead/math/error.h"
 #include "knead/session/surface_stroke.h"
 #include "knead/tool/barrel_members.h"
+#include "knead/tool/mirror.h"
 
 namespace knead::session_detail {
 
@@ -61,6 +63,7 @@ void append(const Stroke& part, const SessionStroke& source, std::vector<Session
     last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
   } else {
     parts.push_back({part, source.line, source.remesh, source.name});
+    parts.back().mirror = source.mirror;
   }
 }
 
@@ -73,7 +76,7 @@ void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
   }
   double left = part * static_cast<double>(segments);
   for (SessionStroke& each : parts) {
-    const auto own = static_cast<double>(flow_of(each.stroke).segments.size());
+    const auto own = static_cast<double>(flow_of(each.stroke, each.mirror).segments.size());
     each.strength = std::clamp(left / own, 0.0, 1.0);
     left -= own;
   }
@@ -93,25 +96,54 @@ void share_duration(std::vector<SessionStroke>& parts, double duration) {
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
 }
 
-// Resolves a stroke on a shape, and moves the shape through it, but not through one with a barrel, which is checked
+// A pose with a mirror is that of all parts and their images; its grids and their images add up to their mean, which is
+// exactly symmetric.
+bool is_mirrored_pose(const PreparedStroke& stroke) {
+  return std::holds_alternative<PoseStroke>(stroke.stroke()) && !stroke.source->mirror.empty();
+}
+
+Stroke stroke_to_read(const PreparedStroke& stroke, std::span<const Vec3d> positions) {
+  if (!is_mirrored_pose(stroke)) return stroke.stroke();
+  return with_images(std::get<PoseStroke>(stroke.stroke()), stroke.source->mirror, positions);
+}
+
+SharedVectors scaled(const SharedVectors& vectors, double factor) {
+  std::vector<Vec3d> result(vectors.begin(), vectors.end());
+  for (Vec3d& v : result) v = v * factor;
+  return SharedVectors(std::move(result));
+}
+
+Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
+  const auto* grid = std::get_if<GridStroke>(&part);
+  if (grid == nullptr || !is_mirrored_pose(stroke)) return part;
+  GridStroke share = *grid;
+  const double factor = 1.0 / static_cast<double>(1U << stroke.source->mirror.size());
+  share.grid.coefficients = scaled(share.grid.coefficients, factor);
+  share.grid.end_coefficients = scaled(share.grid.end_coefficients, factor);
+  return share;
+}
+
+// Resolves a stroke on a shape, and moves the shape through it, but not through one with barrels, which are checked
 // first.
 void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
   LiveSurface surface;
   surface.positions = shape.positions();
   surface.triangles = shape.triangles();
   if (shape.has_normals()) surface.normal = [&](std::uint32_t vertex) { return shape.normal(vertex); };
-  surface.apply = [&](const Stroke& part) {
-    Flow flow = masked(flow_of(part), shape.mask());
-    stroke.barrel = barrel_of(part);
+  surface.apply = [&](const Stroke& own) {
+    const Stroke part = share_of_image(own, stroke);
+    Flow flow = masked(flow_of(part, stroke.source->mirror), shape.mask());
+    stroke.barrels = barrels_of(part, stroke.source->mirror);
     append(part, *stroke.source, stroke.outcome.parts);
-    if (!stroke.barrel) stroke.outcome.status = shape.move(flow, progress);
+    if (stroke.barrels.empty()) stroke.outcome.status = shape.move(flow, progress);
     std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
     return stroke.outcome.status == AdvectStatus::done;
   };
   std::vector<std::string> remarks;
   surface.progress = progress;
   try {
-    stroke.outcome.penetration = apply_on(stroke.stroke(), stroke.tool.get(), shape.motion().threads, surface, remarks);
+    stroke.outcome.penetration = apply_on(stroke_to_read(stroke, surface.positions), stroke.tool.get(),
+                                          shape.motion().threads, surface, remarks);
   } catch (const Cancelled&) {
     stroke.outcome.status = AdvectStatus::cancelled;
     return;
@@ -182,9 +214,22 @@ std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
   return text + "; allow more seconds";
 }
 
+bool holds_all(const Barrel& barrel, const std::vector<Vec3d>& points) {
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vec3d& p) { return norm(cross(barrel.normal, p - barrel.center)) <= barrel.radius; });
+}
+
 Flow without_barrels(Flow flow) {
   for (Segment& segment : flow.segments) segment.barrel.reset();
   return flow;
+}
+
+// Without the barrels, and of sums only these parts.
+Flow without_barrels(Flow flow, unsigned parts) {
+  for (Segment& segment : flow.segments) {
+    if (!segment.parts.empty()) segment = detail::chosen_parts(segment, parts);
+  }
+  return without_barrels(std::move(flow));
 }
 
 }  // namespace
@@ -208,9 +253,9 @@ PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem
     prepared.expected_segments = expected_segments(stroke, prepared.tool.get());
     return prepared;
   }
-  prepared.flow = flow_of(stroke);
+  prepared.flow = flow_of(stroke, source.mirror);
   validate(prepared.flow);
-  prepared.barrel = barrel_of(stroke);
+  prepared.barrels = barrels_of(stroke, source.mirror);
   prepared.outcome.parts = {source};
   return prepared;
 }
@@ -237,6 +282,7 @@ Flow StrokeRun::flow() const {
 
 void StrokeRun::enter() {
   read();
+  warn_of_cpu();
   if (status() != AdvectStatus::done || options_.backwards) return;
   check_barrel();
   warn_of_border();
@@ -256,18 +302,27 @@ void StrokeRun::read() {
     return;
   }
   read_surface(stroke_, shape_, progress_);
-  if (!stroke_.barrel) at_ = end();
+  if (stroke_.barrels.empty()) at_ = end();
 }
 
 void StrokeRun::check_barrel() {
-  if (!stroke_.barrel) return;
-  const BarrelCheck found = knead::check_barrel(*stroke_.barrel, shape_.positions(), shape_.triangles());
-  if (found.crossing > 0) throw InvalidInput(describe_refusal(*stroke_.barrel, found));
-  if (found.later == 0) return;
-  stroke_.outcome.warnings.push_back(
-      fmt::format("{} triangles cross the barrel of \"radius\" {} where the bend moves the surface later, "
-                  "and may be torn; check them, or choose another radius",
-                  found.later, stroke_.barrel->radius));
+  for (const Barrel& barrel : stroke_.barrels) {
+    const BarrelCheck found = knead::check_barrel(barrel, shape_.positions(), shape_.triangles());
+    if (found.crossing > 0) throw InvalidInput(describe_refusal(barrel, found));
+    if (found.later == 0) continue;
+    stroke_.outcome.warnings.push_back(
+        fmt::format("{} triangles cross the barrel of \"radius\" {} where the bend moves the surface later, "
+                    "and may be torn; check them, or choose another radius",
+                    found.later, barrel.radius));
+  }
+}
+
+void StrokeRun::warn_of_cpu() {
+  const std::vector<Segment>& segments = stroke_.flow.segments;
+  const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
+  if (!shape_.motion().backend || std::none_of(segments.begin(), segments.end(), is_sum)) return;
+  stroke_.outcome.warnings.emplace_back(
+      "the GPU cannot evaluate mirror images at the same time: the CPU moves the vertices in this stroke");
 }
 
 // Where the flow along the mask's border is much faster than the tool, it distorts the shape there.
@@ -330,25 +385,66 @@ void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
     return;
   }
   Flow flow = flow_between(stroke_.flow, from, to);
-  if (!options_.backwards || !stroke_.barrel) {
+  if (!options_.backwards || stroke_.barrels.empty()) {
     stroke_.outcome.status = shape.move(flow, progress_);
     return;
   }
-  const TakenBack& back = taken_back();
-  DeformedShape moved = to == 0 ? back.shape : shape;
-  stroke_.outcome.status = to == 0 ? back.status : moved.move(without_barrels(std::move(flow)), progress_);
-  shape.take(back.members, moved);
+  const DeformedShape start = shape;  // which the parts leave one after the other
+  for (const TakenBack& back : taken_back()) {
+    DeformedShape moved = to == 0 ? back.shape : start;
+    const AdvectStatus status = to == 0 ? back.status : moved.move(without_barrels(flow, back.parts), progress_);
+    if (status != AdvectStatus::done) stroke_.outcome.status = status;
+    shape.take(back.members, moved);
+  }
 }
 
-// Leaves the barrel out: barrel_members says which points it held.
-const StrokeRun::TakenBack& StrokeRun::taken_back() {
-  if (taken_back_) return *taken_back_;
-  taken_back_ = TakenBack{shape_, AdvectStatus::done, {}};
-  taken_back_->status = taken_back_->shape.move(without_barrels(flow_between(stroke_.flow, end(), 0)), progress_);
+StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
+  TakenBack back{parts, shape_};
+  back.status = back.shape.move(without_barrels(flow_between(stroke_.flow, end(), 0), parts), progress_);
+  return back;
+}
+
+std::vector<bool> StrokeRun::members_of(const Barrel& barrel, const TakenBack& back) const {
   const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
-  taken_back_->members = barrel_members(*stroke_.barrel, shape_.positions(), taken_back_->shape.positions(),
-                                        shape_.triangles(), 10 * tolerance + 1e-3 * stroke_.barrel->radius);
+  return barrel_members(barrel, shape_.positions(), back.shape.positions(), shape_.triangles(),
+                        10 * tolerance + 1e-3 * barrel.radius);
+}
+
+// Leaves the barrels out: barrel_members says which points each held. Where all of them held the whole shape, as
+// barrels about one line do, nothing is to be asked.
+const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
+  if (taken_back_) return *taken_back_;
+  taken_back_.emplace();
+  const std::size_t count = stroke_.barrels.size();
+  TakenBack all = taken_back_by((1U << count) - 1);
+  const auto holds_shape = [&](const Barrel& barrel) { return holds_all(barrel, all.shape.positions()); };
+  const bool is_simple = count == 1 || all.status != AdvectStatus::done ||
+                         std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(), holds_shape);
+  if (is_simple) {
+    all.members.assign(shape_.positions().size(), true);
+    if (count == 1) all.members = members_of(stroke_.barrels.front(), all);
+    taken_back_->push_back(std::move(all));
+    return *taken_back_;
+  }
+  const std::vector<unsigned> parts = parts_that_moved();
+  for (unsigned chosen = 1; chosen < 1U << count; ++chosen) {
+    std::vector<bool> members(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) members[k] = parts[k] == chosen;
+    if (std::find(members.begin(), members.end(), true) == members.end()) continue;
+    taken_back_->push_back(taken_back_by(chosen));
+    taken_back_->back().members = std::move(members);
+  }
   return *taken_back_;
+}
+
+// The parts of the flow that moved each point, as bits.
+std::vector<unsigned> StrokeRun::parts_that_moved() const {
+  std::vector<unsigned> parts(shape_.positions().size(), 0);
+  for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
+    const std::vector<bool> members = members_of(stroke_.barrels[i], taken_back_by(1U << i));
+    for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
+  }
+  return parts;
 }
 
 }  // namespace knead::session_detail

@@ -19,9 +19,9 @@ struct PreparedStroke {
   std::shared_ptr<const Stroke> beyond;  // that takes the source's place if its strength is above 1
   double part = 1;                       // of the segments, by the source's strength
   const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
-  bool reads_surface = false;            // the flow and the barrel are unknown until it is read
+  bool reads_surface = false;            // the flow and the barrels are unknown until it is read
   Flow flow;
-  std::optional<Barrel> barrel;
+  std::vector<Barrel> barrels;        // its own, and those of its images
   std::shared_ptr<const Mesh> tool;   // of a stamp
   Mask mask;                          // of a stroke that is applied backwards; forwards the shape has it
   std::size_t expected_segments = 0;  // of one that reads the surface: at most
@@ -47,8 +47,8 @@ class StrokeRun {
   // The shape must outlive the run.
   StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress);
 
-  // Reads the surface if the stroke has not been read, and checks a barrel. Throws InvalidInput for a stroke that the
-  // shape cannot take.
+  // Reads the surface if the stroke has not been read, and checks its barrels. Throws InvalidInput for a stroke that
+  // the shape cannot take.
   void enter();
   // The same without the check.
   void read();
@@ -67,20 +67,26 @@ class StrokeRun {
   const std::optional<Remeshed>& remeshed() const { return remeshed_; }
 
  private:
-  // The shape as a stroke with a barrel, of one segment, leaves it backwards if everything moves, and what does move.
+  // Of a stroke with barrels, of one segment: the points that the same parts of its flow moved, one part or the sum of
+  // several, and the shape as these leave it backwards if everything moves.
   struct TakenBack {
-    DeformedShape shape;
+    unsigned parts = 1;  // as bits
+    DeformedShape shape{};
     AdvectStatus status = AdvectStatus::done;
-    std::vector<bool> members;
+    std::vector<bool> members{};
   };
 
   double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
   double end() const { return options_.part * length(); }
   void check_barrel();
+  void warn_of_cpu();
   void warn_of_border();
   void advance(double to);
   void move_between(double from, double to, DeformedShape& shape);
-  const TakenBack& taken_back();
+  const std::vector<TakenBack>& taken_back();
+  TakenBack taken_back_by(unsigned parts) const;
+  std::vector<bool> members_of(const Barrel& barrel, const TakenBack& back) const;
+  std::vector<unsigned> parts_that_moved() const;
   void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
 
   PreparedStroke stroke_;
@@ -91,7 +97,7 @@ class StrokeRun {
   std::optional<RemeshSettings> settings_;
   double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at
   std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
-  std::optional<TakenBack> taken_back_;
+  std::optional<std::vector<TakenBack>> taken_back_;
   std::optional<Remeshed> remeshed_;
 };
 

@@ -27,7 +27,7 @@ struct GestureChange {
   std::size_t first_new = 0;  // else apply the strokes from this one on,
   std::optional<Flow> rest;   // after this rest of the stroke before it
   // The rest as a stroke. Nothing: the whole stroke takes its place. Of a stroke that is no flow this is applied.
-  std::optional<Stroke> rest_as_line;
+  std::optional<SessionStroke> rest_as_line;
 
   // Returns whether nothing is left to apply.
   bool is_nothing(std::size_t new_strokes) const {

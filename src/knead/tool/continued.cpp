@@ -79,12 +79,12 @@ std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now) {
   });
 }
 
-std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now) {
+std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now, const Mirror& mirror) {
   if (!is_flow(now)) return std::nullopt;
-  if (const std::optional<Stroke> rest = rest_of(before, now)) return flow_of(*rest);
-  return of_both<PointsStroke>(before, now, [](const auto& a, const auto& b) -> std::optional<Flow> {
+  if (const std::optional<Stroke> rest = rest_of(before, now)) return flow_of(*rest, mirror);
+  return of_both<PointsStroke>(before, now, [&](const auto& a, const auto& b) -> std::optional<Flow> {
     if (!has_grown(a, b, &PointsStroke::displacements)) return std::nullopt;
-    Flow flow = flow_of(b);
+    Flow flow = flow_of(b, mirror);
     const std::size_t done = flow_of(a).segments.size();
     flow.segments.erase(flow.segments.begin(), flow.segments.begin() + static_cast<std::ptrdiff_t>(done));
     return flow;

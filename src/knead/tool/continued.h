@@ -13,8 +13,8 @@ namespace knead {
 std::optional<Stroke> rest_of(const Stroke& before, const Stroke& now);
 
 // Returns the flow of that part; works also for point sets with more displacements. The strokes are valid. Nothing for
-// relax strokes, which are no flow.
-std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now);
+// relax strokes, which are no flow. Both are mirrored.
+std::optional<Flow> rest_of_flow(const Stroke& before, const Stroke& now, const Mirror& mirror = {});
 
 // Returns whether `next` begins where `last` ended, with the same tool and the same numbers: an implicit stroke or a
 // stamp whose path continues, a painted stroke of the same brush, or a relax

@@ -98,6 +98,10 @@ bool is_deformed(const Segment& segment, const Field& field, const Vec3d& p) {
 }
 
 bool is_deformed(const Segment& segment, const Vec3d& p) {
+  if (!segment.parts.empty()) {
+    return std::any_of(segment.parts.begin(), segment.parts.end(),
+                       [&](const Segment& part) { return is_deformed(part, p); });
+  }
   if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
   if (segment.barrel && !is_within(*segment.barrel, p)) return false;
   return std::any_of(segment.fields.begin(), segment.fields.end(),

@@ -9,6 +9,7 @@ knead_test(knead_tool_test SOURCES
   ${CMAKE_CURRENT_LIST_DIR}/mirrored_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/parts_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pins_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/mirror_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/placement_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/points_test.cpp
   ${CMAKE_CURRENT_LIST_DIR}/pose_test.cpp
