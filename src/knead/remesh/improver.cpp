@@ -232,6 +232,10 @@ bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds
   s_.for_each_outgoing(s_.origin(best.halfedge), [&](std::uint32_t e) {
     if (s_.target(e) != kept) ring.push_back(s_.target(e));
   });
+  if (guard_ != nullptr) {
+    guard_->remove(best.halfedge / 3);
+    if (s_.opposite[best.halfedge] != kNone) guard_->remove(s_.opposite[best.halfedge] / 3);
+  }
   collapse(s_, best.halfedge, best.place, best.t);
   tell_guard({&kept, 1});
   if (best.volume != 0 && !restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
