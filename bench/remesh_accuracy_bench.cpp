@@ -75,6 +75,7 @@ struct Outcome {
 Outcome replayed(const Mesh& mesh, const Session& session, Way way) {
   Outcome outcome;
   ReplayOptions options;
+  options.may_cross = true;
   if (way == Way::ours) options.remesh.settings = RemeshSettings{};
   CertificateBuilder builder(mesh, options);
   double proving = 0;

@@ -60,7 +60,7 @@ constexpr std::string_view kVolume = "volume";
 
 constexpr std::array kKinds{
     Kind{kVolume, "FRACTION", 1, false, Cure::shorter_chords, volume_changed},
-    Kind{"crossings", "N", 1e9, true, Cure::shorter_chords, crosses},
+    Kind{kCrossingsBound, "N", 1e9, true, Cure::shorter_chords, crosses},
     Kind{"flipped", "N", 1e9, true, Cure::shorter_chords, is_flipped},
     Kind{"min-angle", "DEGREES", 60, false, Cure::more_rounds, is_narrow},
     Kind{"distance", "FRACTION", 1, false, Cure::shorter_chords,

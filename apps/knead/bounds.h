@@ -15,6 +15,9 @@ struct Bound {
   double limit = 0;
 };
 
+// The name of the bound on pairs of triangles that cross: who gives it wants no other refusal of them.
+inline constexpr const char* kCrossingsBound = "crossings";
+
 // Returns all names, each with the placeholder of its limit, separated by commas.
 std::string known_bounds();
 

@@ -220,6 +220,8 @@ void run_deform(const DeformOptions& options) {
   const Clock total;
   ReplayOptions replay = replay_options(options);
   const std::vector<Bound> bounds = options.require ? parse_bounds(*options.require) : std::vector<Bound>{};
+  replay.may_cross =
+      std::any_of(bounds.begin(), bounds.end(), [](const Bound& bound) { return bound.name == kCrossingsBound; });
   const Target target(options, replay.frames);
   check_outputs(options, target);
   const Digits digits = digits_of(options);

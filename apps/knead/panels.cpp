@@ -146,6 +146,7 @@ std::vector<Panel> panels_of_session(const PanelOptions& options, const Session&
   std::vector<Panel> panels;
   for (const double moment : options.moments) {
     ReplayOptions replay;
+    replay.may_cross = true;  // a picture shows it
     replay.part.until = remeshed ? moment : parts_at(played, moment);
     const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.quiet);
     Panel& panel = panels.emplace_back(Panel{result.shape.to_mesh(), {}});

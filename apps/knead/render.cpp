@@ -226,6 +226,7 @@ FilmRequest film_of_session(const RenderOptions& options, PictureRequest& reques
   const auto inputs = std::make_shared<Inputs>(
       read_inputs(options.panels.shapes.front(), options.panels.format, options.panels.session, options.common.quiet));
   ReplayOptions replay;
+  replay.may_cross = true;  // a picture shows it
   replay.frames = frame_options(options.frames);
   replay.frames.deliver = [&](const ReplayFrame& frame) {
     const std::vector<Vec3d> points = outermost_points(frame.shape.positions());

@@ -42,7 +42,9 @@ void run_resolve(const ResolveOptions& options) {
   check_streams({options.shape}, options.format);
   const Inputs inputs = read_inputs(options.shape, options.format, options.session, options.common.quiet);
   require_flows(inputs.session);
-  const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, ReplayOptions{}, options.common.quiet);
+  ReplayOptions replay;
+  replay.may_cross = true;  // the shape is not kept
+  const ReplayResult result = replay_watched(inputs.shape.mesh, inputs.session, replay, options.common.quiet);
   Session resolved;
   resolved.note = inputs.session.note;
   resolved.strokes = result.resolved;

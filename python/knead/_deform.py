@@ -229,7 +229,8 @@ def remesh(
         "out_of_time" is true. The result then depends on the machine. None: no limit.
     Other keywords as for deform. Returns Remeshed, or None if `progress` returned False.
 
-    Raises InvalidInput, and AccuracyError where the mesh would need more than max_vertices.
+    Raises InvalidInput, and AccuracyError where the mesh would need more than max_vertices,
+    or where triangles cross that did not before and remeshing cannot end that.
     """
     given = {
         "max_edge": max_edge,

@@ -158,6 +158,7 @@ Ending run_session(const Subject& subject, const Session& session, bool distance
   Ending ending;
   ReplayOptions options;
   options.remesh.settings = RemeshSettings{};
+  options.may_cross = true;  // they are counted
   CertificateBuilder builder(subject.mesh, options);
   double begin = processor_seconds();
   options.on_stroke = [&](const AppliedStroke& stroke) {

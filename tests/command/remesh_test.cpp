@@ -7,6 +7,7 @@
 
 #include "knead/io/remeshed.h"
 #include "knead/mesh/measures.h"
+#include "knead/mesh/shapes.h"
 #include "knead/session/replay.h"
 #include "process.h"
 
@@ -89,6 +90,23 @@ TEST_F(RemeshTest, TheCertificateJudgesTheNumbersThatAreWritten) {
   Words as_float = words;
   as_float.push_back("moved.stl");
   expect_error(knead(as_float), 4, "refining makes them more");
+}
+
+// Its two sides are pressed together until floats do not tell them apart.
+TEST_F(RemeshTest, ExitCode0NeverStandsBesideCrossingsThatWereMade) {
+  Mesh thin = make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum);
+  for (Vec3d& p : thin.positions) p = {0.01 * p.x, 0.01 * p.y, 1 + 1e-6 * p.z};
+  write("thin.ply", serialize_mesh("ply", thin));
+  write("press.knead",
+        "{\"knead\": 1}\n{\"tool\": \"stretch\", \"center\": [0, 0, 1], \"axis\": [0, 0, 1], \"factor\": 0.02, "
+        "\"inner\": 0.4, \"outer\": 0.8}\n");
+  const Words words{"deform", "thin.ply", "press.knead", "--remesh", "-q", "-o", "pressed.ply"};
+  expect_error(knead(words), 4, "press.knead:2: ");
+  EXPECT_FALSE(std::filesystem::exists(path("pressed.ply")));
+  Words allowed = words;
+  allowed.insert(allowed.end(), {"--require", "crossings=1000000"});
+  knead_ok(allowed);
+  EXPECT_TRUE(std::filesystem::exists(path("pressed.ply")));
 }
 
 TEST_F(RemeshTest, EveryOptionImpliesItAndDoesWhatItSays) {

@@ -201,6 +201,7 @@ void Document::export_shape(const std::filesystem::path& path, bool as_double, P
       if (source_->mesh.face_count() == 0) normals = vertex_normals_of(*source_);
       if (!normals.empty()) {
         ReplayOptions options;
+        options.may_cross = true;
         options.normals = std::move(normals);
         options.progress = &progress;
         normals = replay(borrow(source_->mesh), history_session(), options).shape.normals();
@@ -231,6 +232,7 @@ Session Document::history_session() const {
 // How the motion of the whole history is replayed.
 ReplayOptions Document::motion_of(const FrameExport& how, Progress& progress) const {
   ReplayOptions options;
+  options.may_cross = true;  // as the strokes were kept when they were made
   options.progress = &progress;
   options.motion.threads = options_.threads;
   options.remesh.face_labels = face_labels(*source_);

@@ -37,16 +37,6 @@ FloatBox BoxTree::box_of(const std::array<Vec3d, 3>& corners) const {
   return box;
 }
 
-std::vector<std::uint32_t> BoxTree::places(std::size_t triangle_count) const {
-  std::vector<std::uint32_t> result(triangle_count, 0);
-  for (std::size_t place = 0; place < leaves_.size() * kLeafSize; ++place) {
-    const Leaf& leaf = leaves_[place / kLeafSize];
-    const std::size_t i = place % kLeafSize;
-    if (leaf.min[0][i] <= leaf.max[0][i]) result[leaf.triangle[i]] = static_cast<std::uint32_t>(place);
-  }
-  return result;
-}
-
 void BoxTree::widen(std::uint32_t place, const FloatBox& box) {
   Leaf& leaf = leaves_[place / kLeafSize];
   const std::size_t i = place % kLeafSize;

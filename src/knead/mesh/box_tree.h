@@ -79,11 +79,16 @@ class BoxTree {
   // Calls visit(u) for each member whose box overlaps the given one, until visit returns false.
   template <class Visit>
   void for_each_overlap_with(const FloatBox& box, Visit visit) const {
+    for_each_place_with(box, [&](std::uint32_t place) { return visit(member_at(place)); });
+  }
+
+  // The same with the places of the members in the tree, which are numbered from 0 and near each other in space.
+  template <class Visit>
+  void for_each_place_with(const FloatBox& box, Visit visit) const {
     visit_below(1, box, visit);
   }
 
-  // Returns the place of each member in the tree; 0 for the other triangles.
-  std::vector<std::uint32_t> places(std::size_t triangle_count) const;
+  std::uint32_t member_at(std::uint32_t place) const { return leaves_[place / kLeafSize].triangle[place % kLeafSize]; }
   // Widens the box of the member at a place, and all boxes around it, so that they hold another box.
   void widen(std::uint32_t place, const FloatBox& box);
 
@@ -122,8 +127,9 @@ class BoxTree {
   bool visit_below(std::size_t node, const FloatBox& box, Visit& visit) const {
     if (!nodes_[node].overlaps(box)) return true;
     if (!is_leaf(node)) return visit_below(2 * node, box, visit) && visit_below(2 * node + 1, box, visit);
-    const Leaf& leaf = leaf_of(node);
-    return visit_leaf(leaf, box, 0, [&](std::size_t i) { return visit(leaf.triangle[i]); });
+    const std::size_t first = kLeafSize * (node - nodes_.size() / 2);
+    return visit_leaf(leaf_of(node), box, 0,
+                      [&](std::size_t i) { return visit(static_cast<std::uint32_t>(first + i)); });
   }
 
   template <class Visit>

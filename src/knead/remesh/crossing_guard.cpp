@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 namespace knead::remesh_detail {
 
@@ -11,6 +12,10 @@ namespace {
 // Random strong strokes on scans need up to 371 (docs/remeshing.md); a heap of faces took 287,000.
 constexpr std::uint64_t kTestsPerFace = 1000;
 constexpr std::uint64_t kFewFaces = 200;  // may take as long as so many more
+
+// Overlaps none.
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr FloatBox kNoBox{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
 
 std::vector<std::uint32_t> all_of(std::size_t count) {
   std::vector<std::uint32_t> numbers(count);
@@ -21,31 +26,38 @@ std::vector<std::uint32_t> all_of(std::size_t count) {
 }  // namespace
 
 CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& search)
+    : CrossingGuard(surface, search, search.triangles(surface)) {}
+
+CrossingGuard::CrossingGuard(const Surface& surface, const CrossingSearch& search, const CrossingSearch::Triangles& all)
     : s_(surface),
       search_(search),
-      outside_count_(search.outside_count()),
-      triangles_(search.triangles(surface)),
-      tree_(triangles_.triangles, triangles_.positions, all_of(triangles_.triangles.size())),
-      places_(tree_.places(triangles_.triangles.size())),
-      root_(all_of(surface.face_count())),
-      next_(surface.face_count(), kNone),
-      triangle_of_(surface.face_count(), kNone),
-      boxes_(surface.face_count()),
+      tree_(all.triangles, all.positions, all_of(all.triangles.size())),
+      obstacles_(all.triangles.size()),
+      written_(all.triangles.size()),
+      place_(all_of(all.triangles.size())),
+      face_(all.triangles.size(), kNone),
+      obstacle_of_(surface.face_count(), kNone),
       watched_(surface.vertex_count(), false),
-      marks_(surface.face_count(), 0),
       most_tests_(kTestsPerFace * (kFewFaces + surface.face_count())) {
-  for (std::size_t i = 0; i < triangles_.faces.size(); ++i) {
-    const auto t = static_cast<std::uint32_t>(outside_count_ + i);
-    triangle_of_[triangles_.faces[i]] = t;
-    boxes_[triangles_.faces[i]] = tree_.box_of(triangles_.placed(t).corners);
+  for (std::uint32_t place = 0; place < place_.size(); ++place) {
+    const std::uint32_t t = tree_.member_at(place);
+    set(place, all.placed(t));
+    if (t < search.outside_count()) continue;
+    face_[place] = all.faces[t - search.outside_count()];
+    obstacle_of_[face_[place]] = place;
   }
+}
+
+void CrossingGuard::set(std::uint32_t obstacle, const PlacedFace& written) {
+  written_[obstacle] = written;
+  obstacles_[obstacle].box = are_collinear(written.corners) ? kNoBox : tree_.box_of(written.corners);
 }
 
 void CrossingGuard::watch(std::span<const Box> places) {
   for (const Box& place : places) {
-    tree_.for_each_overlap_with(tree_.box_of({place.min, place.max, place.min}), [&](std::uint32_t t) {
-      if (t < outside_count_) return true;
-      for (const std::uint32_t v : s_.triangle(triangles_.faces[t - outside_count_])) watched_[v] = true;
+    tree_.for_each_place_with(tree_.box_of({place.min, place.max, place.min}), [&](std::uint32_t at) {
+      if (face_[at] == kNone) return true;
+      for (const std::uint32_t v : s_.triangle(face_[at])) watched_[v] = true;
       return true;
     });
   }
@@ -53,30 +65,13 @@ void CrossingGuard::watch(std::span<const Box> places) {
 
 void CrossingGuard::mark(std::span<const std::uint32_t> faces) {
   ++mark_;
-  for (const std::uint32_t f : faces) marks_[f] = mark_;
+  for (const std::uint32_t f : faces) obstacles_[obstacle_of_[f]].mark = mark_;
 }
 
-// Finds the triangles whose boxes overlap that of one of the faces.
-void CrossingGuard::find_obstacles() {
-  obstacles_.clear();
-  const auto is_near = [&](const FloatBox& box) {
-    return std::any_of(faces_.begin(), faces_.end(), [&](const Boxed& face) { return face.box.overlaps(box); });
-  };
-  FloatBox all = faces_[0].box;
-  for (const Boxed& face : faces_) all = join(all, face.box);
-  tree_.for_each_overlap_with(all, [&](std::uint32_t t) {
-    if (t < outside_count_) {
-      const PlacedFace triangle = triangles_.placed(t);
-      const FloatBox box = tree_.box_of(triangle.corners);
-      if (is_near(box)) obstacles_.push_back({triangle, box});
-      return true;
-    }
-    for (std::uint32_t f = triangles_.faces[t - outside_count_]; f != kNone; f = next_[f]) {
-      if (marks_[f] == mark_ || !is_near(boxes_[f]) || !s_.is_alive(f)) continue;
-      obstacles_.push_back({search_.as_written(placed(s_, s_.triangle(f))), boxes_[f]});
-    }
-    return true;
-  });
+bool CrossingGuard::cross(const Boxed& face, const FloatBox& box, const PlacedFace& triangle) {
+  if (!face.box.overlaps(box)) return false;
+  ++tests_;
+  return meet_beyond_shared(face.triangle.vertices, face.triangle.corners, triangle.vertices, triangle.corners);
 }
 
 std::size_t CrossingGuard::count_pairs(std::span<const PlacedFace> faces, std::size_t enough) {
@@ -91,21 +86,23 @@ std::size_t CrossingGuard::count_pairs(std::span<const PlacedFace> faces, std::s
     }
   }
   if (faces_.empty() || pairs >= enough) return pairs;
-  const auto cross = [&](const Boxed& a, const Boxed& b) {
-    if (!a.box.overlaps(b.box)) return false;
-    ++tests_;
-    return meet_beyond_shared(a.triangle.vertices, a.triangle.corners, b.triangle.vertices, b.triangle.corners);
-  };
   for (std::size_t i = 0; i < faces_.size() && pairs < enough; ++i) {
-    for (std::size_t j = i + 1; j < faces_.size(); ++j) pairs += cross(faces_[i], faces_[j]) ? 1 : 0;
+    for (std::size_t j = i + 1; j < faces_.size(); ++j) {
+      pairs += cross(faces_[i], faces_[j].box, faces_[j].triangle) ? 1 : 0;
+    }
   }
+  FloatBox all = faces_[0].box;
+  for (const Boxed& face : faces_) all = join(all, face.box);
   if (pairs >= enough) return pairs;
-  find_obstacles();
-  for (const Boxed& obstacle : obstacles_) {
-    if (are_collinear(obstacle.triangle.corners)) continue;
-    for (const Boxed& face : faces_) pairs += cross(face, obstacle) ? 1 : 0;
-    if (pairs >= enough) break;
-  }
+  tree_.for_each_place_with(all, [&](std::uint32_t place) {
+    for (std::uint32_t i = place; i != kNone; i = obstacles_[i].next) {
+      const Obstacle& obstacle = obstacles_[i];
+      if (obstacle.mark == mark_ || !all.overlaps(obstacle.box)) continue;
+      for (const Boxed& face : faces_) pairs += cross(face, obstacle.box, written_[i]) ? 1 : 0;
+      if (pairs >= enough) return false;
+    }
+    return true;
+  });
   return pairs;
 }
 
@@ -152,8 +149,10 @@ bool CrossingGuard::crosses(std::uint32_t face) {
 }
 
 void CrossingGuard::update(std::uint32_t face) {
-  boxes_[face] = tree_.box_of(search_.as_written(placed(s_, s_.triangle(face))).corners);
-  tree_.widen(places_[triangle_of_[root_[face]]], boxes_[face]);
+  const std::uint32_t i = obstacle_of_[face];
+  const PlacedFace written = search_.as_written(placed(s_, s_.triangle(face)));
+  set(i, written);
+  tree_.widen(place_[i], tree_.box_of(written.corners));
 }
 
 void CrossingGuard::update_around(std::uint32_t v) {
@@ -161,14 +160,15 @@ void CrossingGuard::update_around(std::uint32_t v) {
 }
 
 void CrossingGuard::add(std::uint32_t face, std::uint32_t from) {
-  const std::uint32_t root = root_[from];
-  root_.resize(std::max<std::size_t>(root_.size(), face + 1), root);
-  root_[face] = root;
-  next_.resize(root_.size(), kNone);
-  boxes_.resize(root_.size());
-  marks_.resize(root_.size(), 0);
-  next_[face] = next_[root];
-  next_[root] = face;
+  const auto i = static_cast<std::uint32_t>(obstacles_.size());
+  const std::uint32_t place = place_[obstacle_of_[from]];
+  obstacle_of_.resize(std::max<std::size_t>(obstacle_of_.size(), face + 1), kNone);
+  obstacle_of_[face] = i;
+  obstacles_.push_back({kNoBox, std::exchange(obstacles_[place].next, i), 0});
+  written_.emplace_back();
+  place_.push_back(place);
 }
+
+void CrossingGuard::remove(std::uint32_t face) { obstacles_[obstacle_of_[face]].box = kNoBox; }
 
 }  // namespace knead::remesh_detail

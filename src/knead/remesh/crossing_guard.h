@@ -42,35 +42,43 @@ class CrossingGuard {
   void update_around(std::uint32_t v);
   // To be called first for a face that a split has made of another.
   void add(std::uint32_t face, std::uint32_t from);
+  // To be called for a face before it is removed.
+  void remove(std::uint32_t face);
 
  private:
-  // A triangle as it is written, with its vertices numbered as by the search.
+  CrossingGuard(const Surface& surface, const CrossingSearch& search, const CrossingSearch::Triangles& all);
+
+  // A triangle that others may cross: outside the patch, or a face.
+  struct Obstacle {
+    FloatBox box;                // empty: removed, or without area
+    std::uint32_t next = kNone;  // the next one that the same place of the tree holds
+    std::uint32_t mark = 0;      // the number of the last mark() with this one
+  };
   struct Boxed {
     PlacedFace triangle;
     FloatBox box;
   };
 
   bool is_watched(std::uint32_t v) const { return v >= watched_.size() || watched_[v]; }
+  void set(std::uint32_t obstacle, const PlacedFace& written);
   void mark(std::span<const std::uint32_t> faces);
-  void find_obstacles();
   // Returns the number of pairs of the faces with each other and with all that are not marked; stops at `enough`.
   std::size_t count_pairs(std::span<const PlacedFace> faces, std::size_t enough);
+  bool cross(const Boxed& face, const FloatBox& box, const PlacedFace& triangle);
 
   const Surface& s_;
   const CrossingSearch& search_;
-  std::size_t outside_count_ = 0;
-  CrossingSearch::Triangles triangles_;  // when the guard was made: those outside, then the faces
   BoxTree tree_;
-  std::vector<std::uint32_t> places_;       // in the tree, of the triangles
-  std::vector<std::uint32_t> root_;         // of each face: the face whose box in the tree holds it
-  std::vector<std::uint32_t> next_;         // of each face: the next one with the same root, or kNone
-  std::vector<std::uint32_t> triangle_of_;  // of each face that is a root: its number among the triangles
-  std::vector<FloatBox> boxes_;             // of each face
+  // Those that were there when the guard was made are in the order of their places in the tree, so that what is near
+  // in space is near in memory.
+  std::vector<Obstacle> obstacles_;
+  std::vector<PlacedFace> written_;         // as they are written, numbered as by the search
+  std::vector<std::uint32_t> place_;        // of each obstacle in the tree
+  std::vector<std::uint32_t> face_;         // of each place in the tree, or kNone
+  std::vector<std::uint32_t> obstacle_of_;  // of each face
   std::vector<bool> watched_;               // of each vertex when the guard was made; later ones are watched
-  std::vector<std::uint32_t> marks_;        // of each face: the number of the last mark()
   std::uint32_t mark_ = 0;
   std::vector<Boxed> faces_;
-  std::vector<Boxed> obstacles_;
   std::uint64_t tests_ = 0;  // of pairs whose boxes overlap
   std::uint64_t most_tests_;
 };

@@ -103,10 +103,14 @@ bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   }
   const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
   if (improver.flip_edge(edges[2], bounds)) return true;
+  std::array<double, 3> stars{};  // of the origins of half-edges 3 f to 3 f + 2
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t v = s.corner[3 * f + i];
+    stars[i] = star_quality(s, v, s.after[v], {});
+  }
   for (const std::uint32_t h : edges) {
     // If other triangles around are worse, removing two faces is an improvement.
-    const double around = std::min(star_quality(s, s.origin(h), s.after[s.origin(h)], {}),
-                                   star_quality(s, s.target(h), s.after[s.target(h)], {}));
+    const double around = std::min(stars[h % 3], stars[(h + 1) % 3]);
     if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
   }
   for (const std::uint32_t v : s.triangle(f)) {

@@ -21,6 +21,18 @@ double cosine(const Vec3d& a, const Vec3d& b) {
   return sizes > 0 ? dot(a, b) / sizes : -1;
 }
 
+// Unit vectors in a plane, all around.
+std::array<std::array<double, 2>, 12> make_directions() {
+  std::array<std::array<double, 2>, 12> directions{};
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(directions.size());
+    directions[i] = {std::cos(angle), std::sin(angle)};
+  }
+  return directions;
+}
+
+const std::array<std::array<double, 2>, 12> kDirections = make_directions();
+
 }  // namespace
 
 Improver::Improver(Surface& surface, const Improvement& improvement, bool bend_creases)
@@ -42,20 +54,20 @@ bool Improver::is_feature(std::uint32_t h) const {
 }
 
 Freedom Improver::freedom(std::uint32_t v) const {
-  if (!is_open(v) || is_crowded(s_, v)) return Freedom::none;
+  if (!is_open(v)) return Freedom::none;
+  int faces = 0;
   int features = 0;
-  s_.for_each_outgoing(v, [&](std::uint32_t h) {
+  bool on_boundary = false;
+  const bool is_crowded = !s_.all_outgoing(v, [&](std::uint32_t h) {
     const std::uint32_t in = Surface::previous(h);
     features += is_feature(h) ? 1 : 0;
     if (s_.opposite[in] == kNone && is_feature(in)) ++features;
+    on_boundary = on_boundary || s_.opposite[h] == kNone || s_.opposite[in] == kNone;
+    return ++faces <= kMostFacesOfVertex;
   });
+  if (is_crowded) return Freedom::none;
   if (features == 0) return Freedom::free;
-  if (features != 2) return Freedom::none;
-  bool on_boundary = false;
-  s_.for_each_outgoing(v, [&](std::uint32_t h) {
-    on_boundary = on_boundary || s_.opposite[h] == kNone || s_.opposite[Surface::previous(h)] == kNone;
-  });
-  return on_boundary ? Freedom::none : Freedom::on_crease;
+  return features == 2 && !on_boundary ? Freedom::on_crease : Freedom::none;
 }
 
 std::vector<std::uint32_t> Improver::movable(std::span<const std::uint32_t> vertices) const {
@@ -86,13 +98,13 @@ bool Improver::flip_edge(std::uint32_t h, const Bounds& bounds) {
   if (o == kNone || is_feature(h) || s_.edge_has(h, kLocked)) return false;
   const std::array<std::uint32_t, 4> v{s_.origin(h), s_.target(h), s_.apex(h), s_.apex(o)};
   if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return !s_.has(w, kRegion); })) return false;
-  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   const Vec3d& a = s_.after[v[0]];
   const Vec3d& b = s_.after[v[1]];
   const Vec3d& c = s_.after[v[2]];
   const Vec3d& d = s_.after[v[3]];
   const double was = std::min(quality(a, b, c), quality(b, a, d));
   if (std::min(quality(d, c, a), quality(c, d, b)) <= was * kGain) return false;
+  if (std::any_of(v.begin(), v.end(), [&](std::uint32_t w) { return is_crowded(s_, w); })) return false;
   Vec3d sum = cross(b - a, c - a) + cross(d - b, a - b);
   if (was < bounds.turn.reliable) {
     for (const std::uint32_t w : v) sum += star_vector(s_, w);
@@ -158,8 +170,9 @@ std::vector<Improver::Merge> Improver::plan_merges(std::uint32_t h, const Bounds
 }
 
 // Computes the effect of a collapse: moves a place inside the edge so that the volume is kept, else stores the volume
-// change. Stores the least quality of the triangles around, or -1 if the surface would turn or move too far.
-void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
+// change. Stores the least quality of the triangles around; -1 if that is below `least_quality`, or if the surface
+// would turn or move too far.
+void Improver::evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const {
   const std::uint32_t h = merge.halfedge;
   const std::uint32_t a = s_.origin(h);
   const std::uint32_t b = s_.target(h);
@@ -183,63 +196,73 @@ void Improver::evaluate_merge(Merge& merge, const Bounds& bounds) const {
     merge.place += ring * (volume / norm2(ring));
     merge.volume = 0;
   }
-  const Vec3d mean = star_vector(s_, a) + star_vector(s_, b);
+  merge.quality = -1;
   double least = std::numeric_limits<double>::infinity();
-  for (const std::uint32_t v : {a, b}) {
-    if (plane_distance(s_, v, merge.place) > bounds.distance) least = -1;
-    s_.for_each_outgoing(v, [&](std::uint32_t e) {
-      if (is_dying(e / 3) || least < 0) return;
-      const Vec3d& x = s_.after[s_.target(e)];
-      const Vec3d& y = s_.after[s_.apex(e)];
-      const bool too_far = turns(bounds.turn, area_vector(s_, e / 3, s_.after), cross(x - merge.place, y - merge.place),
-                                 quality(s_, e / 3, s_.after), mean);
-      const bool is_long = norm2(x - merge.place) > targets_.max_edge * targets_.max_edge;
-      least = too_far || is_long ? -1 : std::min(least, quality(merge.place, x, y));
-    });
-  }
-  merge.quality = least;
+  const auto is_good = [&](std::uint32_t e) {
+    if (is_dying(e / 3)) return true;
+    const Vec3d& x = s_.after[s_.target(e)];
+    if (norm2(x - merge.place) > targets_.max_edge * targets_.max_edge) return false;
+    least = std::min(least, quality(merge.place, x, s_.after[s_.apex(e)]));
+    return least >= least_quality;
+  };
+  if (!s_.all_outgoing(a, is_good) || !s_.all_outgoing(b, is_good)) return;
+  const Vec3d mean = star_vector(s_, a) + star_vector(s_, b);
+  const auto is_steady = [&](std::uint32_t e) {
+    const Vec3d normal = cross(s_.after[s_.target(e)] - merge.place, s_.after[s_.apex(e)] - merge.place);
+    return is_dying(e / 3) ||
+           !turns(bounds.turn, area_vector(s_, e / 3, s_.after), normal, quality(s_, e / 3, s_.after), mean);
+  };
+  if (!s_.all_outgoing(a, is_steady) || !s_.all_outgoing(b, is_steady)) return;
+  const auto is_far = [&](std::uint32_t v) { return plane_distance(s_, v, merge.place) > bounds.distance; };
+  if (!is_far(a) && !is_far(b)) merge.quality = least;
 }
 
 bool Improver::collapse_edge(std::uint32_t h, double least_quality, const Bounds& bounds) {
   if (s_.edge_has(h, kLocked) || s_.edge_has(h, kBoundary)) return false;
   Merge best;
   for (Merge& merge : plan_merges(h, bounds)) {
-    evaluate_merge(merge, bounds);
     // The first candidate keeps the volume; if it is good, the others are not needed.
     if (best.quality >= least_quality) break;
+    evaluate_merge(merge, least_quality, bounds);
     if (merge.quality > best.quality && can_collapse(s_, merge.halfedge)) best = merge;
   }
-  if (best.quality < least_quality || best.halfedge == kNone || !may_merge(best)) return false;
+  if (best.halfedge == kNone || !may_merge(best)) return false;
   std::vector<std::uint32_t> ring;  // of the removed vertex: these vertices compensate the volume
   const std::uint32_t kept = s_.target(best.halfedge);
   s_.for_each_outgoing(s_.origin(best.halfedge), [&](std::uint32_t e) {
     if (s_.target(e) != kept) ring.push_back(s_.target(e));
   });
+  if (guard_ != nullptr) {
+    guard_->remove(best.halfedge / 3);
+    if (s_.opposite[best.halfedge] != kNone) guard_->remove(s_.opposite[best.halfedge] / 3);
+  }
   collapse(s_, best.halfedge, best.place, best.t);
   tell_guard({&kept, 1});
-  if (!restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
+  if (best.volume != 0 && !restore_volume(best.volume, ring, bounds)) counts_.volume += best.volume / 6;
   ++counts_.collapses;
   return true;
 }
 
 bool Improver::move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds) {
-  const Vec3d star = star_vector(s_, v);
+  const Vec3d& star = star_.vector();
   const double size2 = norm2(star);
   if (!(size2 > 0)) return false;
-  double best = star_quality(s_, v, s_.after[v], {}) * kGain;
   const Vec3d was = s_.after[v];
-  Vec3d place = was;
+  const double least = star_.quality_at(was, {}, -2) * kGain;
+  std::vector<std::pair<double, Vec3d>> better;  // their qualities below 0, so that the best comes first
   for (const Vec3d& wanted : places) {
     const Vec3d d = wanted - was;
     const Vec3d p = was + d - star * (dot(d, star) / size2);
-    const double q = star_quality(s_, v, p, bounds.turn);
-    if (q <= best || plane_distance(s_, v, p) > bounds.distance || !may_move({&v, 1}, p - was)) continue;
-    best = q;
-    place = p;
+    const double q = star_.quality_at(p, bounds.turn, least);
+    if (q > least && !star_.is_farther(p, bounds.distance)) better.emplace_back(-q, p);
   }
-  if (place == was) return false;
-  carry_values(v, place);
-  s_.after[v] = place;
+  std::stable_sort(better.begin(), better.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto place = std::find_if(better.begin(), better.end(), [&](const auto& each) {
+    return may_move({&v, 1}, each.second - was);
+  });
+  if (place == better.end() || place->second == was) return false;
+  carry_values(v, place->second);
+  s_.after[v] = place->second;
   tell_guard({&v, 1});
   return true;
 }
@@ -254,22 +277,22 @@ bool Improver::move_vertex(std::uint32_t v, const Bounds& bounds) {
   });
   const Vec3d d = sum / count - s_.after[v];
   const std::array<Vec3d, 3> places{s_.after[v] + d, s_.after[v] + d * 0.5, s_.after[v] + d * 0.25};
+  star_.read(s_, v);
   return move_to_best(v, places, bounds);
 }
 
 bool Improver::search_vertex(std::uint32_t v, const Bounds& bounds) {
   if (freedom(v) != Freedom::free) return false;
-  const Vec3d star = star_vector(s_, v);
+  star_.read(s_, v);
+  const Vec3d star = star_.vector();
   if (!(norm2(star) > 0)) return false;
   const Vec3d x = any_orthogonal(normalized(star));
   const Vec3d y = cross(normalized(star), x);
   double size = 0;
   s_.for_each_outgoing(v, [&](std::uint32_t h) { size = std::max(size, norm(s_.after[s_.target(h)] - s_.after[v])); });
   std::vector<Vec3d> places;
-  constexpr int directions = 12;
-  for (int i = 0; i < directions; ++i) {
-    const double angle = 2 * std::numbers::pi * i / directions;
-    const Vec3d along = x * std::cos(angle) + y * std::sin(angle);
+  for (const std::array<double, 2>& direction : kDirections) {
+    const Vec3d along = x * direction[0] + y * direction[1];
     for (const double share : {0.03, 0.1, 0.25, 0.5}) places.push_back(s_.after[v] + along * (share * size));
   }
   return move_to_best(v, places, bounds);

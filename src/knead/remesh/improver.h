@@ -77,8 +77,9 @@ class Improver {
   // and moves nothing if that exceeds the bounds.
   bool restore_volume(double volume, std::span<const std::uint32_t> vertices, const Bounds& bounds);
   std::vector<Merge> plan_merges(std::uint32_t h, const Bounds& bounds) const;
+  // Moves the vertex, whose star has been read, to the place that is best for its triangles.
   bool move_to_best(std::uint32_t v, std::span<const Vec3d> places, const Bounds& bounds);
-  void evaluate_merge(Merge& merge, const Bounds& bounds) const;
+  void evaluate_merge(Merge& merge, double least_quality, const Bounds& bounds) const;
   bool is_straight(std::uint32_t v, double tolerance) const;
   void carry_values(std::uint32_t v, const Vec3d& p);
 
@@ -97,6 +98,7 @@ class Improver {
   Deadline* deadline_ = nullptr;
   CrossingGuard* guard_ = nullptr;
   bool bend_creases_ = false;
+  Star star_;
   ImprovementCounts counts_;
 };
 

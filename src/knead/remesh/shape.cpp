@@ -31,20 +31,37 @@ double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
   return most;
 }
 
-bool is_crowded(const Surface& s, std::uint32_t v) {
-  constexpr int most = 200;
-  const std::uint32_t first = s.outgoing[v];
-  int count = 0;
-  std::uint32_t h = first;
-  do {
-    if (++count > most) return true;
-    h = s.opposite[Surface::previous(h)];
-  } while (h != kNone && h != first);
-  if (h == first) return false;
-  for (h = s.opposite[first]; h != kNone; h = s.opposite[Surface::next(h)]) {
-    if (++count > most) return true;
+void Star::read(const Surface& s, std::uint32_t v) {
+  place_ = s.after[v];
+  vector_ = {};
+  faces_.clear();
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d n = area_vector(s, h / 3, s.after);
+    vector_ += n;
+    faces_.push_back({s.after[s.target(h)], s.after[s.apex(h)], n, norm(n), quality(s, h / 3, s.after)});
+  });
+}
+
+double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Face& face : faces_) {
+    if (turns(limit, face.normal, cross(face.b - p, face.c - p), face.quality, vector_)) return -1;
+    least = std::min(least, remesh_detail::quality(p, face.b, face.c));
+    if (least <= floor) break;
   }
-  return false;
+  return least;
+}
+
+bool Star::is_farther(const Vec3d& p, double distance) const {
+  const Vec3d d = p - place_;
+  return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
+    return face.quality >= kThin && std::abs(dot(face.normal, d)) / face.size > distance;
+  });
+}
+
+bool is_crowded(const Surface& s, std::uint32_t v) {
+  int count = 0;
+  return !s.all_outgoing(v, [&](std::uint32_t) { return ++count <= kMostFacesOfVertex; });
 }
 
 bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <vector>
 
 #include "knead/remesh/surface.h"
 
@@ -61,7 +62,38 @@ double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const Tur
 // Returns the largest distance of p from the planes of the faces around v. Thin faces are ignored.
 double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
 
-// Returns true if so many faces are at v that looking at all of them for every change would take too long.
+// The faces around a vertex, read once to judge many places of it.
+class Star {
+ public:
+  void read(const Surface& s, std::uint32_t v);
+
+  // Returns star_vector() of the vertex.
+  const Vec3d& vector() const { return vector_; }
+
+  // Returns star_quality() of the place if that is above `floor`, else any number that is not.
+  double quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const;
+
+  // Returns whether plane_distance() of the place is greater.
+  bool is_farther(const Vec3d& p, double distance) const;
+
+ private:
+  struct Face {
+    Vec3d b;  // the corners beside the vertex
+    Vec3d c;
+    Vec3d normal;  // the area vector
+    double size;   // its length
+    double quality;
+  };
+
+  Vec3d place_;
+  Vec3d vector_;
+  std::vector<Face> faces_;
+};
+
+// The most faces at a vertex: to look at more of them for every change would take too long.
+inline constexpr int kMostFacesOfVertex = 200;
+
+// Returns true if more faces are at v.
 bool is_crowded(const Surface& s, std::uint32_t v);
 
 // Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.

@@ -90,6 +90,23 @@ struct Surface {
     }
   }
 
+  // Calls visit(h) as for_each_outgoing() does, until it returns false. Returns whether it never did.
+  template <class Visit>
+  bool all_outgoing(std::uint32_t v, Visit visit) const {
+    const std::uint32_t first = outgoing[v];
+    std::uint32_t h = first;
+    do {
+      if (!visit(h)) return false;
+      h = opposite[previous(h)];
+    } while (h != kNone && h != first);
+    if (h == first) return true;
+    for (h = opposite[first]; h != kNone; h = opposite[h]) {
+      h = next(h);
+      if (!visit(h)) return false;
+    }
+    return true;
+  }
+
   bool has(std::uint32_t v, VertexFlag flag) const { return (vertex_flags[v] & flag) != 0; }
   bool edge_has(std::uint32_t h, EdgeFlag flag) const { return (edge_flags[edge[h]] & flag) != 0; }  // of a half-edge
   void set(std::uint32_t v, VertexFlag flag) { vertex_flags[v] = static_cast<std::uint8_t>(vertex_flags[v] | flag); }

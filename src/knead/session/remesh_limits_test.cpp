@@ -26,6 +26,7 @@ Session session_of(const std::string& strokes) { return parse_session("{\"knead\
 ReplayOptions with_remesh(RemeshSettings settings = {}) {
   ReplayOptions options;
   options.remesh.settings = settings;
+  options.may_cross = true;  // these are about the work
   return options;
 }
 

@@ -123,11 +123,17 @@ class Replay {
     for (const double moment : planned.frames) {
       if (result_.status != AdvectStatus::done) return;
       const DeformedShape& frame = run.frame(moment);
-      if (run.status() == AdvectStatus::done) deliver(frame);
+      if (run.status() == AdvectStatus::done) {
+        at_line(session_, source, [&] { refuse_crossings(source, frame); });
+        deliver(frame);
+      }
       count(run, 1);
     }
     if (result_.status != AdvectStatus::done) return;
-    at_line(session_, source, [&] { run.leave(); });
+    at_line(session_, source, [&] {
+      run.leave();
+      if (run.status() == AdvectStatus::done) refuse_crossings(source, shape_);
+    });
     count(run, work);
     if (run.status() == AdvectStatus::done) report(run, before);
     take(run);
@@ -158,6 +164,17 @@ class Replay {
         "{}: an edge reaches over {:.0f} degrees of this motion, which triangles so long cannot follow; remesh the "
         "shape (knead deform --remesh, or a remesh line before this one), or use a finer one",
         to_string(Place{session_.name, part.line}), turn));
+  }
+
+  // Where the remesh after the stroke has left triangles that cross and did not before.
+  void refuse_crossings(const SessionStroke& stroke, const DeformedShape& shape) const {
+    if (options_.may_cross || !shape.is_remeshed() || !shape.settings_of(stroke)) return;
+    const RemeshCounts& counts = shape.provenance()->counts;
+    if (counts.crossings <= counts.crossings_before || counts.out_of_time) return;
+    const std::size_t more = counts.crossings - counts.crossings_before;
+    throw RemeshLimit(fmt::format(
+        "{} after this stroke, which remeshing cannot end; deform less, or use a finer mesh",
+        more == 1 ? "1 more pair of triangles crosses" : fmt::format("{} more pairs of triangles cross", more)));
   }
 
   // A stroke that reads the surface is then read. After the last of these, the surface is not needed any more.

@@ -69,6 +69,9 @@ struct ReplayOptions {
   std::vector<Vec3d> normals{};                           // DeformedShape's
   std::function<void(const AppliedStroke&)> on_stroke{};  // called when a stroke is complete
   Progress* progress = nullptr;                           // counts up to total_work
+  // Keeps the result of a stroke after which triangles cross that did not before, although the mesh followed it. False:
+  // such a stroke is refused (RemeshLimit), unless RemeshPolicy::seconds ended the work.
+  bool may_cross = false;
   bool strokes_warn = true;  // false: the result lacks stroke_warnings(), for a caller who has shown them
 };
 
@@ -108,7 +111,8 @@ std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::
 // Remeshing: a stroke moves the vertices, then the mesh follows once (remesh/remesh.h), also where the stroke resolves
 // to several. Frames within a stroke are remeshed from the beginning of the stroke. Handles given by the numbers of
 // vertices are refused once a remesh has changed the numbers. Point clouds are not remeshed, and no
-// shape is remeshed backwards.
+// shape is remeshed backwards. Where remeshing leaves triangles that cross and did not before, RemeshLimit is thrown
+// with the session's line; see ReplayOptions::may_cross.
 //
 // Relax strokes are not in `resolved`, for they are no flows. They are refused backwards, for point clouds, and where
 // frames have the same faces as a remeshed result.

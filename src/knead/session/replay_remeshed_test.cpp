@@ -401,6 +401,32 @@ TEST(ReplayRemeshed, AStrokeAfterWhichTrianglesCrossIsRemeshedInHalves) {
   }
 }
 
+// A thin box is pressed until floats do not tell its two sides apart: no remeshing can end that.
+TEST(ReplayRemeshed, WhatCrossesWithoutRemedyIsRefusedUnlessItIsAllowed) {
+  Mesh thin = make_shape(ShapeKind::box, shape_counts(ShapeKind::box).minimum);
+  for (Vec3d& p : thin.positions) p = {0.01 * p.x, 0.01 * p.y, 1 + 1e-6 * p.z};
+  const Session session = session_of(
+      {StretchStroke{{0, 0, 1}, {0, 0, 1}, 0.8, 0.4, 0.8}, StretchStroke{{0, 0, 1}, {0, 0, 1}, 0.02, 0.4, 0.8}});
+  ReplayOptions options = remeshing();
+  const std::string text = refusal(thin, session, options);
+  EXPECT_EQ(text.rfind("s.knead:3: ", 0), 0U) << text;
+  EXPECT_NE(text.find("after this stroke, which remeshing cannot end"), std::string::npos) << text;
+  EXPECT_THROW(replay(thin, session, options), RemeshLimit);
+  options.frames.count = 5;
+  int frames = 0;
+  options.frames.deliver = [&](const ReplayFrame&) { ++frames; };
+  EXPECT_THROW(replay(thin, session, options), RemeshLimit);
+  EXPECT_LT(frames, 5);
+  options.frames = {};
+  options.may_cross = true;
+  const ReplayResult kept = replay(thin, session, options);
+  ASSERT_EQ(kept.status, AdvectStatus::done);
+  EXPECT_GT(kept.shape.provenance()->counts.crossings, 0U);
+  options.may_cross = false;
+  options.remesh.single_precision = false;  // doubles tell them apart
+  EXPECT_EQ(replay(thin, session, options).shape.provenance()->counts.crossings, 0U);
+}
+
 // Without a limit no triangles cross; without time they do, and the warning says where.
 TEST(ReplayRemeshed, WhatStillCrossesWhenTheTimeIsOverIsNamed) {
   const Mesh coarse = make_shape(ShapeKind::sphere, 2562);
