@@ -103,16 +103,15 @@ INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(sessions()), [](
   return name;
 });
 
-TEST(Guide, ShowsTheExampleOfEveryTool) {
+TEST(Guide, ShowsOrLinksTheExampleOfEveryTool) {
   const std::string guide = file_bytes(kRoot / "docs" / "guide.md");
   for (const std::string tool :
        {"implicit", "paint", "points", "handles", "stamp", "rotate", "stretch", "twist", "bend", "pins", "pose"}) {
     const std::vector<std::string> lines = lines_of(kRoot / "examples" / "tools" / (tool + ".knead"));
     ASSERT_GE(lines.size(), 2u) << tool;
+    const bool is_linked = guide.find("(../examples/tools/" + tool + ".knead)") != std::string::npos;
     for (std::size_t i = 1; i < lines.size(); ++i) {
-      // A line that is too long to be read is shown by its beginning.
-      const std::string shown = lines[i].size() > 700 ? lines[i].substr(0, 160) + " ..." : lines[i];
-      EXPECT_NE(guide.find("    " + shown + "\n"), std::string::npos) << shown;
+      EXPECT_TRUE(is_linked || guide.find("    " + lines[i] + "\n") != std::string::npos) << lines[i];
       EXPECT_EQ(json::parse(lines[i])["tool"], tool);
     }
     EXPECT_NE(guide.find("images/guide/" + tool + ".jpg"), std::string::npos) << tool;
