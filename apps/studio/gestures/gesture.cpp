@@ -247,9 +247,9 @@ std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& 
   };
   std::optional<Mirror> mirror;
   if (!own.has_images && std::all_of(own.strokes.begin(), own.strokes.end(), is_sum)) mirror = mirror_of(settings);
-  if (!mirror) own.strokes = with_all_images(std::move(own), settings, image_file);
+  std::vector<Stroke> strokes = mirror ? std::move(own.strokes) : with_all_images(std::move(own), settings, image_file);
   std::vector<SessionStroke> lines;
-  for (Stroke& stroke : own.strokes) {
+  for (Stroke& stroke : strokes) {
     lines.push_back({std::move(stroke)});
     if (mirror) lines.back().mirror = *mirror;
   }

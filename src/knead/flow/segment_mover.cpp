@@ -505,8 +505,9 @@ SegmentTask<double> task_in_double(const Segment& segment, double tolerance) {
 }
 
 SegmentMover make_segment_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
-  if (SegmentMover of_parts = mover_of_parts(segment, options, kernels)) return of_parts;
-  return make_kernel_mover(segment, options, kernels);
+  SegmentMover mover = mover_of_parts(segment, options, kernels);
+  if (!mover) mover = make_kernel_mover(segment, options, kernels);
+  return mover;
 }
 
 SegmentMover make_kernel_mover(const Segment& segment, const AdvectOptions& options, const KernelTable& kernels) {
