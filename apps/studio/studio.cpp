@@ -52,10 +52,7 @@ Studio::Studio(StudioOptions options)
   document_.limit_undo_memory(static_cast<std::size_t>(preferences_.undo_memory_mb * 1e6));
   navigation_.preset = preferences_.navigation;
   navigation_.view.up = preferences_.up;
-  saved_panels_ = preferences_.panels;
-  view_.panels = saved_panels_.shown;
-  view_.history = saved_panels_.history;
-  view_.tool_labels = saved_panels_.labels;
+  show_panels(preferences_.panels);
   navigation_.view.projection = preferences_.look.projection;
   navigation_.view.field_of_view_deg = preferences_.look.field_of_view_deg;
   view_.look = preferences_.look;
@@ -72,6 +69,13 @@ void Studio::save_preferences() {
   } catch (const IoError& error) {
     tell({true, error.what(), Subject::preferences});
   }
+}
+
+void Studio::show_panels(const PanelState& panels) {
+  saved_panels_ = panels;
+  view_.panels = panels.shown;
+  view_.history = panels.history;
+  view_.tool_labels = panels.labels;
 }
 
 void Studio::remember_panels() {

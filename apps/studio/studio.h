@@ -274,6 +274,7 @@ class Studio {
   void end_handle_drag(bool is_kept);
   void stop_turntable();
   void remember_view();
+  void show_panels(const PanelState& panels);
   void refresh_mask();
   void begin_masking();
   void move_masking();
