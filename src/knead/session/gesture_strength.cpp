@@ -20,8 +20,13 @@ const std::vector<Vec3d>* path_of(const Stroke& stroke) {
 }
 
 Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
-  if (auto* implicit = std::get_if<ImplicitStroke>(&stroke)) implicit->path = std::move(path);
-  if (auto* stamp = std::get_if<StampStroke>(&stroke)) stamp->path = std::move(path);
+  auto* const implicit = std::get_if<ImplicitStroke>(&stroke);
+  auto* const stamp = std::get_if<StampStroke>(&stroke);
+  if (implicit != nullptr) {
+    implicit->path = std::move(path);
+  } else if (stamp != nullptr) {
+    stamp->path = std::move(path);
+  }
   return stroke;
 }
 
