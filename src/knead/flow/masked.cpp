@@ -46,7 +46,8 @@ bool reaches(const Segment& segment) {
   for (int z = 0; z < nz; ++z) {
     for (int y = 0; y < ny; ++y) {
       for (int x = 0; x < nx; ++x) {
-        if (grid.start[static_cast<std::size_t>(x + nx * (y + ny * z))] == 0) continue;
+        const int brick = x + nx * (y + ny * z);
+        if (grid.start[static_cast<std::size_t>(brick)] == 0) continue;
         const Vec3d middle = grid.origin + Vec3d{x + 0.5, y + 0.5, z + 0.5} * size;
         if (!culling.misses({middle, 0.87 * size})) return true;
       }
@@ -114,7 +115,9 @@ class Offset {
   void add_box(const Box& box, double t) {
     const Vec3d cell = (box.max - box.min) / kPlaces;
     for (int n = 0; n < kPlaces * kPlaces * kPlaces; ++n) {
-      const Vec3d at{n % kPlaces + 0.5, n / kPlaces % kPlaces + 0.5, n / (kPlaces * kPlaces) + 0.5};
+      const int row = n / kPlaces;
+      const int layer = row / kPlaces;
+      const Vec3d at{n % kPlaces + 0.5, row % kPlaces + 0.5, layer + 0.5};
       add(box.min + Vec3d{at.x * cell.x, at.y * cell.y, at.z * cell.z}, t);
     }
   }
@@ -196,6 +199,7 @@ Vec3d potential_in(const std::vector<std::size_t>& planes, std::size_t image, Ve
 
 std::vector<SegmentMask> masks_on(const Segment& sum, const std::vector<Segment>& parts) {
   std::vector<SegmentMask> masks;
+  masks.reserve(parts.size());
   for (const Segment& part : parts) masks.push_back(mask_on(part));
   std::vector<std::size_t> planes;
   for (std::size_t axis = 0; axis < 3; ++axis) {

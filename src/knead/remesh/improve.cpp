@@ -105,7 +105,7 @@ bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
   if (improver.flip_edge(edges[2], bounds)) return true;
   std::array<double, 3> stars{};  // of the origins of half-edges 3 f to 3 f + 2
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::uint32_t v = s.corner[3 * f + i];
+    const std::uint32_t v = s.corner[3 * static_cast<std::size_t>(f) + i];
     stars[i] = star_quality(s, v, s.after[v], {});
   }
   for (const std::uint32_t h : edges) {

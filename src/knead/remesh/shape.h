@@ -80,9 +80,9 @@ class Star {
   struct Face {
     Vec3d b;  // the corners beside the vertex
     Vec3d c;
-    Vec3d normal;  // the area vector
-    double size;   // its length
-    double quality;
+    Vec3d normal;     // the area vector
+    double size = 0;  // its length
+    double quality = 0;
   };
 
   Vec3d place_;

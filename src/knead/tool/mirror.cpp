@@ -88,8 +88,9 @@ std::vector<Vec3d> places_in(const Segment& segment) {
   if (!segment.grid.is_empty()) {
     const Box box = detail::box_in_use(segment.grid);
     if (box.empty()) return places;
-    for (int corner = 0; corner < 8; ++corner) {
-      const Vec3d at{corner % 2 * 0.5 + 0.25, corner / 2 % 2 * 0.5 + 0.25, corner / 4 * 0.5 + 0.25};
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const auto share = [&](unsigned axis) { return (corner >> axis & 1U) != 0 ? 0.75 : 0.25; };
+      const Vec3d at{share(0), share(1), share(2)};
       const Vec3d by = box.max - box.min;
       add_places(box.min + Vec3d{at.x * by.x, at.y * by.y, at.z * by.z}, 0.3 * norm(by), places);
     }
@@ -234,8 +235,8 @@ class MirroredPins {
 // The parts and pins of a pose and of its images.
 class MirroredPose {
  public:
-  MirroredPose(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions)
-      : result_(stroke), images_(images_in(mirror)), same_(kSame * bounding_box(positions).diagonal()) {
+  MirroredPose(PoseStroke stroke, const Mirror& mirror, std::span<const Vec3d> positions)
+      : result_(std::move(stroke)), images_(images_in(mirror)), same_(kSame * bounding_box(positions).diagonal()) {
     for (PoseItem& item : result_.parts) {
       std::visit([&](auto& own) { look_up(own, positions); }, item);
     }
@@ -331,21 +332,21 @@ Mirror coordinate_mirror(std::string_view names) {
   return mirror;
 }
 
-std::vector<SymmetryImage> images_in(const Mirror& given) {
+std::vector<SymmetryImage> images_in(const Mirror& mirror) {
   // As Segment::mirrored_at has coordinate planes, in the order of their axes.
-  Mirror mirror = given;
-  std::stable_sort(mirror.begin(), mirror.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
+  Mirror planes = mirror;
+  std::stable_sort(planes.begin(), planes.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
     return axis_of(a).value_or(3) < axis_of(b).value_or(3);
   });
   std::vector<SymmetryImage> images;
   const auto is_coordinate = [](const MirrorPlane& plane) { return coordinate_plane(plane).has_value(); };
-  const bool exact = std::all_of(mirror.begin(), mirror.end(), is_coordinate);
-  for (unsigned mask = 1; mask < 1U << mirror.size(); ++mask) {
+  const bool exact = std::all_of(planes.begin(), planes.end(), is_coordinate);
+  for (unsigned mask = 1; mask < 1U << planes.size(); ++mask) {
     SymmetryImage image;
-    for (std::size_t i = 0; i < mirror.size(); ++i) {
+    for (std::size_t i = 0; i < planes.size(); ++i) {
       if ((mask >> i & 1U) == 0) continue;
-      image.motion = image.motion * reflection_in(mirror[i].point, mirror[i].normal);
-      if (exact) image.planes |= *coordinate_plane(mirror[i]);
+      image.motion = image.motion * reflection_in(planes[i].point, planes[i].normal);
+      if (exact) image.planes |= *coordinate_plane(planes[i]);
     }
     images.push_back(image);
   }
@@ -374,6 +375,7 @@ Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
   Flow result;
   for (std::size_t i = 0; i < flows.front().segments.size(); ++i) {
     std::vector<Segment> images;
+    images.reserve(flows.size());
     for (Flow& flow : flows) images.push_back(std::move(flow.segments[i]));
     result.segments.push_back(sum_of(images, mirror));
   }
