@@ -75,8 +75,8 @@ class Implicit(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Paint(Stroke):
@@ -97,8 +97,8 @@ class Paint(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Points(Stroke):
@@ -125,8 +125,8 @@ class Points(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Handles(Stroke):
@@ -151,8 +151,8 @@ class Handles(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Stamp(Stroke):
@@ -179,8 +179,8 @@ class Stamp(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Rotate(Stroke):
@@ -205,8 +205,8 @@ class Rotate(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Stretch(Stroke):
@@ -229,8 +229,8 @@ class Stretch(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Twist(Stroke):
@@ -259,8 +259,8 @@ class Twist(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Bend(Stroke):
@@ -293,8 +293,8 @@ class Bend(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Pins(Stroke):
@@ -313,8 +313,8 @@ class Pins(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Pose(Stroke):
@@ -333,8 +333,8 @@ class Pose(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Grid(Stroke):
@@ -355,8 +355,8 @@ class Grid(Stroke):
         off: bool | None = None,
         strength: float | None = None,
         duration: float | None = None,
-        mirror: Mirror | None = None,
         new_entry: bool | None = None,
+        mirror: Mirror | None = None,
     ) -> None: ...
 
 class Relax(Stroke):
