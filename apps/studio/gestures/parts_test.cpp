@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -130,7 +131,7 @@ TEST_F(PartsTest, ADragOfAPartTurnsItAboutItsJointWhileTheOtherHolds) {
 }
 
 TEST_F(PartsTest, AStiffPartStaysAsItIsWhereAnotherBends) {
-  double stretch[2];
+  std::array<double, 2> stretch{};
   for (const double stiffness : {1.0, 100.0}) {
     Studio studio(options());
     run(studio, two_parts() + R"({"set": {"pose": "lasso"}}
@@ -151,7 +152,7 @@ TEST_F(PartsTest, AStiffPartStaysAsItIsWhereAnotherBends) {
       for (const VertexRange& range : region.vertices) named += range.last - range.first + 1;
     }
     EXPECT_EQ(named, stiffness == 1 ? 0 : middle.size());
-    double& most = stretch[stiffness == 1 ? 0 : 1];
+    double& most = stretch.at(stiffness == 1 ? 0 : 1);
     most = 0;
     const std::vector<Vec3d> now = positions(studio);
     for (const std::uint32_t v : middle) {
