@@ -6,8 +6,8 @@
 #include <array>
 #include <numbers>
 #include <sstream>
+#include <vector>
 
-#include "gestures/parts.h"
 #include "knead/math/error.h"
 #include "script.h"
 
@@ -81,18 +81,25 @@ std::string pins_line(const std::vector<Pin>& pins, const ShapeState& state) {
   return fmt::format(R"({{"pins": [{}], "of": {}}})", text, state.positions.size());
 }
 
-// Of what the shape's vertices are numbered as now.
+// By the numbers that the vertices have now. Asked for often, so in one pass over the vertices.
 std::string parts_line(const PartMarks& parts) {
-  std::string text;
-  for (std::size_t part = 0; part < parts.holds.size(); ++part) {
-    std::string ranges;
-    for (const VertexRange& range : ranges_of(vertices_of(parts, part))) {
-      ranges += fmt::format("{}[{}, {}]", ranges.empty() ? "" : ", ", range.first, range.last);
+  std::vector<std::string> ranges(parts.holds.size());
+  const std::vector<std::uint8_t>& marks = parts.of_vertex;
+  for (std::size_t first = 0; first < marks.size();) {
+    std::size_t end = first + 1;
+    while (end < marks.size() && marks[end] == marks[first]) ++end;
+    if (marks[first] != 0) {
+      std::string& own = ranges[marks[first] - 1u];
+      own += fmt::format("{}[{}, {}]", own.empty() ? "" : ", ", first, end - 1);
     }
-    text += fmt::format(R"({}{{"vertices": [{}], "holds": {}, "stiffness": {}}})", text.empty() ? "" : ", ", ranges,
-                        parts.holds[part], parts.stiffness[part]);
+    first = end;
   }
-  return fmt::format(R"({{"parts": [{}], "of": {}}})", text, parts.of_vertex.size());
+  std::string text;
+  for (std::size_t part = 0; part < ranges.size(); ++part) {
+    text += fmt::format(R"({}{{"vertices": [{}], "holds": {}, "stiffness": {}}})", text.empty() ? "" : ", ",
+                        ranges[part], parts.holds[part], parts.stiffness[part]);
+  }
+  return fmt::format(R"({{"parts": [{}], "of": {}}})", text, marks.size());
 }
 
 }  // namespace

@@ -205,8 +205,9 @@ void move_gesture(const Pointer& pointer, const Surroundings& around, Placed& pl
 // Completes the gesture when the button is released.
 void end_gesture(const Pointer& pointer, const Surroundings& around, Placed& placed, Gesture& gesture);
 
-// Returns the gesture so far as lines of a session; empty if it does nothing. Its images act at the same time where
-// there are mirrors at right angles alone; else they follow as lines of their own.
+// Returns the gesture so far as lines of a session; none if it does nothing. If all symmetry is mirrors at right
+// angles, the images act at the same time, in the same lines. Otherwise each image is a line of its own, after the
+// gesture's.
 std::vector<SessionStroke> lines_of(const Gesture& gesture, const ToolSettings& settings, const ImageFile& image_file);
 
 // Returns the strokes of the gesture so far, each followed by its images (images_of); empty if it does nothing. To show

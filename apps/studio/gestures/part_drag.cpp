@@ -184,9 +184,15 @@ void drop_hidden(const Surroundings& around, std::vector<std::uint32_t>& vertice
       if (parent[a] != kNone && parent[b] != kNone) parent[root_of(a)] = root_of(b);
     }
   }
-  std::vector<bool> is_shown(parent.size(), false);  // by roots
+  constexpr std::uint32_t kLookedAt = 500;             // vertices of a piece, about
+  std::vector<std::uint32_t> sizes(parent.size(), 0);  // by roots, as the others
+  for (const std::uint32_t v : vertices) ++sizes[root_of(v)];
+  std::vector<std::uint32_t> passed(parent.size(), 0);
+  std::vector<bool> is_shown(parent.size(), false);
   for (const std::uint32_t v : vertices) {
-    if (!is_shown[root_of(v)] && is_seen(v, around)) is_shown[root_of(v)] = true;
+    const std::uint32_t piece = root_of(v);
+    const bool is_due = passed[piece]++ % (sizes[piece] / kLookedAt + 1) == 0;
+    if (is_due && !is_shown[piece]) is_shown[piece] = is_seen(v, around);
   }
   std::erase_if(vertices, [&](std::uint32_t v) { return !is_shown[root_of(v)]; });
 }

@@ -146,18 +146,6 @@ std::vector<std::uint32_t> vertices_of(const PartMarks& parts, std::size_t part)
   return vertices;
 }
 
-std::vector<VertexRange> ranges_of(std::span<const std::uint32_t> vertices) {
-  std::vector<VertexRange> ranges;
-  for (const std::uint32_t v : vertices) {
-    if (!ranges.empty() && ranges.back().last + 1 == v) {
-      ranges.back().last = v;
-    } else {
-      ranges.push_back({v, v});
-    }
-  }
-  return ranges;
-}
-
 std::optional<Placement> joint_of(const PartMarks& parts, std::size_t part, const ShapeState& state) {
   const std::vector<std::uint32_t> vertices = vertices_of(parts, part);
   if (vertices.empty()) return std::nullopt;

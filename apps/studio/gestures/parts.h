@@ -39,9 +39,6 @@ void follow(PartMarks& parts, const ShapeState& state);
 // Returns the vertices of a part.
 std::vector<std::uint32_t> vertices_of(const PartMarks& parts, std::size_t part);
 
-// Returns ascending vertices as ranges.
-std::vector<VertexRange> ranges_of(std::span<const std::uint32_t> vertices);
-
 // Returns the joint of a part: the middle of its border, z pointing from there to its middle. Without a border that is
 // its middle, with the axes of the scene. Nothing for a part without vertices.
 std::optional<Placement> joint_of(const PartMarks& parts, std::size_t part, const ShapeState& state);

@@ -70,6 +70,18 @@ class PoseItems {
   std::vector<Item> items_;
 };
 
+std::vector<VertexRange> ranges_of(std::span<const std::uint32_t> vertices) {
+  std::vector<VertexRange> ranges;
+  for (const std::uint32_t v : vertices) {
+    if (!ranges.empty() && ranges.back().last + 1 == v) {
+      ranges.back().last = v;
+    } else {
+      ranges.push_back({v, v});
+    }
+  }
+  return ranges;
+}
+
 // Of one posed part.
 struct PartOfShape {
   std::vector<VertexRange> ranges;

@@ -134,16 +134,17 @@ void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
                   p.x, p.y, p.z));
 }
 
-void require_sound(const PoseResult& result) {
+// `detail`: of the grids, which may be finer than the stroke asks for.
+void require_sound(const PoseResult& result, double detail) {
   const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
   if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
   throw InvalidInput(fmt::format(
       "\"parts\" contradict each other: the pose would stretch the shape {:.3g} times and leave a part {:.2g} of the "
-      "shape's size from its place; move them less, leave more room between them, or give a smaller \"detail\"",
-      stretch, result.part_distance));
+      "shape's size from its place; move them less, leave more room between them, or give a \"detail\" below {:.2g}",
+      stretch, result.part_distance, detail));
 }
 
-void warn(PoseResult& result) {
+void warn(PoseResult& result, double detail) {
   const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
   if (stretch > kStrongStretch) {
     result.warnings.push_back(fmt::format(
@@ -152,9 +153,9 @@ void warn(PoseResult& result) {
   }
   if (result.part_distance > kNotedDistance) {
     result.warnings.push_back(
-        fmt::format("a part or pin ends {:.2g} of the shape's size from its place; give a smaller \"detail\", or "
+        fmt::format("a part or pin ends {:.2g} of the shape's size from its place; give a \"detail\" below {:.2g}, or "
                     "\"exact\": true",
-                    result.part_distance));
+                    result.part_distance, detail));
   }
 }
 
@@ -202,13 +203,14 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
   PoseResult result;
   PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kLeastDetail, threads, result.warnings);
   const double diagonal = problem.diagonal;
+  const double detail = problem.spacing / diagonal;
   Flow flow;
   const PoseOutcome outcome = find_flow(std::move(problem), flow);
   result.part_distance = outcome.part_distance / diagonal;
   result.unknowns = outcome.unknowns;
   result.segments = outcome.segments;
   measure_stretch(flow, surface, diagonal, threads, result);
-  require_sound(result);
+  require_sound(result, detail);
   result.stopped = !apply_grids(flow, surface);
   if (result.stopped) return result;
   if (stroke.exact && outcome.part_distance > 0) {
@@ -219,7 +221,7 @@ PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int thr
     result.stopped = !surface.apply(last);
     result.part_distance = 0;
   }
-  warn(result);
+  warn(result, detail);
   return result;
 }
 
