@@ -44,13 +44,13 @@ clean_up() {
 trap clean_up EXIT
 
 # Runs a command in the root, with little of the caller's environment.
-inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/tmp LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
 # Runs a bash script in the root, in the folder of the test's files.
-script() { inside bash -euo pipefail -c "cd /root/test; $1"; }
-apt() { inside apt-get -qq -y --no-install-recommends "$@" >"$root/root/apt.log" 2>&1 || die "apt-get $*: $(tail -5 "$root/root/apt.log")"; }
+script() { inside bash -euo pipefail -c "cd /tmp/test; $1"; }
+apt() { inside apt-get -qq -y --no-install-recommends "$@" >"$root/tmp/apt.log" 2>&1 || die "apt-get $*: $(tail -5 "$root/tmp/apt.log")"; }
 # Prints every file that a package may have to remove again; caches, logs and apt's own lists are left out.
 files() {
-  inside find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /tmp -o -path /root -o -path /var/cache \
+  inside find / -xdev \( -path /proc -o -path /sys -o -path /dev -o -path /tmp -o -path /var/cache \
     -o -path /var/log -o -path /var/lib/apt -o -path /var/lib/dpkg \) -prune -o -print | sort
 }
 
@@ -62,16 +62,16 @@ cp /etc/resolv.conf "$root/etc/resolv.conf"
 inside apt-get -qq update
 # What only this test needs is there before Knead is.
 apt install man-db bash-completion desktop-file-utils shared-mime-info libxml2-utils zsh g++ cmake ninja-build pkg-config
-rm -rf "$root/root/test"
-mkdir -p "$root/root/test/tests"
-cp "${debs[@]}" "$root/root/test"
-cp -r "$source_dir/examples" "$root/root/test"
-cp -r "$source_dir/tests/consumer" "$root/root/test/tests"
-files >"$root/root/before"
-inside dpkg-query -W -f '${Package}\n' | sort >"$root/root/packages_before"
+rm -rf "$root/tmp/test"
+mkdir -p "$root/tmp/test/tests"
+cp "${debs[@]}" "$root/tmp/test"
+cp -r "$source_dir/examples" "$root/tmp/test"
+cp -r "$source_dir/tests/consumer" "$root/tmp/test/tests"
+files >"$root/tmp/before"
+inside dpkg-query -W -f '${Package}\n' | sort >"$root/tmp/packages_before"
 
 say "installing knead $version"
-apt install "/root/test/$(basename "${debs[0]}")"
+apt install "/tmp/test/$(basename "${debs[0]}")"
 [[ $(script 'knead --version') == "knead ${version%-*}" ]] || die "knead --version does not print ${version%-*}"
 passed "knead --version"
 script 'knead make hand -o hand.ply && knead deform hand.ply examples/peace.knead -o peace.ply && knead check peace.ply --require closed,manifold >check.txt'
@@ -91,7 +91,7 @@ script 'desktop-file-validate /usr/share/applications/knead-studio.desktop; xmll
 passed "*.knead is opened by Studio"
 
 say "building the consumer with libknead-dev"
-apt install "/root/test/$(basename "${debs[1]}")"
+apt install "/tmp/test/$(basename "${debs[1]}")"
 script "cmake -S tests/consumer -B build -G Ninja --log-level=ERROR -DKNEAD_VERSION=$(cut -d. -f1,2 <<<"$version") && cmake --build build --target pull"
 script 'build/pull hand.ply pulled.ply && knead info pulled.ply | grep vertices'
 passed "find_package(knead), and a program that uses it"
@@ -99,10 +99,10 @@ passed "find_package(knead), and a program that uses it"
 say "removing both"
 apt purge knead libknead-dev
 apt autoremove --purge
-inside dpkg-query -W -f '${Package}\n' | sort >"$root/root/packages_after"
-files >"$root/root/after"
-diff "$root/root/packages_before" "$root/root/packages_after" || die "packages are left, see above"
-diff "$root/root/before" "$root/root/after" || die "files are left, see above"
+inside dpkg-query -W -f '${Package}\n' | sort >"$root/tmp/packages_after"
+files >"$root/tmp/after"
+diff "$root/tmp/packages_before" "$root/tmp/packages_after" || die "packages are left, see above"
+diff "$root/tmp/before" "$root/tmp/after" || die "files are left, see above"
 passed "nothing is left"
 
 printf '\n%d checks passed with %s\n' "$checks" "$(basename "${debs[0]}")"

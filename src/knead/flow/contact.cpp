@@ -111,8 +111,8 @@ std::optional<double> advance_to(const R& region, const Thresholds<double>& thre
   return std::nullopt;
 }
 
-// Returns when one segment, which is no sum, reaches the point on the way from t to `end`. `direction` is that of
-// Approach.
+// Returns how long after t one segment, which is no sum, reaches the point; nothing if it does not until `end`.
+// `direction` is that of Approach.
 std::optional<double> contact_with(const Segment& segment, double end, double direction, const Vec3d& x, double t) {
   if (!segment.grid.is_empty()) {
     return t != end && detail::is_used(segment.grid, x) ? std::optional(0.0) : std::nullopt;
