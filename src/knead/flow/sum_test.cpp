@@ -68,17 +68,6 @@ AdvectOptions options_of(Precision precision, double tolerance = 1e-5) {
   return options;
 }
 
-std::vector<Vec3d> moved_by(const Flow& flow, std::vector<Vec3d> points, const AdvectOptions& options) {
-  EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::done);
-  return points;
-}
-
-double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-  double most = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(a[i] - b[i]));
-  return most;
-}
-
 // A ball that turns about z, and its image in x = 0, which it meets.
 Segment turn_and_image(double degrees) {
   const double rate = degrees * std::numbers::pi / 180;
@@ -129,7 +118,7 @@ TEST(Sum, VelocitiesAreThoseOfThePartsTogether) {
         const std::vector<Vec3d> own = velocities(Flow{{part}}, points, t);
         for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += own[i];
       }
-      EXPECT_LT(greatest_distance(all, sum), 1e-14) << named.name;
+      EXPECT_LT(test::greatest_distance(all, sum), 1e-14) << named.name;
     }
   }
 }
@@ -141,10 +130,10 @@ TEST(Sum, PathLinesFollowTheSumOfTheVelocities) {
     const auto points = test::random_points(random, 40);
     const std::vector<Vec3d> expected = by_small_steps(named.segment, points);
     const Flow flow{{named.segment}};
-    EXPECT_GT(greatest_distance(expected, points), 1e-2) << named.name;
-    EXPECT_LT(greatest_distance(moved_by(flow, points, options_of(Precision::float64, 1e-9)), expected), 3e-6)
+    EXPECT_GT(test::greatest_distance(expected, points), 1e-2) << named.name;
+    EXPECT_LT(test::greatest_distance(test::moved(flow, points, options_of(Precision::float64, 1e-9)), expected), 3e-6)
         << named.name;
-    EXPECT_LT(greatest_distance(moved_by(flow, points, options_of(Precision::float32, 1e-5)), expected), 2e-5)
+    EXPECT_LT(test::greatest_distance(test::moved(flow, points, options_of(Precision::float32, 1e-5)), expected), 2e-5)
         << named.name;
   }
 }
@@ -154,8 +143,8 @@ TEST(Sum, IsNotItsPartsOneAfterTheOther) {
   const Segment other = test::translating(Ball<double>{}, {-0.2, 0, 0}, {-0.5, 0, 0}, {0.2, 0.8});
   const std::vector<Vec3d> middle{{0, 0, 0}, {0, 0.3, 0.1}};
   const AdvectOptions options = options_of(Precision::float64);
-  EXPECT_GT(greatest_distance(moved_by(Flow{{one, other}}, middle, options),
-                              moved_by(Flow{{sum_of({one, other})}}, middle, options)),
+  EXPECT_GT(test::greatest_distance(test::moved(Flow{{one, other}}, middle, options),
+                                    test::moved(Flow{{sum_of({one, other})}}, middle, options)),
             0.05);
 }
 
@@ -203,9 +192,9 @@ TEST(Sum, APointAloneGoesTheSameWay) {
   for (const NamedSegment& named : whole_and_cut(random)) {
     const auto points = test::random_points(random, 70);
     for (const Precision precision : kPrecisions) {
-      const std::vector<Vec3d> together = moved_by(Flow{{named.segment}}, points, options_of(precision));
+      const std::vector<Vec3d> together = test::moved(Flow{{named.segment}}, points, options_of(precision));
       for (std::size_t i = 0; i < points.size(); ++i) {
-        EXPECT_EQ(moved_by(Flow{{named.segment}}, {points[i]}, options_of(precision))[0], together[i]) << named.name;
+        EXPECT_EQ(test::moved(Flow{{named.segment}}, {points[i]}, options_of(precision))[0], together[i]) << named.name;
       }
     }
   }
@@ -217,13 +206,14 @@ TEST(Sum, ComesBackThroughItsInverseAndInPieces) {
     const auto points = test::random_points(random, 100);
     const Flow flow{{named.segment}};
     const AdvectOptions options = options_of(Precision::float64, 1e-9);
-    const std::vector<Vec3d> there = moved_by(flow, points, options);
-    EXPECT_LT(greatest_distance(
-                  moved_by(flow_between(flow, 0.4, 1), moved_by(prefix(flow, 0.4), points, options), options), there),
-              1e-6)
+    const std::vector<Vec3d> there = test::moved(flow, points, options);
+    EXPECT_LT(
+        test::greatest_distance(
+            test::moved(flow_between(flow, 0.4, 1), test::moved(prefix(flow, 0.4), points, options), options), there),
+        1e-6)
         << named.name;
     if (named.name == "barrels") continue;  // which say nothing of where a point came from
-    EXPECT_LT(greatest_distance(moved_by(inverse(flow), there, options), points), 1e-6) << named.name;
+    EXPECT_LT(test::greatest_distance(test::moved(inverse(flow), there, options), points), 1e-6) << named.name;
   }
 }
 
@@ -237,7 +227,7 @@ TEST(Sum, KeepsTheVolumeAndKnowsItsJacobians) {
     options.tolerance = 1e-10;
     std::vector<Vec3d> carried = points;
     const std::vector<double> drifts = volume_drifts(flow, carried, options);
-    EXPECT_LT(greatest_distance(carried, moved_by(flow, points, options)), 1e-6) << named.name;
+    EXPECT_LT(test::greatest_distance(carried, test::moved(flow, points, options)), 1e-6) << named.name;
     for (std::size_t i = 0; i < points.size(); ++i) {
       EXPECT_NEAR(determinant(found[i]), 1, 1e-5) << named.name;
       EXPECT_NEAR(drifts[i], 0, 1e-6) << named.name;
@@ -246,7 +236,7 @@ TEST(Sum, KeepsTheVolumeAndKnowsItsJacobians) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         Vec3d by{0, 0, 0};
         by[axis] = kStep;
-        const std::vector<Vec3d> ends = moved_by(flow, {points[i] - by, points[i] + by}, options);
+        const std::vector<Vec3d> ends = test::moved(flow, {points[i] - by, points[i] + by}, options);
         const Vec3d column = (ends[1] - ends[0]) / (2 * kStep);
         const Vec3d expected{found[i].row0[axis], found[i].row1[axis], found[i].row2[axis]};
         EXPECT_LT(norm(column - expected), 2e-3) << named.name;
@@ -264,10 +254,10 @@ TEST(Sum, APointThatMeetsOnePartAloneGoesAsInThatPart) {
   const AdvectOptions options = options_of(Precision::float64);
   std::vector<Vec3d> moved = points;
   EXPECT_EQ(advect(Flow{{sum}}, moved, options).evaluations, 0U);  // closed forms
-  EXPECT_GT(greatest_distance(moved, points), 0.3);
+  EXPECT_GT(test::greatest_distance(moved, points), 0.3);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Segment& part = sum.parts[points[i].x > 0 ? 0 : 1];
-    EXPECT_EQ(moved[i], moved_by(Flow{{part}}, {points[i]}, options)[0]);
+    EXPECT_EQ(moved[i], test::moved(Flow{{part}}, {points[i]}, options)[0]);
   }
 }
 
@@ -276,8 +266,8 @@ TEST(Sum, APointThatTurnsIntoTheOtherPartIsMovedByBoth) {
   for (const double degrees : {35.0, -100.0, 170.0, 250.0}) {
     const Segment sum = turn_and_image(degrees);
     const auto points = test::random_points(random, 120, 1.0);
-    const std::vector<Vec3d> moved = moved_by(Flow{{sum}}, points, options_of(Precision::float64, 1e-8));
-    EXPECT_LT(greatest_distance(moved, by_small_steps(sum, points)), 1e-5) << degrees;
+    const std::vector<Vec3d> moved = test::moved(Flow{{sum}}, points, options_of(Precision::float64, 1e-8));
+    EXPECT_LT(test::greatest_distance(moved, by_small_steps(sum, points)), 1e-5) << degrees;
   }
 }
 
@@ -303,9 +293,9 @@ TEST(Sum, ABarrelLimitsItsPartAlone) {
   left.barrel = SegmentBarrel{{-0.5, 0, 0}, {0, -1, 0}, 0.3};
   const auto points = test::random_points(random, 500, 1.0);
   const AdvectOptions options = options_of(Precision::float64);
-  const std::vector<Vec3d> both = moved_by(Flow{{sum_of({left, right})}}, points, options);
-  const std::vector<Vec3d> by_left = moved_by(Flow{{left}}, points, options);
-  const std::vector<Vec3d> by_right = moved_by(Flow{{right}}, points, options);
+  const std::vector<Vec3d> both = test::moved(Flow{{sum_of({left, right})}}, points, options);
+  const std::vector<Vec3d> by_left = test::moved(Flow{{left}}, points, options);
+  const std::vector<Vec3d> by_right = test::moved(Flow{{right}}, points, options);
   int count = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(both[i], points[i].x < 0 ? by_left[i] : by_right[i]);
@@ -320,7 +310,7 @@ TEST(Sum, ReachIsThatOfAllParts) {
     const Flow flow{{named.segment}};
     const FlowReach reach(flow);
     const auto points = test::random_points(random, 500, 1.5);
-    const std::vector<Vec3d> moved = moved_by(flow, points, options_of(Precision::float32));
+    const std::vector<Vec3d> moved = test::moved(flow, points, options_of(Precision::float32));
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (reach.may_move(points[i], 0)) continue;
       EXPECT_EQ(moved[i], points[i]) << named.name;
@@ -341,8 +331,8 @@ TEST(Sum, PointsOfAMirrorPlaneStayInItExactly) {
   auto points = test::random_points(random, 300);
   for (Vec3d& p : points) p.x = plane;
   for (const Precision precision : kPrecisions) {
-    const std::vector<Vec3d> moved = moved_by(Flow{{sum}}, points, options_of(precision));
-    EXPECT_GT(greatest_distance(moved, points), 0.01);
+    const std::vector<Vec3d> moved = test::moved(Flow{{sum}}, points, options_of(precision));
+    EXPECT_GT(test::greatest_distance(moved, points), 0.01);
     for (const Vec3d& p : moved) EXPECT_EQ(p.x, plane);
   }
 }

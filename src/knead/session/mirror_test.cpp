@@ -11,6 +11,7 @@
 #include "knead/session/deformed_shape.h"
 #include "knead/session/replay.h"
 #include "knead/session/workbench.h"
+#include "support/random_segments.h"
 
 namespace knead {
 namespace {
@@ -38,12 +39,6 @@ Session session_of(const std::vector<std::string>& lines) {
 std::vector<Vec3d> replayed(const Mesh& mesh, const Session& session, ReplayOptions options = {}) {
   options.motion.precision = Precision::float64;
   return replay(mesh, session, options).shape.positions();
-}
-
-double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-  double most = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(a[i] - b[i]));
-  return most;
 }
 
 // The mesh whose vertices are mirrored in x = 0, with faces that still point outwards.
@@ -102,10 +97,10 @@ TEST(MirrorKey, TheSidesOfAShapeAreMirrorImages) {
   for (const std::string& line : {kRotate, kPull, kBend, kPins}) {
     const Session session = session_of({line});
     const std::vector<Vec3d> moved = replayed(mesh, session);
-    EXPECT_GT(greatest_distance(moved, mesh.positions), 0.05) << line;
+    EXPECT_GT(test::greatest_distance(moved, mesh.positions), 0.05) << line;
     Mesh image = flipped(mesh);
     image.positions = replayed(image, session);
-    EXPECT_LT(greatest_distance(flipped(image).positions, moved), 1e-12) << line;
+    EXPECT_LT(test::greatest_distance(flipped(image).positions, moved), 1e-12) << line;
   }
 }
 
@@ -138,7 +133,7 @@ TEST(MirrorKey, ComesBackThroughTheInverse) {
     Mesh there = mesh;
     there.positions = replayed(mesh, session, options);
     options.part.direction = Direction::backwards;
-    EXPECT_LT(greatest_distance(replayed(there, session, options), mesh.positions), 1e-5) << line;
+    EXPECT_LT(test::greatest_distance(replayed(there, session, options), mesh.positions), 1e-5) << line;
   }
 }
 
@@ -167,7 +162,7 @@ TEST(MirrorKey, AFlowOfTheSessionDoesTheSame) {
   std::vector<Vec3d> moved = mesh.positions;
   const MotionOptions motion;
   advect(flow_of(session), moved, advect_options(motion, 1));
-  EXPECT_LT(greatest_distance(moved, replay(mesh, session, {}).shape.positions()), 1e-4);
+  EXPECT_LT(test::greatest_distance(moved, replay(mesh, session, {}).shape.positions()), 1e-4);
 }
 
 TEST(MirrorKey, RemeshingFollowsBothSides) {

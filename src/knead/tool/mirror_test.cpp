@@ -87,17 +87,6 @@ AdvectOptions options_of(Precision precision, double tolerance = 1e-6) {
   return options;
 }
 
-std::vector<Vec3d> moved_by(const Flow& flow, std::vector<Vec3d> points, const AdvectOptions& options) {
-  EXPECT_EQ(advect(flow, points, options).status, AdvectStatus::done);
-  return points;
-}
-
-double greatest_distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
-  double most = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(a[i] - b[i]));
-  return most;
-}
-
 std::vector<Vec3d> images(std::vector<Vec3d> points, const RigidMotion& motion) {
   for (Vec3d& p : points) p = motion(p);
   return points;
@@ -107,12 +96,12 @@ std::vector<Vec3d> images(std::vector<Vec3d> points, const RigidMotion& motion) 
 double asymmetry(const Flow& flow, const Mirror& mirror, const AdvectOptions& options) {
   Random random(3);
   const std::vector<Vec3d> points = test::random_points(random, 300);
-  const std::vector<Vec3d> moved = moved_by(flow, points, options);
-  EXPECT_GT(greatest_distance(moved, points), 0.01);
+  const std::vector<Vec3d> moved = test::moved(flow, points, options);
+  EXPECT_GT(test::greatest_distance(moved, points), 0.01);
   double most = 0;
   for (const SymmetryImage& image : images_in(mirror)) {
-    const std::vector<Vec3d> others = moved_by(flow, images(points, image.motion), options);
-    most = std::max(most, greatest_distance(others, images(moved, image.motion)));
+    const std::vector<Vec3d> others = test::moved(flow, images(points, image.motion), options);
+    most = std::max(most, test::greatest_distance(others, images(moved, image.motion)));
   }
   return most;
 }
@@ -158,10 +147,10 @@ TEST(Mirror, PointsOfAPlaneStayInItExactly) {
       for (Vec3d& p : points) p.x = plane;
       for (const Precision precision : {Precision::float32, Precision::float64}) {
         const Flow flow = flow_of(each.stroke, mirror);
-        const std::vector<Vec3d> moved = moved_by(flow, points, options_of(precision, 1e-5));
-        EXPECT_GT(greatest_distance(moved, points), 0.005) << each.name;
+        const std::vector<Vec3d> moved = test::moved(flow, points, options_of(precision, 1e-5));
+        EXPECT_GT(test::greatest_distance(moved, points), 0.005) << each.name;
         for (const Vec3d& p : moved) EXPECT_EQ(p.x, plane) << each.name;
-        for (const Vec3d& p : moved_by(inverse(flow), moved, options_of(precision, 1e-5))) EXPECT_EQ(p.x, plane);
+        for (const Vec3d& p : test::moved(inverse(flow), moved, options_of(precision, 1e-5))) EXPECT_EQ(p.x, plane);
       }
     }
   }
@@ -231,8 +220,8 @@ TEST(Mirror, PinsAndTheirImagesGoToTheirPlacesExactly) {
   pins.radius = 0.9;
   const Flow flow = flow_of(pins, coordinate_mirror("x"));
   const std::vector<Vec3d> moved =
-      moved_by(flow, {{0.3, 0.1, 0.2}, {-0.3, 0.1, 0.2}, {0, 0.5, 0.2}}, options_of(Precision::float64, 1e-9));
-  EXPECT_LT(greatest_distance(moved, {{0.5, 0.2, 0.3}, {-0.5, 0.2, 0.3}, {0, 0.6, 0.2}}), 1e-8);
+      test::moved(flow, {{0.3, 0.1, 0.2}, {-0.3, 0.1, 0.2}, {0, 0.5, 0.2}}, options_of(Precision::float64, 1e-9));
+  EXPECT_LT(test::greatest_distance(moved, {{0.5, 0.2, 0.3}, {-0.5, 0.2, 0.3}, {0, 0.6, 0.2}}), 1e-8);
   pins.points.emplace_back(-0.3, 0.1, 0.2);  // the image of the first, by hand
   pins.to.emplace_back(-0.5, 0.2, 0.3);
   EXPECT_EQ(flow_of(pins, coordinate_mirror("x")).segments.front().fields.size(), 3U);
