@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/mesh/shapes.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Builds targets from nothing and prints the processor time of their sources, by target and room.
+# Builds targets from nothing and prints the processor time of their sources, by target and module.
 #   bench/build_times.sh [TARGET...] [-- CMAKE OPTIONS]    targets: knead (default), all, ...
 # Processor time hardly depends on what else runs on the machine; linking is not counted.
 set -euo pipefail
@@ -38,7 +38,7 @@ cmake --build "$build" --target "${targets[@]:-knead}" >"$build/output" || {
   exit 1
 }
 
-# src/knead/CMakeFiles/knead_core.dir/io/json.cpp.o is "knead_core io".
+# src/CMakeFiles/knead_core.dir/io/json.cpp.o is "knead_core io".
 sort -k 3 "$build/times" | awk '
   {
     name = $3

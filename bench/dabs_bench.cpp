@@ -9,9 +9,9 @@
 #include <numbers>
 #include <vector>
 
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/tool/paint.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
 
 namespace {
 

@@ -17,11 +17,10 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/atomic_file.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
 
 namespace {
 

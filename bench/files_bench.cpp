@@ -18,9 +18,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/atomic_file.h"
-#include "knead/io/shape_file.h"
-#include "knead/mesh/shapes.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 
 #ifdef KNEAD_HAS_OPENMESH
 #include <OpenMesh/Core/IO/MeshIO.hh>

@@ -197,7 +197,7 @@ def spline(v, points, to, radius):
 
 
 def matches(surface, target, count):
-    """As src/knead/session/fit_matches.cpp."""
+    """As src/fit/fit_matches.cpp."""
     at, own = surface.samples(count)
     places, theirs, far = target.closest(at)
     at2, theirs2 = target.samples(count)
@@ -214,7 +214,7 @@ def matches(surface, target, count):
 
 
 def pin_motions(pins, landmarks, at, direction, by, weight, radius):
-    """As src/knead/session/fit_pins.cpp, with the Gaussian kernel."""
+    """As src/fit/fit_pins.cpp, with the Gaussian kernel."""
     n = len(pins)
     rows = gauss(at, pins, radius)[:, :, None] * direction[:, None, :]
     rows = rows.reshape(len(at), 3 * n)

@@ -8,12 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "knead/gl/context.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/parallel.h"
-#include "knead/mesh/shapes.h"
-#include "knead/render/image.h"
-#include "knead/render/live_view.h"
+#include "knead/gl.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
 
 namespace {
 

@@ -7,10 +7,10 @@
 #include <cstdlib>
 #include <vector>
 
-#include "knead/math/parallel.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/session/workbench.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/workbench.h"
 
 namespace {
 

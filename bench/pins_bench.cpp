@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/mesh/shapes.h"
-#include "knead/tool/stroke.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/stroke.h"
 
 namespace {
 

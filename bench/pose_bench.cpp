@@ -14,14 +14,12 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/session/replay.h"
-#include "knead/session/workbench.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/workbench.h"
 #include "pose_scenes.h"
 
 namespace {

@@ -8,10 +8,9 @@
 #include <queue>
 #include <utility>
 
-#include "knead/math/box.h"
-#include "knead/mesh/polygonise.h"
-#include "knead/mesh/shapes.h"
-#include "knead/mesh/triangulate.h"
+#include "knead/vec.h"
+#include "mesh/polygonise.h"
+#include "knead/mesh.h"
 
 namespace knead {
 

@@ -21,15 +21,13 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/flow/reach.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/remesh/remesh.h"
-#include "knead/session/replay.h"
-#include "knead/session/report.h"
+#include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "knead/replay.h"
+#include "knead/certify.h"
 #include "support/paper_remesh.h"
 
 namespace {

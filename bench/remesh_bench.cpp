@@ -4,13 +4,12 @@
 
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/flow/reach.h"
-#include "knead/math/box.h"
-#include "knead/mesh/edges.h"
-#include "knead/mesh/shapes.h"
-#include "knead/remesh/remesh.h"
-#include "knead/tool/stroke.h"
+#include "knead/flow.h"
+#include "knead/vec.h"
+#include "mesh/edges.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "knead/stroke.h"
 
 namespace {
 

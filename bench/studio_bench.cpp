@@ -11,11 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "knead/gl/context.h"
-#include "knead/io/shape_file.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/session/workbench.h"
+#include "knead/gl.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/workbench.h"
 #include "view/shown_shape.h"
 
 namespace {

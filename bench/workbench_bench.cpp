@@ -9,10 +9,10 @@
 #include <numbers>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/journal.h"
-#include "knead/session/workbench.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
+#include "knead/workbench.h"
 
 namespace {
 

@@ -6,7 +6,7 @@ function(knead_test name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE knead::core ${ARG_LIBRARIES} GTest::gtest_main)
-  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests ${PROJECT_SOURCE_DIR}/src)
   target_compile_definitions(${name} PRIVATE KNEAD_TEST_MESHES="${KNEAD_TEST_MESHES}")
   knead_configure(${name})
   # A quarter less time to compile than with -O3; what tests wait for is in the library.

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "knead/field/blend.h"
+#include "knead/field.h"
 
 namespace knead {
 

@@ -1,7 +1,7 @@
 // Defines a region of its own, a ring, and raises a ridge around the first vertex of a shape: torus_tool IN OUT
-#include <knead/flow/advect.h>
-#include <knead/io/shape_file.h>
-#include <knead/math/box.h>
+#include <knead/flow.h>
+#include <knead/io.h>
+#include <knead/vec.h>
 
 #include <cmath>
 #include <cstdio>

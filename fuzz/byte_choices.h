@@ -8,8 +8,8 @@
 #include <span>
 #include <vector>
 
-#include "knead/mesh/shapes.h"
-#include "knead/session/session.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
 
 namespace knead::fuzz {
 

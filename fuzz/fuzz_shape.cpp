@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 #include "support/shape_promises.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

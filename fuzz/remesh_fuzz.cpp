@@ -7,10 +7,10 @@
 #include <memory>
 
 #include "byte_choices.h"
-#include "knead/flow/advect_within.h"
-#include "knead/math/error.h"
-#include "knead/session/replay.h"
-#include "knead/tool/paint.h"
+#include "flow/block_mover.h"
+#include "knead/error.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
 #include "support/shape_promises.h"
 
 namespace {

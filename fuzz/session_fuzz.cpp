@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "knead/math/error.h"
-#include "knead/session/session.h"
+#include "knead/error.h"
+#include "knead/session.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "byte_choices.h"
-#include "knead/math/error.h"
-#include "knead/session/replay.h"
+#include "knead/error.h"
+#include "knead/replay.h"
 
 namespace {
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
-#include "knead/gpu/gpu.h"
+#include "knead/gpu.h"
 #include "output.h"
 
 namespace knead::command {

@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "knead/flow/backend.h"
+#include "knead/flow.h"
 
 namespace knead::command {
 

@@ -19,10 +19,9 @@
 #include "benchmark/machine.h"
 #include "benchmark/reference.h"
 #include "command.h"
-#include "knead/flow/backend.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/math/parallel.h"
+#include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/error.h"
 #include "output.h"
 
 namespace knead::command {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench_scenes.h"
-#include "knead/io/json.h"
+#include "knead/io.h"
 
 namespace knead::command {
 

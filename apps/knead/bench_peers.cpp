@@ -11,12 +11,9 @@
 
 #include "bench_measure.h"
 #include "benchmark/kelvinlets.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
-#include "knead/mesh/triangulate.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
 
 namespace knead::command {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/json.h"
-#include "knead/mesh/mesh.h"
-#include "knead/tool/stroke.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/stroke.h"
 
 namespace knead::command {
 

@@ -4,11 +4,11 @@
 #include <filesystem>
 #include <utility>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/math/parallel.h"
-#include "knead/mesh/shapes.h"
-#include "knead/tool/stroke.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/stroke.h"
 
 namespace knead::command {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::command {
 

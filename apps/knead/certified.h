@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bounds.h"
-#include "knead/session/report.h"
+#include "knead/certify.h"
 #include "work.h"
 
 namespace knead::command {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "command.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
 #include "output.h"
 #include "requirements.h"
 #include "shape_info.h"

@@ -16,10 +16,9 @@
 #include "deform_stream.h"
 #include "frames.h"
 #include "interrupt.h"
-#include "knead/io/animation.h"
-#include "knead/io/atomic_file.h"
-#include "knead/io/remeshed.h"
-#include "knead/session/report.h"
+#include "knead/animation.h"
+#include "knead/io.h"
+#include "knead/certify.h"
 #include "output.h"
 #include "work.h"
 

@@ -8,7 +8,7 @@
 
 #include "backend.h"
 #include "bounds.h"
-#include "knead/mesh/measures.h"
+#include "knead/mesh.h"
 #include "output.h"
 
 namespace knead::command {

@@ -7,7 +7,7 @@
 
 #include "command.h"
 #include "frames.h"
-#include "knead/session/replay.h"
+#include "knead/replay.h"
 #include "remesh_options.h"
 #include "streams.h"
 

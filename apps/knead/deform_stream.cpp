@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <set>
 
-#include "knead/io/atomic_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
 #include "output.h"
 #include "progress_bar.h"
 #include "work.h"

@@ -3,8 +3,8 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/io/shape_file.h"
-#include "knead/session/report.h"
+#include "knead/io.h"
+#include "knead/certify.h"
 #include "panels.h"
 #include "progress_bar.h"
 

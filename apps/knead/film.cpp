@@ -17,8 +17,8 @@
 
 #include "command.h"
 #include "frames.h"
-#include "knead/io/atomic_file.h"
-#include "knead/render/image.h"
+#include "knead/io.h"
+#include "knead/render.h"
 #include "output.h"
 #include "progress_bar.h"
 

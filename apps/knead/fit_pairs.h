@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/mesh.h"
+#include "knead/mesh.h"
 
 namespace knead::command {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/session/replay.h"
+#include "knead/replay.h"
 #include "options.h"
 
 namespace knead::command {

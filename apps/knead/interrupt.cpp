@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "command.h"
-#include "knead/io/atomic_file.h"
+#include "knead/io.h"
 
 namespace knead::command {
 namespace {

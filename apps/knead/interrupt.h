@@ -3,7 +3,7 @@
 
 #include <cstddef>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::command {
 

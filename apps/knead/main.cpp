@@ -17,8 +17,8 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/math/error.h"
-#include "knead/remesh/remesh.h"
+#include "knead/error.h"
+#include "knead/remesh.h"
 #include "output.h"
 
 namespace knead::command {

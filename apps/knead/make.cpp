@@ -7,9 +7,8 @@
 #include <string>
 
 #include "command.h"
-#include "knead/io/json.h"
-#include "knead/io/shape_file.h"
-#include "knead/mesh/shapes.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "output.h"
 #include "streams.h"
 

@@ -12,9 +12,8 @@
 #include <system_error>
 
 #include "command.h"
-#include "knead/io/atomic_file.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 
 namespace knead::command {
 namespace {

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "command.h"
-#include "knead/io/shape_file.h"
-#include "knead/session/session.h"
+#include "knead/io.h"
+#include "knead/session.h"
 #include "output.h"
 #include "work.h"
 

@@ -6,12 +6,8 @@
 #include <string>
 
 #include "command.h"
-#include "knead/math/box.h"
-#include "knead/render/camera.h"
-#include "knead/render/image.h"
-#include "knead/render/renderer.h"
-#include "knead/render/scene.h"
-#include "knead/render/tool_picture.h"
+#include "knead/vec.h"
+#include "knead/render.h"
 
 namespace knead::command {
 namespace {

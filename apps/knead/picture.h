@@ -7,11 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/math/vec3.h"
-#include "knead/mesh/mesh.h"
-#include "knead/render/image.h"
-#include "knead/render/scene.h"
-#include "knead/render/tool_picture.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
 
 namespace knead::command {
 

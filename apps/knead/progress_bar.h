@@ -6,7 +6,7 @@
 #include <stop_token>
 #include <thread>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::command {
 

@@ -6,10 +6,9 @@
 #include <string>
 
 #include "command.h"
-#include "knead/io/json.h"
-#include "knead/io/remeshed.h"
-#include "knead/math/error.h"
-#include "knead/remesh/remesh.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/remesh.h"
 #include "output.h"
 #include "remesh_options.h"
 #include "streams.h"

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "command.h"
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::command {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "knead/remesh/remesh.h"
+#include "knead/remesh.h"
 #include "options.h"
 
 namespace knead::command {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/session/report.h"
+#include "knead/certify.h"
 
 namespace knead::command {
 

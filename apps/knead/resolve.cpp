@@ -6,9 +6,8 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/io/atomic_file.h"
-#include "knead/io/json.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 #include "output.h"
 #include "work.h"
 

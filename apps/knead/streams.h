@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "knead/io/shape_file.h"
+#include "knead/io.h"
 #include "options.h"
 
 namespace knead::command {

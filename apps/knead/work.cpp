@@ -8,7 +8,7 @@
 
 #include "command.h"
 #include "interrupt.h"
-#include "knead/math/error.h"
+#include "knead/error.h"
 #include "output.h"
 #include "progress_bar.h"
 

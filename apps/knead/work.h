@@ -4,9 +4,9 @@
 #include <chrono>
 #include <string>
 
-#include "knead/io/shape_file.h"
-#include "knead/session/replay.h"
-#include "knead/session/session.h"
+#include "knead/io.h"
+#include "knead/replay.h"
+#include "knead/session.h"
 #include "streams.h"
 
 namespace knead::command {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "knead/io/atomic_file.h"
-#include "knead/render/live_view.h"
+#include "knead/io.h"
+#include "knead/render.h"
 #include "panels/interface.h"
 #include "platform/gui.h"
 #include "platform/gui_backend.h"

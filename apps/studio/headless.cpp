@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <optional>
 
-#include "knead/gl/context.h"
-#include "knead/io/atomic_file.h"
-#include "knead/render/live_view.h"
+#include "knead/gl.h"
+#include "knead/io.h"
+#include "knead/render.h"
 #include "script.h"
 #include "view/overlay.h"
 #include "view/shown_shape.h"

@@ -10,7 +10,7 @@
 
 #include "application.h"
 #include "headless.h"
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace {
 

@@ -12,9 +12,8 @@
 #include <string_view>
 #include <system_error>
 
-#include "knead/io/atomic_file.h"
-#include "knead/io/json.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

@@ -9,8 +9,8 @@
 #include <thread>
 
 #include "gestures/parts.h"
-#include "knead/io/json.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

@@ -6,9 +6,9 @@
 
 #include <fmt/format.h>
 
-#include "knead/math/box.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
 #include "view_memory.h"
 
 namespace knead::studio {

@@ -21,7 +21,7 @@
 #include "gestures/navigation.h"
 #include "gestures/tools.h"
 #include "keys.h"
-#include "knead/render/live_view.h"
+#include "knead/render.h"
 #include "platform/event.h"
 #include "platform/worker.h"
 #include "preferences.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/replay.h"
 #include "script.h"
 #include "studio.h"
 

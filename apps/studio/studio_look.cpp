@@ -3,9 +3,9 @@
 #include <exception>
 #include <utility>
 
-#include "knead/math/box.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
 #include "studio.h"
 
 namespace knead::studio {

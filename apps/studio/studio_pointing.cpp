@@ -1,8 +1,8 @@
 // What is found where the pointer is: the middle of a turn of the view, a mirror's plane; and the last stroke framed.
 #include <variant>
 
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
 #include "studio.h"
 
 namespace knead::studio {

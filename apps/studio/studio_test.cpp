@@ -7,7 +7,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "knead/mesh/shapes.h"
+#include "knead/mesh.h"
 #include "studio_fixture.h"
 #include "support/test_meshes.h"
 

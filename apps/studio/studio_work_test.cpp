@@ -7,8 +7,7 @@
 #include <functional>
 #include <thread>
 
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
+#include "knead/mesh.h"
 #include "platform/worker.h"
 #include "studio.h"
 #include "studio_fixture.h"

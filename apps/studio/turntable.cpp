@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 #include "studio.h"
 
 namespace knead::studio {

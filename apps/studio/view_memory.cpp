@@ -8,7 +8,7 @@
 #include <sstream>
 #include <vector>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 #include "script.h"
 
 namespace knead::studio {

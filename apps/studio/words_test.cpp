@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "keys.h"
-#include "knead/render/scene.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 namespace {

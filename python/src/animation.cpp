@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "arrays.h"
-#include "knead/io/animation.h"
-#include "knead/math/error.h"
+#include "knead/animation.h"
+#include "knead/error.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

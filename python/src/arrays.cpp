@@ -5,7 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::python {
 namespace {

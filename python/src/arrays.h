@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/math/mat3.h"
-#include "knead/math/vec3.h"
-#include "knead/mesh/mesh.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
 
 namespace knead::python {
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "arrays.h"
-#include "knead/flow/advect.h"
-#include "knead/math/error.h"
-#include "knead/tool/strain.h"
+#include "knead/flow.h"
+#include "knead/error.h"
+#include "knead/tools.h"
 #include "module.h"
 #include "options.h"
 #include "work.h"

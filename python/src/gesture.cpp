@@ -10,14 +10,11 @@
 #include <optional>
 
 #include "arrays.h"
-#include "knead/math/error.h"
-#include "knead/math/sincos.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/surface_tree.h"
-#include "knead/session/session.h"
-#include "knead/tool/paint.h"
-#include "knead/tool/placement.h"
-#include "knead/tool/strain.h"
+#include "knead/error.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
+#include "knead/tools.h"
 #include "module.h"
 
 namespace knead::python {

@@ -2,9 +2,9 @@
 
 #include <cstring>
 
-#include "knead/flow/backend.h"
-#include "knead/math/error.h"
-#include "knead/remesh/remesh.h"
+#include "knead/flow.h"
+#include "knead/error.h"
+#include "knead/remesh.h"
 #include "work.h"
 
 namespace knead::python {

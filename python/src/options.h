@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "knead/session/replay.h"
+#include "knead/replay.h"
 
 namespace knead::python {
 

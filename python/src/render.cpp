@@ -11,12 +11,9 @@
 #include <numbers>
 
 #include "arrays.h"
-#include "knead/gl/context.h"
-#include "knead/math/error.h"
-#include "knead/render/camera.h"
-#include "knead/render/renderer.h"
-#include "knead/render/scene.h"
-#include "knead/render/tool_picture.h"
+#include "knead/gl.h"
+#include "knead/error.h"
+#include "knead/render.h"
 #endif
 
 namespace knead::python {

@@ -9,12 +9,10 @@
 #include <optional>
 
 #include "arrays.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/session/report.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/certify.h"
 #include "module.h"
 #include "work.h"
 

@@ -6,10 +6,10 @@
 #include <array>
 #include <filesystem>
 
-#include "knead/io/atomic_file.h"
-#include "knead/math/error.h"
-#include "knead/session/session.h"
-#include "knead/tool/tool.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/session.h"
+#include "knead/tools.h"
 #include "module.h"
 #include "work.h"
 

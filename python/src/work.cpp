@@ -8,7 +8,7 @@
 #include <optional>
 #include <thread>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::python {
 namespace {

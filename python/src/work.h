@@ -6,8 +6,8 @@
 #include <functional>
 #include <stdexcept>
 
-#include "knead/math/progress.h"
-#include "knead/session/replay.h"
+#include "knead/error.h"
+#include "knead/replay.h"
 
 namespace knead::python {
 

@@ -40,7 +40,7 @@ def test_a_cube_in_every_kind_of_cell():
 
 
 def test_cells_between_which_faces_are_slanted():
-    """By the definitions of OpenFOAM's checkMesh; src/knead/mesh/cell_faces_test.cpp has more."""
+    """By the definitions of OpenFOAM's checkMesh; src/cells/cell_faces_test.cpp has more."""
     points, cells = grid(3)
     straight = knead.check_cells(points, cells)
     assert straight["non_orthogonality_deg"].max() < 1e-6 and straight["skewness"].max() < 1e-9

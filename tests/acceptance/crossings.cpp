@@ -16,14 +16,11 @@
 #include <limits>
 #include <optional>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/math/error.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
 #include "random_strokes.h"
 
 namespace knead::acceptance {

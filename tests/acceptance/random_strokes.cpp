@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "knead/math/box.h"
-#include "knead/tool/tool.h"
+#include "knead/vec.h"
+#include "knead/tools.h"
 
 namespace knead::acceptance {
 

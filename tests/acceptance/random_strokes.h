@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/mesh.h"
-#include "knead/tool/stroke.h"
+#include "knead/mesh.h"
+#include "knead/stroke.h"
 
 namespace knead::acceptance {
 

@@ -24,14 +24,11 @@
 #include <numbers>
 #include <optional>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/session/replay.h"
-#include "knead/session/report.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/certify.h"
 #include "random_strokes.h"
 
 namespace knead::acceptance {

@@ -9,12 +9,11 @@
 #include <map>
 
 #include "agreement/oracle.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/session/session.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/session.h"
 #include "support/test_meshes.h"
 
 namespace knead {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/math/vec3.h"
+#include "knead/vec.h"
 
 namespace knead::oracle {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
+#include "knead/io.h"
 #include "process.h"
 #include "support/sanitized.h"
 

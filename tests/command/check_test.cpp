@@ -9,9 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "process.h"
 
 namespace knead::command_test {

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/backend.h"
-#include "knead/io/shape_file.h"
-#include "knead/session/replay.h"
+#include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/replay.h"
 #include "process.h"
 
 namespace knead::command_test {

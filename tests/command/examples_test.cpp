@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/shapes.h"
+#include "knead/mesh.h"
 #include "process.h"
 #include "support/test_meshes.h"
 

@@ -8,11 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "knead/io/shape_file.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/session/report.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/certify.h"
 #include "process.h"
 
 namespace knead::command_test {

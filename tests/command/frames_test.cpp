@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
+#include "knead/io.h"
 #include "process.h"
 
 namespace knead::command_test {

@@ -5,10 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/remeshed.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
 #include "process.h"
 
 namespace knead::command_test {

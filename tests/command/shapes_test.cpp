@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/shapes.h"
+#include "knead/mesh.h"
 #include "process.h"
 
 namespace knead::command_test {

@@ -106,7 +106,7 @@ part_prefix=$work/part_prefix
 cmake -S "$source_dir" -B "$part" -G Ninja --log-level=ERROR -DCMAKE_CXX_COMPILER="$compiler" -DCMAKE_BUILD_TYPE=Release \
   -DKNEAD_BUILD_TESTS=OFF -DKNEAD_BUILD_BENCH=OFF -DKNEAD_BUILD_EXAMPLES=OFF >/dev/null
 cp "$build/knead" "$part/knead"
-cp "$build/src/knead/libknead.a" "$part/src/knead/libknead.a"
+cp "$build/src/libknead.a" "$part/src/libknead.a"
 cmake --install "$part" --prefix "$part_prefix" >/dev/null || fail "a build without Studio cannot be installed"
 expect_file "$part_prefix/bin/knead"
 expect_none "$part_prefix/bin/knead-studio"

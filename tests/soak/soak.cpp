@@ -21,14 +21,12 @@
 #include <string_view>
 
 #include "acceptance/random_strokes.h"
-#include "knead/io/remeshed.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/journal.h"
-#include "knead/session/replay.h"
-#include "knead/session/workbench.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
+#include "knead/replay.h"
+#include "knead/workbench.h"
 
 namespace knead {
 namespace {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "knead/session/deformed_shape.h"
+#include "knead/replay.h"
 
 namespace knead::test {
 

@@ -7,13 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/flow/reach.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
-#include "knead/remesh/remesh.h"
-#include "knead/tool/stroke.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "knead/stroke.h"
 
 namespace knead::test {
 

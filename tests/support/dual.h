@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "knead/field/dual.h"
+#include "field/dual.h"
 
 namespace knead::test {
 

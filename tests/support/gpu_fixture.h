@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/gpu/gpu.h"
-#include "knead/math/box.h"
+#include "knead/gpu.h"
+#include "knead/vec.h"
 #include "support/outcome.h"
 
 namespace knead::gpu {

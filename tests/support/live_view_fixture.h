@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "knead/gl/context.h"
-#include "knead/math/box.h"
-#include "knead/render/live_view.h"
+#include "knead/gl.h"
+#include "knead/vec.h"
+#include "knead/render.h"
 #include "support/pictures.h"
 
 namespace knead::render {

@@ -7,9 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/flow/backend.h"
-#include "knead/math/error.h"
+#include "knead/flow.h"
+#include "knead/error.h"
 
 namespace knead::test {
 

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "knead/mesh/surface_tree.h"
-#include "knead/remesh/improver.h"
-#include "knead/remesh/remesh_with.h"
+#include "knead/mesh.h"
+#include "remesh/improver.h"
+#include "remesh/patch.h"
 
 namespace knead::test {
 

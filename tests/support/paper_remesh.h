@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "knead/remesh/remesh.h"
+#include "knead/remesh.h"
 
 namespace knead::test {
 

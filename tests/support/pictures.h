@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "knead/gl/context.h"
-#include "knead/mesh/shapes.h"
-#include "knead/render/live_view.h"
+#include "knead/gl.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
 
 namespace knead::render {
 

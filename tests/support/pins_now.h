@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "knead/math/vec3.h"
+#include "knead/vec.h"
 
 namespace knead::oracle {
 

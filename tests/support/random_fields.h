@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "knead/field/field.h"
+#include "knead/field.h"
 
 namespace knead::test {
 

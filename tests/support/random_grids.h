@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "knead/flow/segment.h"
+#include "knead/flow.h"
 #include "support/random_fields.h"
 
 namespace knead::test {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 #include "support/random_fields.h"
 
 namespace knead::test {

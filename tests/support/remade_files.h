@@ -7,8 +7,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "knead/io/glb/test_files.h"
-#include "knead/io/remeshed.h"
+#include "io/test_samples.h"
+#include "knead/io.h"
 #include "support/split_faces.h"
 
 namespace knead {

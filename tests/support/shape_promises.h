@@ -5,13 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/cloud/ptx.h"
-#include "knead/io/gltf/gltf.h"
-#include "knead/io/remeshed.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/triangulate.h"
+#include "io/cloud/cloud.h"
+#include "io/gltf/gltf.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
 #include "support/split_faces.h"
 
 namespace knead {

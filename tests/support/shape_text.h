@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 
 namespace knead {
 

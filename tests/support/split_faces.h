@@ -8,10 +8,10 @@
 #include <span>
 #include <vector>
 
-#include "knead/io/glb/layout.h"
-#include "knead/io/layout.h"
-#include "knead/io/shape_file.h"
-#include "knead/io/stl/layout.h"
+#include "io/glb/glb.h"
+#include "io/formats.h"
+#include "knead/io.h"
+#include "io/stl/stl.h"
 
 namespace knead {
 

@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/math/progress.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/tool/live_surface.h"
+#include "knead/flow.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
 
 namespace knead::test {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/tool/tool.h"
+#include "knead/tools.h"
 
 namespace knead::test {
 

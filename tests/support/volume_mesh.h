@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "knead/mesh/measures.h"
+#include "knead/cells.h"
+#include "knead/mesh.h"
 
 namespace knead::test {
 

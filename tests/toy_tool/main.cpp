@@ -8,8 +8,8 @@
 #include "acceptance/random_strokes.h"
 #include "gestures/tools.h"
 #include "keys.h"
-#include "knead/math/error.h"
-#include "knead/session/session.h"
+#include "knead/error.h"
+#include "knead/session.h"
 #include "support/tool_docs.h"
 
 namespace {

@@ -20,7 +20,7 @@ diff <(listed) <(added) || { echo "CONTRIBUTING.md lists (<) other files than th
 [[ $(added | wc -l) -le 7 ]] || { echo "adding a tool touches more than 7 files" >&2; exit 1; }
 
 rm -rf "$work" && mkdir -p "$work"
-(cd "$root" && cp --parents -r src/knead apps/studio docs/session.md CHANGELOG.md tests/acceptance tests/support "$work")
+(cd "$root" && cp --parents -r include src apps/studio docs/session.md CHANGELOG.md tests/acceptance tests/support "$work")
 while read -r file; do
   if [[ -f $here/tree/$file ]]; then
     cp "$here/tree/$file" "$work/$file"
@@ -33,16 +33,16 @@ done < <(added)
 # Every source that handles strokes of any tool; the rest comes from the library.
 cd "$work"
 sources() {
-  sed -nE 's|^.*[ (]([a-z_]+\.cpp).*|src/knead/tool/\1|p' src/knead/tool/CMakeLists.txt |
-    xargs grep -lE '"knead/tool/(describe|tool|live_surface|pose)\.h"'
-  printf '%s\n' src/knead/session/{session_read,session_write,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
+  sed -nE 's|^ *(strokes/[a-z_]+\.cpp).*|src/\1|p' src/CMakeLists.txt |
+    xargs grep -lE '"(strokes/(describe|pose|stamp|mirror)|knead/tools)\.h"'
+  printf '%s\n' src/session/{session,stroke_json}.cpp apps/studio/{keys,gestures/tools}.cpp \
     tests/acceptance/random_strokes.cpp "$here/main.cpp"
 }
 mkdir objects
 running=0
 for source in $(sources); do
   object=objects/$(basename "$source" .cpp).o
-  "${compile[@]}" -O0 -I src -I apps/studio -I tests -c "$source" -o "$object" &
+  "${compile[@]}" -O0 -I include -I src -I apps/studio -I tests -c "$source" -o "$object" &
   ((++running % 2)) || wait
 done
 wait

@@ -7,9 +7,8 @@
 #include <sstream>
 #include <string>
 
-#include "knead/io/shape_file.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
 #include "support/test_meshes.h"
 
 namespace knead {

@@ -10,9 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
 #include "support/test_meshes.h"
 
 namespace knead {

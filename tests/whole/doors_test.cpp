@@ -6,21 +6,14 @@
 #include <limits>
 #include <numeric>
 
-#include "knead/io/animation.h"
-#include "knead/io/remeshed.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
-#include "knead/mesh/surface_tree.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/remesh/remesh.h"
-#include "knead/session/report.h"
-#include "knead/session/workbench.h"
-#include "knead/tool/barrel.h"
-#include "knead/tool/placement.h"
-#include "knead/tool/strain.h"
+#include "knead/animation.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "knead/certify.h"
+#include "knead/workbench.h"
+#include "knead/tools.h"
 
 namespace knead {
 namespace {

@@ -10,13 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "knead/flow/advect.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/tool/strain.h"
-#include "knead/tool/stroke.h"
+#include "knead/flow.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "knead/stroke.h"
 #include "support/test_meshes.h"
 
 namespace knead {

@@ -8,12 +8,11 @@
 #include <vector>
 
 #include "acceptance/random_strokes.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/mesh/normals.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
-#include "knead/tool/tool.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
 
 namespace knead {
 namespace {

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include "acceptance/random_strokes.h"
-#include "knead/flow/advect.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/session.h"
-#include "knead/tool/tool.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
+#include "knead/tools.h"
 #include "support/test_meshes.h"
 #include "support/tool_docs.h"
 

@@ -7,11 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "knead/io/shape_file.h"
-#include "knead/math/box.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
 #include "support/test_meshes.h"
 
 namespace knead {

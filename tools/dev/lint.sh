@@ -21,10 +21,10 @@ check_scripts() {
   own_files '*.sh' | xargs -0 shellcheck -x dev .ci/run || die "shellcheck found the above"
 }
 
-# The web's standard library, libc++ 13, lacks these; math/scalar.h has bit_cast, io/float_chars.h numbers in text.
+# The web's standard library, libc++ 13, lacks these; vec.h has bit_cast, io/numbers.h numbers in text.
 check_portable() {
   local found
-  found=$(grep -rnE 'std::(ranges|views)::|std::(bit_cast|atomic_ref)\b' src apps/studio --include='*.h' --include='*.cpp' \
+  found=$(grep -rnE 'std::(ranges|views)::|std::(bit_cast|atomic_ref)\b' src include apps/studio --include='*.h' --include='*.cpp' \
     --exclude='*_test.cpp') || return 0
   die "emscripten cannot compile these: $found"
 }
@@ -36,7 +36,7 @@ quick_checks() {
 }
 
 check_includes() {
-  tests/include_table_test.sh || die "an include breaks the table of rooms"
+  tests/include_table_test.sh || die "an include breaks the table of modules"
 }
 
 # Prints the commit that changes are measured from: where the main branch was left, or on it the commit before.
@@ -76,7 +76,7 @@ sources_to_lint() {
     changed_files "$base" | while read -r file; do
       case $file in
         src/*.cpp | apps/*.cpp) printf '%s\n' "$file" ;;
-        src/*.h | apps/*.h) source_of "$file" ;;
+        include/*.h | src/*.h | apps/*.h) source_of "$file" ;;
       esac
     done
   else

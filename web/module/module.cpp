@@ -14,13 +14,11 @@
 #include <utility>
 #include <vector>
 
-#include "knead/io/json.h"
-#include "knead/io/remeshed.h"
-#include "knead/io/shape_file.h"
-#include "knead/math/error.h"
-#include "knead/session/replay.h"
-#include "knead/session/report.h"
-#include "knead/session/session.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/replay.h"
+#include "knead/certify.h"
+#include "knead/session.h"
 
 // The caller's function, after each stroke.
 EM_JS(void, tell_progress, (double fraction), { Module.onProgress(fraction); });

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "knead/flow/kernel_source.h"
-#include "knead/flow/segment_mover.h"
+#include "flow/kernels/kernel_source.h"
+#include "flow/segment_mover.h"
 
 namespace knead::bench {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::bench {
 

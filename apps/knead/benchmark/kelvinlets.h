@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "knead/math/vec3.h"
+#include "knead/vec.h"
 
 namespace knead::bench {
 

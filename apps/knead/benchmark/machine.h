@@ -1,7 +1,7 @@
 // Measures the limits of the machine: multiply-adds and copied bytes per second.
 #pragma once
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::bench {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "knead/field/field.h"
+#include "knead/field.h"
 
 namespace knead::bench {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "knead/flow/segment.h"
+#include "knead/flow.h"
 
 namespace knead::bench {
 

@@ -11,15 +11,11 @@
 #include <fmt/format.h>
 
 #include "gestures/gesture.h"
-#include "knead/io/remeshed.h"
-#include "knead/math/box.h"
-#include "knead/math/error.h"
-#include "knead/math/mat3.h"
-#include "knead/math/sincos.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/tool/placement.h"
-#include "knead/tool/strain.h"
+#include "knead/io.h"
+#include "knead/vec.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

@@ -13,11 +13,11 @@
 
 #include "gestures/picker.h"
 #include "gestures/tools.h"
-#include "knead/io/shape_file.h"
-#include "knead/mesh/shapes.h"
-#include "knead/session/journal.h"
-#include "knead/session/replay.h"
-#include "knead/session/workbench.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+#include "knead/session.h"
+#include "knead/workbench.h"
+#include "knead/replay.h"
 
 namespace knead::studio {
 

@@ -9,10 +9,9 @@
 #include <set>
 
 #include "document/document.h"
-#include "knead/io/atomic_file.h"
-#include "knead/io/remeshed.h"
-#include "knead/math/error.h"
-#include "knead/session/replay.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/replay.h"
 
 namespace knead::studio {
 

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "document/document.h"
-#include "knead/io/remeshed.h"
-#include "knead/math/error.h"
-#include "knead/mesh/measures.h"
+#include "knead/io.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
 
 namespace knead::studio {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "knead/session/workbench.h"
-#include "knead/tool/tool.h"
+#include "knead/workbench.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

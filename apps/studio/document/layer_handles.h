@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gestures/screen.h"
-#include "knead/session/session.h"
+#include "knead/session.h"
 
 namespace knead::studio {
 

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <utility>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

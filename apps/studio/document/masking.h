@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "gestures/screen.h"
-#include "knead/session/workbench.h"
+#include "knead/workbench.h"
 
 namespace knead::studio {
 

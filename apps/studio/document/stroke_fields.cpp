@@ -4,7 +4,7 @@
 #include <string_view>
 #include <variant>
 
-#include "knead/tool/tool.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

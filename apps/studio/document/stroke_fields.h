@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/session/session.h"
+#include "knead/session.h"
 
 namespace knead::studio {
 

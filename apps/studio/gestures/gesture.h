@@ -13,8 +13,8 @@
 #include "gestures/screen.h"
 #include "gestures/symmetry.h"
 #include "gestures/tools.h"
-#include "knead/session/session.h"
-#include "knead/tool/paint.h"
+#include "knead/session.h"
+#include "knead/tools.h"
 #include "platform/event.h"
 
 namespace knead::studio {

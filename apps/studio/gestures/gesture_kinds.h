@@ -3,7 +3,7 @@
 
 #include "gestures/gesture.h"
 #include "gestures/symmetry.h"
-#include "knead/math/box.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 

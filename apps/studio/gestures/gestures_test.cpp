@@ -11,9 +11,7 @@
 #include <numbers>
 
 #include "gestures/gestures_fixture.h"
-#include "knead/mesh/measures.h"
-#include "knead/mesh/self_intersections.h"
-#include "knead/mesh/shapes.h"
+#include "knead/mesh.h"
 #include "view/labels.h"
 #include "view/overlay.h"
 #include "view/stretch.h"

@@ -5,8 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "knead/math/mat3.h"
-#include "knead/math/sincos.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 

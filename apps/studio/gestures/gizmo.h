@@ -6,7 +6,7 @@
 
 #include "gestures/screen.h"
 #include "gestures/tools.h"
-#include "knead/render/scene.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 

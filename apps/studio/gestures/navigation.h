@@ -3,9 +3,8 @@
 
 #include <optional>
 
-#include "knead/math/box.h"
-#include "knead/math/vec3.h"
-#include "knead/render/camera.h"
+#include "knead/vec.h"
+#include "knead/render.h"
 #include "platform/event.h"
 
 namespace knead::studio {

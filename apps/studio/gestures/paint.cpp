@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "gestures/gesture_kinds.h"
-#include "knead/tool/paint.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

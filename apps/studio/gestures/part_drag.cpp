@@ -6,7 +6,7 @@
 
 #include "gestures/gesture_kinds.h"
 #include "gestures/parts.h"
-#include "knead/tool/limb.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <map>
 
-#include "knead/math/mat3.h"
-#include "knead/remesh/remesh.h"
+#include "knead/vec.h"
+#include "knead/remesh.h"
 
 namespace knead::studio {
 

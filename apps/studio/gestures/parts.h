@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "gestures/tools.h"
-#include "knead/session/deformed_shape.h"
+#include "knead/replay.h"
 
 namespace knead::studio {
 

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "knead/math/sincos.h"
+#include "knead/vec.h"
 
 namespace knead::studio {
 

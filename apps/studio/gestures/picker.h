@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "gestures/screen.h"
-#include "knead/mesh/surface_tree.h"
-#include "knead/session/workbench.h"
+#include "knead/mesh.h"
+#include "knead/workbench.h"
 
 namespace knead::studio {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "gestures/gesture_kinds.h"
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

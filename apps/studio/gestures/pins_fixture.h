@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "gestures/gestures_fixture.h"
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::studio {
 

@@ -4,8 +4,8 @@
 
 #include "gestures/gesture_kinds.h"
 #include "gestures/parts.h"
-#include "knead/mesh/surface_tree.h"
-#include "knead/tool/limb.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
 
 namespace knead::studio {
 

@@ -4,8 +4,8 @@
 #include <optional>
 #include <span>
 
-#include "knead/math/vec3.h"
-#include "knead/render/camera.h"
+#include "knead/vec.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 

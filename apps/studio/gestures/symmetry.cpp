@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "gestures/tools.h"
-#include "knead/tool/stroke.h"
+#include "knead/stroke.h"
 
 namespace knead::studio {
 

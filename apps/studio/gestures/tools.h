@@ -9,13 +9,12 @@
 #include <string_view>
 #include <vector>
 
-#include "knead/math/mat3.h"
-#include "knead/mesh/mesh.h"
-#include "knead/remesh/remesh.h"
-#include "knead/session/deformed_shape.h"
-#include "knead/tool/placement.h"
-#include "knead/tool/strain.h"
-#include "knead/tool/stroke.h"
+#include "knead/vec.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
+#include "knead/stroke.h"
 
 namespace knead::studio {
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "knead/field/blend.h"
+#include "knead/field.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 

@@ -10,7 +10,7 @@
 #include <system_error>
 #include <utility>
 
-#include "knead/io/shape_file.h"
+#include "knead/io.h"
 #include "panels/widgets.h"
 #include "platform/brought_files.h"
 

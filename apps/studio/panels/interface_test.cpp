@@ -9,7 +9,7 @@
 
 #include "document/stroke_fields.h"
 #include "gestures/gesture_kinds.h"
-#include "knead/math/box.h"
+#include "knead/vec.h"
 #include "panels/interface_fixture.h"
 #include "search.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/tool/strain.h"
+#include "knead/tools.h"
 #include "panels/layout.h"
 #include "platform/gui.h"
 #include "studio.h"

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "knead/mesh/shapes.h"
+#include "knead/mesh.h"
 #include "panels/panels.h"
 #include "panels/widgets.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <variant>
 
-#include "knead/render/live_view.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 

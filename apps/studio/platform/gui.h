@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/render/scene.h"
+#include "knead/render.h"
 #include "platform/event.h"
 
 namespace knead::studio {

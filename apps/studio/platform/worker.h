@@ -11,7 +11,7 @@
 #include <string>
 #include <thread>
 
-#include "knead/flow/advect.h"
+#include "knead/flow.h"
 
 namespace knead::studio {
 

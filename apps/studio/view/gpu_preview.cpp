@@ -4,10 +4,10 @@
 #include <cmath>
 #include <variant>
 
-#include "knead/math/error.h"
-#include "knead/mesh/triangulate.h"
-#include "knead/session/deformed_shape.h"
-#include "knead/session/workbench.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/workbench.h"
 
 namespace knead::studio {
 

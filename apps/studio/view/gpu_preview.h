@@ -8,9 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/gpu/gpu.h"
-#include "knead/gpu/gpu_surface.h"
-#include "knead/render/live_view.h"
+#include "knead/gpu.h"
+#include "knead/render.h"
 #include "studio.h"
 
 namespace knead::studio {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <optional>
 
-#include "knead/gl/context.h"
+#include "knead/gl.h"
 #include "studio_fixture.h"
 #include "view/shown_shape.h"
 

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 
-#include "knead/flow/advect.h"
-#include "knead/flow/reach.h"
-#include "knead/math/error.h"
-#include "knead/math/parallel.h"
+#include "knead/flow.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

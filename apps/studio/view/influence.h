@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "knead/flow/segment.h"
-#include "knead/session/deformed_shape.h"
+#include "knead/flow.h"
+#include "knead/replay.h"
 
 namespace knead::studio {
 

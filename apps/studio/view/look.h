@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "knead/render/live_view.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "gestures/gizmo.h"
-#include "knead/math/error.h"
+#include "knead/error.h"
 #include "studio_fixture.h"
 #include "view/overlay.h"
 

@@ -4,8 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "knead/render/live_view.h"
-#include "knead/render/surface_cache.h"
+#include "knead/render.h"
 #include "studio.h"
 #include "view/cursor.h"
 

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "knead/render/scene.h"
+#include "knead/render.h"
 #include "studio.h"
 
 namespace knead::studio {

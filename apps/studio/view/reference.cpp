@@ -11,9 +11,8 @@
 #include <optional>
 #include <system_error>
 
-#include "knead/io/atomic_file.h"
-#include "knead/io/json.h"
-#include "knead/math/error.h"
+#include "knead/io.h"
+#include "knead/error.h"
 
 namespace knead::studio {
 

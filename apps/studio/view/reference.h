@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gestures/navigation.h"
-#include "knead/render/live_view.h"
+#include "knead/render.h"
 
 namespace knead::studio {
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "knead/render/live_view.h"
+#include "knead/render.h"
 #include "view/gpu_preview.h"
 
 namespace knead::studio {

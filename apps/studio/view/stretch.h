@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/tool/strain.h"
+#include "knead/tools.h"
 #include "studio.h"
 
 namespace knead::studio {

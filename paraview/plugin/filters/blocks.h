@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/math/mat3.h"
-#include "knead/math/vec3.h"
+#include "knead/vec.h"
 
 class vtkDataArray;
 class vtkDataObject;

@@ -14,7 +14,7 @@
 #include <limits>
 #include <optional>
 
-#include "knead/math/error.h"
+#include "knead/error.h"
 
 namespace knead::paraview {
 namespace {

@@ -8,7 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "knead/mesh/measures.h"
+#include "knead/cells.h"
+#include "knead/mesh.h"
 
 class vtkPointSet;
 

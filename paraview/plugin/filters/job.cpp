@@ -8,11 +8,10 @@
 #include <filesystem>
 #include <optional>
 
-#include "knead/flow/advect.h"
-#include "knead/math/error.h"
-#include "knead/math/parallel.h"
-#include "knead/session/safe_until.h"
-#include "knead/tool/strain.h"
+#include "knead/flow.h"
+#include "knead/error.h"
+#include "knead/certify.h"
+#include "knead/tools.h"
 
 namespace knead::paraview {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "blocks.h"
 #include "cells.h"
-#include "knead/math/progress.h"
-#include "knead/session/replay.h"
+#include "knead/error.h"
+#include "knead/replay.h"
 #include "ranks.h"
 
 namespace knead::paraview {

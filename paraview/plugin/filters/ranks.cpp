@@ -9,7 +9,7 @@
 #include <array>
 #include <exception>
 
-#include "knead/math/progress.h"
+#include "knead/error.h"
 
 namespace knead::paraview {
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "knead/math/box.h"
+#include "knead/vec.h"
 
 class vtkMultiProcessController;
 

@@ -3,7 +3,7 @@
 
 #include <functional>
 
-#include "knead/math/progress.h"
+#include "knead/error.h"
 
 class vtkAlgorithm;
 

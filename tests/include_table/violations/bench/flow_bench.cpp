@@ -1,5 +1,4 @@
 // Read by include_table_test.sh --self-test only, never compiled.
 #include "apps/studio/window.h"
-#include "knead/flow/advect_kernel.h"  // wrong
+#include "flow/advect_kernel.h"  // wrong
 #include "knead/knead.h"
-#include "knead/session/session.h"

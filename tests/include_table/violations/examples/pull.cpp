@@ -1,4 +1,4 @@
 // Read by include_table_test.sh --self-test only, never compiled.
-#include "apps/studio/window.h"   // wrong
-#include "knead/session/inner.h"  // wrong
-#include "knead/session/session.h"
+#include "apps/studio/window.h"  // wrong
+#include "knead/session.h"
+#include "session/inner.h"  // wrong

@@ -1,3 +1,3 @@
 // Read by include_table_test.sh --self-test only, never compiled.
 #include "apps/studio/window.h"  // wrong
-#include "knead/session/inner.h"
+#include "session/inner.h"

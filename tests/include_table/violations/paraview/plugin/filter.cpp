@@ -1,3 +1,3 @@
 // Read by include_table_test.sh --self-test only, never compiled.
-#include "knead/flow/kernel.h"  // wrong
+#include "flow/kernels/kernel.h"  // wrong
 #include "knead/knead.h"

@@ -1,0 +1,70 @@
+// Writes a shape that moves to one file: PC2, MDD, glTF with morph targets, USD, or a time series of ParaView.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/io.h"
+
+namespace knead {
+
+// What an animation says besides the positions.
+struct AnimationOptions {
+  int frames = 1;   // that will be added; 1 or more
+  double fps = 24;  // frames a second; above 0
+};
+
+// Returns whether the path's extension, in upper or lower case, is one of .pc2, .mdd, .glb, .usda and .pvd.
+bool is_animation(const std::filesystem::path& path);
+
+// Returns what an animation in this format leaves out of the source, a sentence each.
+std::vector<std::string> animation_losses(const std::filesystem::path& path, const ShapeFile& source);
+
+// An animation that is written frame by frame. The vertices and faces are those of the source in every frame.
+//
+// .pc2   PointCache2, version 1: positions as little-endian floats; start 0, one frame a sample.
+// .mdd   LightWave's motion designer file: times in seconds, positions as big-endian floats.
+// .glb   glTF 2.0: the source, with one morph target (positions, normals) for each different frame after the first, and
+//        an animation of their weights. A source in glTF keeps everything that it has.
+// .usda  OpenUSD's text: a Mesh (or Points) with time samples of points, normals and extent.
+// .pvd   ParaView's time series: OUT.pvd and a file OUT_0000.vtp for each frame, positions as doubles, with the
+//        displacement since the first frame.
+//
+// The files appear when finish() returns, whole, and not at all without it (AtomicFile). Memory: two frames; for
+// .glb also 32 bytes for each vertex that differs from the first frame, frame by frame, and some copies of the file;
+// for .usda 16 bytes for each normal that differs.
+class AnimationFile {
+ public:
+  // Throws IoError(write) if no file can be made there. Throws InvalidInput for options out of range, an extension that
+  // is none of these, and a source that the format cannot hold.
+  AnimationFile(const std::filesystem::path& path, const ShapeFile& source, const AnimationOptions& options);
+  AnimationFile(const AnimationFile&) = delete;
+  AnimationFile& operator=(const AnimationFile&) = delete;
+  AnimationFile(AnimationFile&&) noexcept = default;
+  AnimationFile& operator=(AnimationFile&&) noexcept = default;
+  ~AnimationFile() = default;
+
+  // Adds the next frame: a position for each vertex of the source. Throws IoError(write), and InvalidInput for
+  // positions that the format cannot hold.
+  // NOLINTNEXTLINE(readability-make-member-function-const): it changes the file
+  void add(std::span<const Vec3d> positions) { writer_.add(positions); }
+
+  // Puts the file in place. All frames were added. Throws IoError(write), and InvalidInput for more than 4 GiB of GLB.
+  // NOLINTNEXTLINE(readability-make-member-function-const)
+  void finish() { writer_.finish(); }
+
+  // What a format does with the frames.
+  struct Writer {
+    std::function<void(std::span<const Vec3d>)> add;
+    std::function<void()> finish;
+  };
+
+ private:
+  Writer writer_;
+};
+
+}  // namespace knead

@@ -1,0 +1,121 @@
+// The cells of volume meshes: their quality, and what a deformation does to it.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+// Linear cells of volume meshes, their corners in the order of VTK.
+enum class CellKind { tetrahedron, pyramid, wedge, hexahedron };
+
+// Returns 4, 5, 6 or 8.
+std::size_t corner_count(CellKind kind);
+
+// What a deformation may spoil in a cell.
+struct CellQuality {
+  double volume = 0;  // between its faces, which are bilinear; below 0 for a cell that is inside out
+  // The least of its corners: the determinant of the three edges there over the product of their lengths, times a
+  // constant with which a cell with equal edges has 1. Of a pyramid without its apex. 0 where an edge has no length.
+  double scaled_jacobian = 0;
+  // 1: at all these corners the three edges are right-handed, as they should be; -1: at none; 0: at some, or flat.
+  // Exact.
+  int orientation = 0;
+};
+
+// Returns the quality of a cell. Throws InvalidInput for another number of corners, and for coordinates that are not
+// finite or beyond 1e75. The scaled Jacobian is that of the Verdict library (Stimpson et al., 2007) at the corners;
+// that library also looks at the middle of a hexahedron, and measures pyramids in another way.
+CellQuality cell_quality(CellKind kind, std::span<const Vec3d> corners);
+
+// The linear cells of a volume mesh.
+struct Cells {
+  std::vector<CellKind> kinds;
+  std::vector<std::size_t> first{0};   // where the corners of each cell begin, and after the last their number
+  std::vector<std::uint32_t> corners;  // numbers of points in VTK's order
+
+  // Returns the number of cells.
+  std::size_t size() const { return kinds.size(); }
+  // Returns the points of a cell, in VTK's order.
+  std::span<const std::uint32_t> corners_of(std::size_t cell) const {
+    return std::span(corners).subspan(first[cell], first[cell + 1] - first[cell]);
+  }
+  // Appends a cell, which has corner_count(kind) corners.
+  void add(CellKind kind, std::span<const std::uint32_t> numbers);
+};
+
+// What compare_cells() finds.
+enum class CellValues { all, inversions };
+
+// What a deformation did to cells: a value for each. Without volume_ratio and scaled_jacobian if only the inversions
+// were asked for.
+struct CellChanges {
+  std::vector<double> volume_ratio;         // the volume after over that before; not finite where that was 0
+  std::vector<double> scaled_jacobian;      // after; its negative for a cell that was inside out before
+  std::vector<std::uint8_t> is_inverted{};  // 1: a corner has turned; 0 for a cell that was flat or mixed before
+  std::size_t inverted = 0;                 // how many
+};
+
+// Compares cells before and after a deformation. The result is the same for every number of threads. A cell whose
+// points all rest is judged once for all values, and not at all for inversions. Throws InvalidInput with the cell's
+// number for a corner that is no point, and for each cell that is judged where cell_quality does.
+CellChanges compare_cells(const Cells& cells, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                          int threads = 0, CellValues values = CellValues::all);
+
+// What a finite volume method asks of cells: for each cell the worst of its faces, by the definitions of OpenFOAM's
+// checkMesh.
+struct CellFaceQuality {
+  // In degrees, from 0 to 180: between the normal of a face and the line from its cell's centre to the neighbour's.
+  // checkMesh complains above 70. 0 for a cell without a neighbour.
+  std::vector<double> non_orthogonality_deg;
+  // How far that line passes by the face's centre, beside the size of the face in that direction; at the boundary the
+  // line is along the normal. From 0; checkMesh complains above 4 inside, and above 20 at the boundary.
+  std::vector<double> skewness;
+};
+
+// Returns these values for the cells, then for the polyhedra (each as polyhedron_volume() takes it). Cells are
+// neighbours if they name the same points. A mesh whose cells are inside out as a whole has the values of its mirror
+// image; a face of a polyhedron is taken to look outward. The result is the same for every number of threads. Throws
+// InvalidInput for a corner that is no point, and for a list of faces that is cut off.
+CellFaceQuality cell_face_quality(const Cells& cells, std::span<const Vec3d> points,
+                                  std::span<const std::span<const std::uint32_t>> polyhedra = {}, int threads = 0);
+
+// Returns the number of cells and polyhedra with an edge shorter than 1e4 epsilons of float32 (1.2e-3) times the
+// greatest coordinate of its ends: coordinates that were float once have moved such an edge by up to 1e-4 of its
+// length. Throws as cell_face_quality.
+std::size_t count_cells_unresolved_in_float(const Cells& cells, std::span<const Vec3d> points,
+                                            std::span<const std::span<const std::uint32_t>> polyhedra = {},
+                                            int threads = 0);
+
+// Returns the points on the boundary of a volume mesh, ascending: corners of a face that belongs to one cell only, or
+// to more than two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
+std::vector<std::uint32_t> boundary_points(const Cells& cells, std::size_t points, int threads = 0);
+
+// The corners of a face of a volume mesh, ascending. A triangle has no fourth one: kNoCorner.
+using CellBoundaryFace = std::array<std::uint32_t, 4>;
+constexpr std::uint32_t kNoCorner = 0xffffffff;
+
+// Returns the faces on the boundary of a volume mesh, ascending: those that belong to one cell only, or to more than
+// two. Below 2^32 cells. Throws InvalidInput for a corner that is not below `points`.
+std::vector<CellBoundaryFace> boundary_faces(const Cells& cells, std::size_t points, int threads = 0);
+
+// Returns the volume between the faces of a polyhedron: [n, v1 ... vn, n, ...], which look outward. A face is cut into
+// triangles around the mean of its corners. Throws InvalidInput for a list that is cut off, and a corner that is no
+// point.
+double polyhedron_volume(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
+
+// Returns 1 if the mean of a polyhedron's corners sees each of its faces from inside: the pyramids from there over all
+// faces have a volume above 0. -1: none has. 0: some have, so the cell is tangled in a part, or far from convex.
+// `faces` and errors as above. Not exact: by the signs of sums of doubles.
+int polyhedron_orientation(std::span<const std::uint32_t> faces, std::span<const Vec3d> points);
+
+}  // namespace knead

@@ -1,0 +1,311 @@
+// Segments and flows: deformations as plain values that contain no mesh (method, section 3).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/field.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+// How the fields of a segment depend on its time t in [0, 1]:
+//   swept:   they move with the tool's frame, c(t) = c + t displacement (and a half-space may turn);
+//   blended: v(x, t) = (1 - t) v_c(x) + t v_{c + displacement}(x), two resting fields (paper, Eq. 9);
+//   pinned:  each field is a pin, which moves by a displacement u of its own, the velocity of its motion: it is at
+//            q(t) = c + t u, and v(q(t), t) = u for every pin (method, section 9). v is the sum of the fields with the
+//            velocities a(t) for which that is so, in the place of u.
+enum class TimeLaw { swept, blended, pinned };
+
+// A barrel: only points within `radius` of the line {point + s direction} at the segment's t = 0 are moved.
+struct SegmentBarrel {
+  Vec3d point;
+  Vec3d direction;  // a unit vector
+  double radius = 0;
+
+  friend bool operator==(const SegmentBarrel&, const SegmentBarrel&) = default;
+};
+
+// A pin about which the shape turns as a rigid body does: the Jacobian of the flow at the pin is the rotation by
+// t |rate| about the direction of `rate` (with rate 0: it stays the identity).
+struct PinTurn {
+  std::uint32_t pin = 0;  // the number of its field
+  Vec3d rate{0, 0, 0};    // radians per unit time
+
+  friend bool operator==(const PinTurn&, const PinTurn&) = default;
+};
+
+// A sum has at most so many parts.
+inline constexpr std::size_t kMostParts = 8;
+
+// The sum of one or more fields over one unit of time, or v = curl A of a grid in their place. Path lines run from t =
+// begin to t = end, both in [0, 1]: from 0 to 1 is the whole segment, from 1 to 0 its inverse, from 0 to 0.5 its first
+// half.
+struct Segment {
+  std::vector<Field> fields;
+  Vec3d displacement{0, 0, 0};
+  TimeLaw time_law = TimeLaw::swept;
+  std::optional<SegmentBarrel> barrel;
+  Mask mask;  // of all fields
+  double begin = 0;
+  double end = 1;
+  PotentialGrid grid{};          // not empty: there are no fields, no displacement, no barrel and no turns
+  std::vector<PinTurn> turns{};  // of a pinned segment, by ascending pin; about other pins the shape turns as it will
+  // Not empty: v is the sum of the velocities of these 2 to kMostParts segments, which act at the same time, as a
+  // stroke and its mirror images do. Nothing else is given but the mask, `begin` and `end`, which are those of every
+  // part. A barrel limits its part alone. A part is neither pinned nor a sum.
+  std::vector<Segment> parts{};
+  // Of a sum whose parts are each other's mirror images in a plane {x[axis] = *mirrored_at[axis]}, and of pins that
+  // are: points of the plane stay in it exactly.
+  std::array<std::optional<double>, 3> mirrored_at{};
+
+  friend bool operator==(const Segment&, const Segment&) = default;
+};
+
+// Returns how far a field of the segment moves in one unit of time.
+Vec3d displacement_of(const Segment& segment, const Field& field);
+
+// Segments, applied one after the other.
+struct Flow {
+  std::vector<Segment> segments;
+
+  friend bool operator==(const Flow&, const Flow&) = default;
+};
+
+// Returns the flow with the mask on all of its segments. Each field's vector potential gets a constant of its own where
+// the mask is in its reach, so that little flows along the mask's border (docs/mathematics.md); it does not depend on
+// `begin` and `end`.
+Flow masked(Flow flow, const Mask& mask);
+
+// Returns the flow that moves every point back.
+Flow inverse(const Flow& flow);
+
+// Returns the first `segments` segments of the flow, 0 <= segments <= flow.segments.size(). A fraction ends within a
+// segment.
+Flow prefix(const Flow& flow, double segments);
+
+// Returns the flow from one moment to another, both in segments from the beginning and within the flow; backwards if
+// to < from. Throws InvalidInput for a moment outside the flow.
+Flow flow_between(const Flow& flow, double from, double to);
+
+// Throws InvalidInput, naming the segment, if
+//   - a number is not finite, or inner >= outer,
+//   - an axis is not of unit length, or a strain not traceless,
+//   - a point set is empty, or its exponent not an even number of at least 2,
+//   - a blended segment is anything but the translation of a ball or capsule,
+//   - a pinned segment is anything but translations of balls with inner = 0, falloff kPinFalloff and the same outer,
+//     or has a displacement or barrel,
+//   - a grid's spacing is not above 0, its counts are not those of its coefficients, or there are fields, a
+//     displacement, a barrel or turns besides,
+//   - a turn is none of a pin's, or the pins of turns do not ascend,
+//   - a sum has 1 part, or more than kMostParts, or a field of its own, or a part that is pinned, a sum, masked or cut,
+//   - begin or end lies outside [0, 1].
+void validate(const Flow& flow);
+
+// Explicit Runge-Kutta methods with an error estimate, as data.
+
+// The Runge-Kutta methods.
+enum class Integrator {
+  rk4,               // the paper's: classical RK4 with step doubling, local extrapolation off
+  bogacki_shampine,  // 3(2), Bogacki and Shampine 1989
+  dormand_prince,    // 5(4), Dormand and Prince 1980
+  tsitouras          // 5(4), Tsitouras 2011
+};
+
+// Returns the method with this name: rk4, bs32, dp54 or tsit5, or runge-kutta, bogacki-shampine, dormand-prince or
+// tsitouras. Nothing for another name.
+std::optional<Integrator> integrator_named(std::string_view name);
+
+// The coefficients of a method: k_i = f(t + c_i h, x + h sum_j a_ij k_j); the step is h sum_i b_i k_i and the estimate
+// of its error h sum_i e_i k_i.
+struct Tableau {
+  static constexpr int kMaxStages = 11;
+
+  int stages = 0;
+  int order = 0;        // of the solution with which the integration continues
+  int error_order = 0;  // the estimate is O(h^(error_order + 1))
+  bool first_same_as_last = false;
+  std::array<double, kMaxStages> c{};
+  std::array<std::array<double, kMaxStages>, kMaxStages> a{};
+  std::array<double, kMaxStages> b{};
+  std::array<double, kMaxStages> e{};
+};
+
+// Returns the coefficients of a method.
+const Tableau& tableau(Integrator integrator);
+
+// Points stored so that they can be moved many times at little cost.
+
+namespace detail {
+class BlockMover;
+}
+
+// Throws InvalidInput with the number of the first point that has a coordinate that is not finite.
+void require_finite(std::span<const Vec3d> points);
+
+// Points in blocks of 64 neighbours, each with a box, and 64 blocks to a group: a tool costs one test for each group or
+// block that it does not reach. Points are numbered as they were given. Copies are independent.
+class PointBlocks {
+ public:
+  // How points are put into blocks:
+  //   sorted: along a space-filling curve, which takes about 30 ns a point;
+  //   given:  in the given order, for points whose neighbours follow each other.
+  enum class Order { sorted, given };
+
+  // Throws InvalidInput, with the number of the point, for a coordinate that is not finite.
+  explicit PointBlocks(std::span<const Vec3d> points, Order order = Order::sorted);
+
+  // Returns the number of points.
+  std::size_t size() const { return size_; }
+
+  // Copies all points, as they are now, into size() places.
+  void copy_to(std::span<Vec3d> points) const;
+
+  // Does the same for the array that the constructor or this function was given last, unchanged since: copies only
+  // points that may have moved since then.
+  void update(std::span<Vec3d> points);
+
+  // Returns the accepted steps of each point's path line since construction.
+  std::vector<std::uint32_t> steps() const;
+
+ private:
+  friend class detail::BlockMover;
+
+  // A box of points as it was when last computed.
+  struct Bounds {
+    Vec3d center{};
+    Vec3d half{};              // extents
+    double slack = 0;          // how far along an axis a point may have moved since
+    bool has_changed = false;  // since the last call of update
+  };
+
+  std::size_t original(std::size_t i) const { return order_.empty() ? i : order_[i]; }
+  const double* coordinates(int axis) const { return numbers_.data() + static_cast<std::size_t>(axis) * padded_; }
+  double* coordinates(int axis) { return numbers_.data() + static_cast<std::size_t>(axis) * padded_; }
+  void sort(std::span<const Vec3d> points);
+  void fit_block(std::size_t block);
+  void fit_group(std::size_t group);
+  void copy_block(std::size_t block, std::span<Vec3d> points) const;
+
+  std::size_t size_ = 0;
+  std::size_t padded_ = 0;             // to whole groups
+  std::vector<double> numbers_;        // x of all points, y of all, z of all
+  std::vector<std::uint32_t> order_;   // the points' numbers as they lie; empty: 0, 1, 2...
+  std::vector<std::uint32_t> counts_;  // of steps, as the points lie
+  std::vector<Bounds> blocks_;
+  std::vector<Bounds> groups_;
+};
+
+// Where a flow may move points.
+
+// Answers which balls of space a flow may move; keeps a copy of the flow. A question costs a distance for each field of
+// each segment.
+class FlowReach {
+ public:
+  explicit FlowReach(const Flow& flow);
+  FlowReach(const FlowReach&) = delete;
+  FlowReach& operator=(const FlowReach&) = delete;
+  ~FlowReach();
+  FlowReach(FlowReach&&) noexcept;
+  FlowReach& operator=(FlowReach&&) noexcept;
+
+  // Returns false only if every point of the ball keeps its bits; radius >= 0. Returns true for some balls that a tool
+  // narrowly misses.
+  bool may_move(const Vec3d& center, double radius) const;
+
+  // Returns the size of the smallest part of a surface that the flow may move or bend: the least `outer` of balls,
+  // capsules and point sets, and the least width of the intermediate regions of half-spaces. Infinity without these.
+  double smallest_feature() const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<const Parts> parts_;
+};
+
+// Moving points along the path lines of a flow.
+
+// The scalar in which fields are evaluated. Positions are double in both cases: fields are evaluated relative to the
+// tool's centre, and the displacement is added.
+enum class Precision { float32, float64 };
+
+// The tolerance relative to the shape's size that everything with such a setting takes by default.
+inline constexpr double kDefaultRelativeTolerance = 1e-5;
+
+// Returns relative_tolerance * diagonal, a length for AdvectOptions::tolerance. `diagonal` is that of the shape's
+// bounding box. Throws InvalidInput unless relative_tolerance is a finite number above 0 and the product a finite
+// length above 0.
+double absolute_tolerance(double relative_tolerance, double diagonal);
+
+// How points are moved.
+struct AdvectOptions {
+  // Position error of one path line over one segment: a length above 0, which depends on the shape's size and so has no
+  // default. absolute_tolerance() gives one.
+  double tolerance = 0;
+  Integrator integrator = Integrator::tsitouras;
+  Precision precision = Precision::float32;
+  int threads = 0;  // 0: as many as the machine has
+  Progress* progress = nullptr;
+  std::span<std::uint32_t> steps{};  // empty, or a number for each point, to which its accepted steps are added
+};
+
+// Throws InvalidInput unless `tolerance` is a finite length above 0, and `steps` empty or of one number for each point.
+void validate(const AdvectOptions& options, std::size_t points);
+
+// How advect() ended.
+enum class AdvectStatus { done, cancelled, step_limit };
+
+// How advect() ended, and how much work it was, over all path lines.
+struct AdvectResult {
+  AdvectStatus status = AdvectStatus::done;
+  std::uint64_t accepted_steps = 0;
+  std::uint64_t rejected_steps = 0;
+  std::uint64_t evaluations = 0;  // of v, for all path lines together
+
+  AdvectResult& operator+=(const AdvectResult& other);
+};
+
+// Moves every point along its path line from the flow's beginning to its end, in place.
+// The bits of a result depend on its point alone: not on the other points, the number of threads or the instruction
+// set. A point that no tool reaches keeps its bits. Cost: a few ns for each evaluation of a field; a point that no tool
+// reaches costs a distance. Throws InvalidInput where validate(flow) or validate(options) does, and with its number
+// for a point that is not finite. Leaves the points as they were if the status is `cancelled`, or `step_limit`: a path
+// line needed over a million steps, for example because it runs to infinity far out in the slab of a bend.
+AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options);
+
+// Does the same for points that are moved many times: a tool costs one test for each group of 4096 points that it does
+// not reach. Leaves the points part-way unless the status is `done`.
+AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options);
+
+// Returns v at each of the points at a time of the flow, in segments from its beginning: 1.25 is a quarter into the
+// second segment. A segment that is a part or an inverse takes one unit of time, too. Barrels do not limit v, because
+// they limit path lines by where these begin. Throws InvalidInput where validate(flow) does, for a time that is not
+// from 0 to the number of segments, and for a motion or region of the caller's own.
+std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time);
+
+// Returns the Jacobian at each of the points of the map that advect() applies: row i holds the derivatives of
+// coordinate i. Integrates dJ/dt = grad v J along the path lines in double, in the steps that the tolerance of
+// `options` asks for, several points at a time where advect() does so. The bits of a result depend on its point alone.
+// Throws as velocities() and advect(), and Cancelled.
+std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options);
+
+// What moves points: advect() with an instruction set of this machine, or another function of its type.
+
+// Moves points as advect(flow, points, options) does, for example on a GPU (gpu/gpu.h). Points that no tool reaches
+// keep their bits; the others agree with advect up to the tolerance, not to the bit. An empty function stands for
+// advect.
+using Backend = std::function<AdvectResult(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options)>;
+
+// Returns the instruction set that advect() uses: "scalar", "avx2", "avx512", "neon" or "wasm", the one that the
+// environment variable KNEAD_SIMD names, else the widest that this machine has. Results have the same bits with each.
+// Throws InvalidInput if KNEAD_SIMD names an instruction set that is unknown or that the machine does not have.
+const char* simd_name();
+
+}  // namespace knead

@@ -1,0 +1,51 @@
+// Knead deforms 3D shapes along divergence-free velocity fields (von Funck, Theisel, Seidel, "Vector Field Based Shape
+// Deformations", SIGGRAPH 2006). This header includes the library and is its table of contents.
+//
+// A stroke (what a person did with a tool) becomes a flow (segments of velocity fields); a flow moves points:
+//
+//   const ShapeFile shape = read_shape("in.ply");
+//   std::vector<Vec3d> points = shape.mesh.positions;
+//   const double size = bounding_box(points).diagonal();
+//   ImplicitStroke pull;                       // a ball: points within `inner` follow the path,
+//   pull.path = {points[0], points[0] + Vec3d{0, 0.1 * size, 0}};
+//   pull.inner = 0.02 * size;                  // points beyond `outer` stay
+//   pull.outer = 0.15 * size;
+//   advect(flow_of(pull), points, {.tolerance = absolute_tolerance(kDefaultRelativeTolerance, size)});
+//   write_shape("out.ply", shape, points);
+//
+// docs/tutorial.md goes on from here. You may include each header by itself; none needs an earlier one. The libraries
+// knead::gpu (advect on a GPU, knead/gpu.h) and knead::render (pictures, knead/render.h) are optional and not included
+// here.
+#pragma once
+
+// Vectors, matrices and boxes; the two exceptions that the library throws, progress and threads.
+#include "knead/error.h"
+#include "knead/vec.h"
+
+// The velocity field of one tool at one point: inner motion, region and blend.
+#include "knead/field.h"
+#include "knead/region.h"
+
+// Flows: values that you can invert, cut and save. advect moves points through one.
+#include "knead/flow.h"
+
+// Meshes and volume meshes, and what you can ask of them.
+#include "knead/cells.h"
+#include "knead/mesh.h"
+
+// Files: read a shape, and write it back with everything else that its file holds; animations.
+#include "knead/animation.h"
+#include "knead/io.h"
+
+// Refines a mesh where a flow stretches it.
+#include "knead/remesh.h"
+
+// Strokes: one plain struct per tool, and the flow that each becomes; what tools want of a surface.
+#include "knead/stroke.h"
+#include "knead/tools.h"
+
+// Sessions: the .knead file, replay, report and certificate, and the workbench of an interactive program.
+#include "knead/certify.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+#include "knead/workbench.h"

@@ -1,0 +1,222 @@
+// Remeshes a surface after a deformation: splits edges where the flow bends or stretches it, and keeps triangles well
+// shaped (paper, section 5.2; docs/remeshing.md).
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "knead/cells.h"
+#include "knead/error.h"
+#include "knead/mesh.h"
+
+namespace knead {
+
+// The targets of a remeshed surface as a user gives them. Missing ones are chosen from the shape: see resolve().
+struct RemeshSettings {
+  // Edges longer than this are split; a length > 0.
+  std::optional<double> max_edge;
+  // Edges are split if the deformation increases the angle between the normals at their ends by more; in (0, 180].
+  std::optional<double> max_angle_deg;
+  // Edges are split if their middle is farther than this from its true image; a fraction of the box diagonal, in (0,
+  // 1).
+  std::optional<double> max_chord;
+  // Shorter edges are collapsed where the surface is flat; a length >= 0.
+  std::optional<double> min_edge;
+  // Rounds of flips, collapses and diffusion; 0 to 100.
+  std::optional<int> iterations;
+  // The most vertices that the mesh may grow to, and with it the work; 1 to kMostVertices.
+  std::optional<std::size_t> max_vertices;
+
+  friend bool operator==(const RemeshSettings&, const RemeshSettings&) = default;
+};
+
+// As many vertices as the numbers of a remeshed surface can count.
+inline constexpr std::size_t kMostVertices = 500'000'000;
+
+// The targets as lengths and radians, all chosen.
+struct RemeshTargets {
+  double max_edge = 0;   // a length
+  double max_angle = 0;  // radians
+  double max_chord = 0;  // a length
+  double min_edge = 0;   // a length
+  int iterations = 0;
+  std::size_t max_vertices = kMostVertices;
+  double diagonal = 1;  // of the shape's box; the setting max_chord is a fraction of it
+};
+
+// Remeshing would need more vertices, or more work, than RemeshTargets::max_vertices allows. The message names the
+// setting to change and a value that would do. The command ends with exit code 4.
+class RemeshLimit : public InvalidInput {
+ public:
+  explicit RemeshLimit(const std::string& what) : InvalidInput(what) {}
+  RemeshLimit(const Place& place, const std::string& what) : InvalidInput(place, what) {}
+};
+
+inline constexpr double kDefaultMaxAngleDeg = 30;
+inline constexpr double kDefaultMaxChord = 3e-4;
+inline constexpr int kDefaultRemeshIterations = 4;
+inline constexpr std::size_t kDefaultGrowth = 50;  // max_vertices is so many times the shape's, and at least
+inline constexpr std::size_t kDefaultMaxVertices = 2'000'000;
+
+// Returns the targets for a shape. By default max_edge is twice the 95th percentile of its edge lengths, and min_edge a
+// quarter of its mean edge (at most a quarter of max_edge). By default max_vertices is kDefaultGrowth times the number
+// of its vertices, and at least kDefaultMaxVertices. Throws InvalidInput if validate() does.
+RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh);
+// Throws InvalidInput for a setting out of range, or min_edge above half of max_edge. The message begins with the key
+// in quotes.
+void validate(const RemeshSettings& settings);
+
+// Two vertices, the smaller first.
+using MeshEdge = std::array<std::uint32_t, 2>;
+
+inline constexpr double kDefaultCreaseDeg = 40;
+
+// Returns the creases of a mesh, ascending. A crease is a connected set of at least five sharp edges, a third of them
+// with an angle above 60 degrees. An edge is sharp if the normals of its two faces differ by more than angle_deg and
+// another such edge continues it about straight at one end at least. Other sharp edges are noise of a rough surface.
+// Call this for the shape before any deformation: a smooth surface that a deformation folds has no creases.
+std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg = kDefaultCreaseDeg);
+
+// The deformation that remesh() follows.
+struct Deformation {
+  // Moves points from the shape before to the shape after, exactly as the vertices were moved.
+  std::function<void(std::span<Vec3d>)> carry;
+  // Returns false only if no point in the ball is moved. Empty: any point may be moved.
+  std::function<bool(const Vec3d& center, double radius)> may_move{};
+  // The size of the smallest part of a surface that may be moved alone; a length. Larger faces are sampled inside to
+  // find such parts. Infinity: no face is sampled.
+  double feature = std::numeric_limits<double>::infinity();
+  // Returns about how many more points `carry` may move before the work is too much. Empty: any number.
+  std::function<double()> points_left{};
+};
+
+// What remesh() must know beside the two meshes and the targets.
+struct RemeshOptions {
+  RemeshTargets targets;
+  bool single_precision = true;  // find crossings in the positions rounded to float, as most files store them
+  bool whole = false;            // improve the whole surface, not only the part that moved
+  // Where many triangles still cross when all faces that cross have been split, stops there, for callers who then
+  // remesh the deformation in parts. The result is not improved.
+  bool stop_where_crossed = false;
+  // Creases of the mesh before. They may be split, but are not smoothed. remesh() finds no others by itself.
+  std::span<const MeshEdge> creases{};
+  // A label for each face (material, group), or empty. Edges between different labels are treated like seams.
+  std::span<const std::uint32_t> face_labels{};
+  int threads = 0;  // 0: as many as the machine has
+  // The mesh and the positions are known to be sound, so remesh() does not look: else it throws InvalidInput.
+  bool assume_valid = false;
+  // After so many seconds remesh() ends with the best surface so far. The result then depends on the machine's speed.
+  double seconds = std::numeric_limits<double>::infinity();
+  // 1 for each vertex that a mask holds, or empty. Such vertices keep their places, and the faces among them stay as
+  // they are. The deformation must not move them.
+  std::span<const std::uint8_t> held{};
+  // Cancels remesh(), which then throws Cancelled. Counts the steps if nobody else does: if `total` is 0.
+  Progress* progress = nullptr;
+};
+
+// What remesh() has done, and what remains.
+struct RemeshCounts {
+  std::size_t splits = 0;
+  std::size_t collapses = 0;
+  std::size_t flips = 0;
+  std::size_t crossings = 0;         // pairs of crossing triangles in the result, at least one of them touched
+  std::size_t crossings_before = 0;  // likewise before the deformation; 0 if none cross in the result
+  std::size_t faces = 0;             // that were touched, after refinement: the work grows with it
+  bool stopped = false;              // as RemeshOptions::stop_where_crossed says
+  double missing_volume = 0;         // true volume minus the volume of the refined mesh
+  double compensated_volume = 0;     // the part of it that was restored
+  bool out_of_time = false;          // RemeshOptions::seconds ended the work
+  // False if a limit on rounds or time left edges that do not meet the targets, if most triangles were too thin to
+  // improve, or if the triangles lie in a heap, where nearly every pair overlaps.
+  bool complete = true;
+};
+
+// The remeshed shape, and where its vertices and faces come from.
+struct Remeshed {
+  Mesh mesh;                                 // the shape after, with interpolated attributes
+  std::vector<std::uint32_t> face_source;    // for each face: the face of the mesh before that contains it
+  std::vector<std::uint32_t> vertex_source;  // for each vertex: its number in the mesh before, or kNewVertex
+  std::vector<MeshEdge> creases;             // the given creases in the new mesh, ascending
+  std::vector<Vec3d> crossing_places;        // the centres of the faces that still cross
+  std::vector<bool> moved;                   // for each vertex: true if the deformation moves the surface there
+  RemeshCounts counts;
+};
+inline constexpr std::uint32_t kNewVertex = 0xffffffffu;
+
+// Returns the deformed shape with a mesh that follows the deformation. `after` holds the positions to which the
+// deformation moves the vertices of `before`.
+//
+// Edges are split on the undeformed and the deformed surface at once; the deformation moves each new vertex. Flips,
+// collapses and diffusion along the surface then improve the triangles. Changes that would make triangles cross are
+// undone.
+// - Creases, boundaries and seams of attributes are split, but neither flipped nor smoothed.
+// - Edges of more than two faces do not change.
+// - Polygons that are touched become triangles.
+// - Faces and vertices that the deformation does not touch keep their corners,
+//   bits and order.
+//   They come before new ones.
+// - Values per vertex and corner are interpolated.
+//   Values per face are inherited.
+//   "normal" (3 components) is transformed as by transport_normals().
+//
+// The result has the same bits for every number of threads. Throws InvalidInput where validate(before) does,
+// for a position that is not finite, and for spans of wrong sizes; RemeshLimit if the mesh would need more vertices, or
+// carrying its points more work, than the targets allow.
+Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                const RemeshOptions& options);
+
+// Returns the mesh refined and improved where it lies, as `knead remesh` does: the whole of it, with its creases. Of
+// the options, `targets`, `whole` and `creases` are replaced. Throws as above.
+Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options = {});
+
+// What a deformation did to the cells of a volume mesh.
+struct CellSummary {
+  std::size_t inverted = 0;
+  std::size_t below = 0;  // the bound, though they were not before; with the inverted ones
+  double least_scaled_jacobian = 1;
+  double mean_volume_change = 0;  // the mean of |volume ratio - 1|, of the cells that had a volume
+};
+
+// Moves points in place by the part of a deformation between two moments from 0 to 1.
+using CarryPoints = std::function<void(double from, double to, std::span<Vec3d> points)>;
+
+// How deform_cells() works.
+struct CellOptions {
+  double least_scaled_jacobian = 0.05;    // which cells shall keep that have it before; above 0, at most 0.5
+  std::span<const std::uint8_t> fixed{};  // empty, or 1 for each point that must go exactly where the deformation goes
+  int rounds = 30;                        // over the bad cells, after each part of the motion
+  int threads = 0;                        // 0: as many as the machine has
+  const Progress* progress = nullptr;     // cancels the work, which then throws Cancelled
+};
+
+// The points of a volume mesh after a deformation.
+struct DeformedCells {
+  std::vector<Vec3d> points;
+  CellSummary flow;       // of the deformation alone
+  CellSummary result;     // of `points`
+  std::size_t freed = 0;  // how many points left the place where the deformation takes them
+  int parts = 1;          // of the motion
+};
+
+// Deforms a volume mesh and keeps its cells good. Points on the boundary, fixed points, and points that the deformation
+// does not move go exactly where it takes them. An interior point next to a bad cell may leave that place: it climbs
+// to where the least scaled Jacobian around it is greater, and never to where it is less. Where one motion is too much,
+// it is made in 8 or 32 parts, and points climb after each; the best of these results is returned. So the result never
+// has more inverted cells than the deformation alone.
+//
+// The result has the same bits for every number of threads if those of `carry` have. Throws InvalidInput for options
+// out of range and where compare_cells() does; Cancelled.
+//
+// Method: ascent by the step that is best for the qualities around a vertex where these are linear in its place. After
+// L. Freitag, M. Jones, P. Plassmann, "An Efficient Parallel Algorithm for Mesh Smoothing", 4th International Meshing
+// Roundtable, 1995, who follow the worst cells' gradients.
+DeformedCells deform_cells(const Cells& cells, std::span<const Vec3d> before, const CarryPoints& carry,
+                           const CellOptions& options = {});
+
+}  // namespace knead

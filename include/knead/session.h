@@ -1,0 +1,101 @@
+// The session file `.knead`: JSON Lines, the first line a header, every further line an event.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "knead/io.h"
+#include "knead/remesh.h"
+#include "knead/stroke.h"
+
+namespace knead {
+
+// The greatest strength of a stroke.
+inline constexpr double kMostStrength = 1.5;
+
+// A stroke of a session, or an event that is kept and undone as strokes are (a mask, a relax), how far it is applied,
+// and how the mesh follows it.
+struct SessionStroke {
+  Stroke stroke;
+  std::size_t line = 0;  // of the session file, from 1; 0: of none
+  // How the mesh follows the stroke: the settings of the latest remesh event before it. Nothing: the faces stay as they
+  // are.
+  std::optional<RemeshSettings> remesh{};
+  std::string name{};  // for people; empty: none
+  bool off = false;    // skipped, as if it were not there
+  // From 0 to kMostStrength. Up to 1: only this part of the stroke's segments, as SessionPart::until cuts a stroke.
+  // From 1 on the stroke goes on beyond its end (prolonged).
+  double strength = 1;
+  double duration = 1;  // beside that of the other strokes, where frames are evenly spaced in time; above 0
+  Mirror mirror{};      // planes in which the stroke is mirrored; its images act at the same time. Not of events
+  // Whether the stroke begins an entry of the history. Nothing: as far as the strokes tell (strokes_of_gestures).
+  std::optional<bool> new_entry{};
+
+  friend bool operator==(const SessionStroke&, const SessionStroke&) = default;
+};
+
+// A session: its header, and the strokes in effect.
+struct Session {
+  std::string name;                 // of the file, for messages
+  std::optional<std::string> mesh;  // the shape it was made on, relative to the session file
+  std::optional<std::string> note;
+  std::vector<SessionStroke> strokes;  // in effect, in order: without the strokes that undo took back
+  std::vector<std::string> warnings;   // of reading, each with file and line
+
+  friend bool operator==(const Session&, const Session&) = default;
+};
+
+// Returns whether a stroke can move anything: it is not off, and its strength is not 0.
+bool is_applied(const SessionStroke& stroke);
+
+// Returns whether a stroke has the default values of all but its tool's own keys.
+bool is_plain(const SessionStroke& stroke);
+
+// Returns the segments of a stroke that reads no surface, as far as its strength applies them; none if it is off.
+// Throws InvalidInput as flow_of(stroke.stroke, stroke.mirror).
+Flow flow_of(const SessionStroke& stroke);
+
+// Returns the strokes with more planes to be mirrored in, besides those that they have. A stroke that is its own image
+// in all of them stays as it is; relaxing has its points mirrored instead, and a mask stays as it is. Throws
+// InvalidInput for planes that are not valid together.
+std::vector<SessionStroke> mirrored_in(std::vector<SessionStroke> strokes, const Mirror& mirror);
+
+// Returns the session without the strokes that are off. It deforms every shape in the same way.
+Session without_off(Session session);
+
+// Reads a session file. Throws IoError(read) for a file that cannot be read. Throws InvalidInput with the file, the
+// line, the key and the expected value for malformed text: an unknown, missing or repeated key, a wrong type, a number
+// that is not finite, a value that its tool cannot use, more strokes undone than applied, an unknown event. Drops an
+// incomplete last line (without a line end, and no JSON) with a warning.
+Session read_session(const std::filesystem::path& path);
+
+// Reads a session from text; `name` stands for the file in messages.
+Session parse_session(std::string_view text, const std::string& name);
+
+// Reads one stroke, as a line of a session file holds it. Throws InvalidInput as parse_session, with `name` in the
+// place of file and line.
+SessionStroke parse_stroke(std::string_view text, const std::string& name);
+
+// Returns a session file with the header and the strokes in effect, and a remesh event before every stroke whose
+// settings differ from those of the stroke before. It parses back to the same strokes, to the bit.
+std::string serialize_session(const Session& session);
+
+// Return a line of a session file without the line end: the first line, a stroke, the remesh event that gives the next
+// strokes these settings. Numbers have the shortest form that reads back as the same number; keys with their default
+// values are left out.
+std::string header_line(const std::optional<std::string>& mesh, const std::optional<std::string>& note);
+std::string stroke_line(const Stroke& stroke);
+std::string stroke_line(const SessionStroke& stroke);  // with its name, off, strength, duration, mirror and new_entry
+
+// Returns the keys of a stroke that apply to it, with all values that are not empty: the defaults too. One JSON object.
+std::string stroke_values(const SessionStroke& stroke);
+std::string remesh_line(const std::optional<RemeshSettings>& settings);
+
+}  // namespace knead

@@ -1,0 +1,449 @@
+// Strokes: one plain struct for each tool, and the flow that a stroke becomes (method, section 4).
+//
+// A stroke holds exactly the numbers of its line in a session file: lengths in the mesh's own units, angles in degrees,
+// axes and normals as given (any length but zero). It contains no mesh. `falloff` is the shape of the blend
+// (field/blend.h), a whole number from 3 to 7.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "knead/field.h"
+#include "knead/flow.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+struct Tool;  // tool/tool.h
+
+// The region of the implicit tool.
+enum class ImplicitRegion { ball, capsule };
+
+// The implicit tool (paper, section 4.1): moves a ball or capsule along a path, one segment for each piece. Pieces of
+// length zero are skipped. inner > 0.
+struct ImplicitStroke {
+  std::vector<Vec3d> path;  // 2 or more points
+  double inner = 0;
+  double outer = 0;
+  ImplicitRegion region = ImplicitRegion::ball;
+  Vec3d half_axis{0, 0, 0};  // capsule only: the segment is [c - half_axis, c + half_axis]
+  double gauge = 0;          // capsule only
+  TimeLaw time = TimeLaw::swept;
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const ImplicitStroke&, const ImplicitStroke&) = default;
+};
+
+// A place on the surface and its normal.
+struct PaintSample {
+  Vec3d point;
+  Vec3d normal;
+
+  friend bool operator==(const PaintSample&, const PaintSample&) = default;
+};
+
+// Painting (paper, section 4.2): moves the surface at each sample by depth against the normal; a negative depth pulls
+// it out. Has either samples or a path of 1 or more points, which reads the surface (tool/paint.h).
+struct PaintStroke {
+  double outer = 0;
+  double depth = 0;
+  std::vector<PaintSample> samples;
+  std::vector<Vec3d> path{};
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PaintStroke&, const PaintStroke&) = default;
+};
+
+// parts: each connected part of the set has its own centre; barycentre: one centre for all, as in the paper.
+enum class PointsCenter { parts, barycentre };
+
+// A moving point set (paper, section 4.3): one segment per displacement; the points and polylines move along.
+struct PointsStroke {
+  std::vector<Vec3d> points;
+  std::vector<std::vector<Vec3d>> curves;  // polylines of 2 or more points
+  double outer = 0;
+  std::vector<Vec3d> displacements;
+  int exponent = 8;
+  double inner = 0;
+  PointsCenter center = PointsCenter::parts;
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PointsStroke&, const PointsStroke&) = default;
+};
+
+// A translation of the full set.
+struct HandlesTranslation {
+  Vec3d by;
+
+  friend bool operator==(const HandlesTranslation&, const HandlesTranslation&) = default;
+};
+// A rotation of the full set about the axis through the centre.
+struct HandlesRotation {
+  Vec3d axis;
+  Vec3d center;
+  double angle_deg = 0;
+
+  friend bool operator==(const HandlesRotation&, const HandlesRotation&) = default;
+};
+
+using HandlesMotion = std::variant<HandlesTranslation, HandlesRotation>;  // of the full set
+
+// Handles (the paper's future work): the full set follows the motion exactly, the zero set stays. Each set is given
+// either as points or as vertices of the shape, which are looked up when the stroke begins.
+struct HandlesStroke {
+  std::vector<Vec3d> full;
+  std::vector<Vec3d> zero;
+  std::vector<std::uint32_t> full_vertices;
+  std::vector<std::uint32_t> zero_vertices;
+  HandlesMotion motion;
+  int exponent = 8;
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const HandlesStroke&, const HandlesStroke&) = default;
+};
+
+// What the surface does where a stamp touches it. stick: it goes with the tool. slip: it goes only out of the tool's
+// way, so that the tool slides along it and its print keeps its walls. automatic: slip, or stick where `outer`,
+// `exponent` or `falloff` is given, as strokes that gave them had it before they could slip.
+enum class StampContact { automatic, stick, slip };
+
+// Stamping (paper, section 4.4): moves a closed tool mesh along the path; at every step its contacts with the surface
+// become moving point sets, or pins (tool/stamp.h).
+struct StampStroke {
+  std::string mesh;                             // the tool's file, relative to the session file
+  std::vector<Vec3d> path;                      // 2 or more positions of the tool's origin
+  Mat3d pose{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};  // rotation and scale, applied to the tool before it is moved
+  // By default 1.5 times half the tool's largest extent across the motion; of an automatic contact 3 times
+  // the width of its narrowest strokes, from 0.9 to 1.5 times that half.
+  std::optional<double> outer = std::nullopt;
+  // Longest motion between two collision tests; by default outer / 25, and half of it where outer is by default that of
+  // an automatic contact.
+  std::optional<double> step = std::nullopt;
+  StampContact contact = StampContact::automatic;
+  int exponent = 16;              // of stick
+  int falloff = kDefaultFalloff;  // likewise
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const StampStroke&, const StampStroke&) = default;
+};
+
+// Returns stick or slip: what `automatic` stands for in this stroke.
+StampContact contact_of(const StampStroke& stroke);
+
+// Turns the inner region of a ball about its centre by the angle.
+struct RotateStroke {
+  Vec3d center;
+  Vec3d axis;
+  double angle_deg = 0;
+  double inner = 0;
+  double outer = 0;
+  double gauge = 0;
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const RotateStroke&, const RotateStroke&) = default;
+};
+
+// Stretches the inner region of a ball along the axis by the factor and thins it across the axis by 1 / sqrt(factor).
+struct StretchStroke {
+  Vec3d center;
+  Vec3d axis;
+  double factor = 1;
+  double inner = 0;
+  double outer = 0;
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const StretchStroke&, const StretchStroke&) = default;
+};
+
+// Twist (paper, section 4.5): with r = normal.(x - center), material of the inner region at height h turns about the
+// axis by rate_deg h.
+struct TwistStroke {
+  Vec3d center;
+  Vec3d axis;
+  double rate_deg = 0;  // degrees per length
+  double inner = 0;
+  double outer = 0;
+  std::optional<Vec3d> normal = std::nullopt;  // by default the axis
+  double gauge = 0;
+  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
+  std::optional<double> radius = std::nullopt;
+  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const TwistStroke&, const TwistStroke&) = default;
+};
+
+// The fraction of the width at which the weight of the default falloff is one half.
+inline constexpr double kCenterFraction = falloff_facts(kDefaultFalloff).half;
+
+// Thresholds inner = -center_fraction width, outer = (1 - center_fraction) width. By default center_fraction is where
+// the weight is one half, which makes a bend symmetric about its centre.
+struct BendWidth {
+  double width = 0;
+  std::optional<double> center_fraction = std::nullopt;
+
+  friend bool operator==(const BendWidth&, const BendWidth&) = default;
+};
+
+// The same as lengths along the normal, from the centre: everything below inner moves with the tool, everything above
+// outer rests. Valid: inner < outer.
+struct BendThresholds {
+  double inner = 0;
+  double outer = 1;
+
+  friend bool operator==(const BendThresholds&, const BendThresholds&) = default;
+};
+
+// Bend (paper, section 4.5): r = normal.(x - center), the normal turning by half the angle; the inner region, on the
+// side that the normal points away from, turns about the axis by the angle.
+struct BendStroke {
+  Vec3d center;
+  Vec3d axis;
+  Vec3d normal;
+  double angle_deg = 0;
+  std::variant<BendWidth, BendThresholds> extent;
+  double gauge = 1;
+  // Of the barrel about {center + s normal} that moves; without it everything below outer moves.
+  std::optional<double> radius = std::nullopt;
+  bool radius_auto = false;  // use the radius that propose_barrel finds on the shape (tool/placement.h)
+  int falloff = kDefaultFalloff;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const BendStroke&, const BendStroke&) = default;
+};
+
+// A rotation about an axis through a pin; with the angle 0 the pin holds the shape's orientation.
+struct PinRotation {
+  Vec3d axis;  // of any length but 0
+  double angle_deg = 0;
+
+  friend bool operator==(const PinRotation&, const PinRotation&) = default;
+};
+
+// Pins (method, section 9): every point goes to its place exactly, in a straight line, or is held where both are equal;
+// everything within the radius of a pin follows. Two pins never meet on the way. 1 to 2000 pins.
+struct PinsStroke {
+  std::vector<Vec3d> points;
+  std::vector<Vec3d> to;                        // as many
+  std::optional<double> radius = std::nullopt;  // > 0
+  // Use twice the median distance of a pin from the third nearest one, or twice the longest way of a pin if that is
+  // more. Of fewer pins the farthest one counts.
+  bool radius_auto = false;
+  // Of each pin, or empty: how the shape turns about it on the way, as a rigid body there; none: as the flow takes it.
+  std::vector<std::optional<PinRotation>> turn{};
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PinsStroke&, const PinsStroke&) = default;
+};
+
+// The vertices from first to last, both included.
+struct VertexRange {
+  std::uint32_t first = 0;
+  std::uint32_t last = 0;
+
+  friend bool operator==(const VertexRange&, const VertexRange&) = default;
+};
+
+// A part of a shape that holds, or moves rigidly: by the rotation and the translation at once, as a screw.
+struct PosePart {
+  std::vector<VertexRange> vertices{};  // of the shape when the stroke begins; or in their place
+  std::vector<Vec3d> points{};
+  bool hold = false;  // or one of these, or both:
+  std::optional<HandlesRotation> rotation{};
+  std::optional<Vec3d> translation{};
+
+  friend bool operator==(const PosePart&, const PosePart&) = default;
+};
+
+// A point of a shape that holds, or follows a path. What is near it moves as a rigid patch.
+struct PosePin {
+  std::optional<std::uint32_t> vertex{};  // of the shape when the stroke begins; or in its place
+  std::optional<Vec3d> point{};
+  bool hold = false;                      // or
+  std::vector<Vec3d> path{};              // the places that it goes to, in straight lines
+  double size = 0.025;                    // of the patch: a radius, as a fraction of the shape's diagonal; above 0
+  bool turns_freely = true;               // the patch turns as the body takes it; or
+  std::optional<PinRotation> rotation{};  // by this, while the pin moves; none: it keeps its direction
+
+  friend bool operator==(const PosePin&, const PosePin&) = default;
+};
+
+// What a pose is made of.
+using PoseItem = std::variant<PosePart, PosePin>;
+
+// How stiff some vertices are, and what is inside the shape next to them.
+struct PoseStiffness {
+  std::vector<VertexRange> vertices;
+  double value = 1;  // from 0.01 to 100; elsewhere the stiffness is 1
+
+  friend bool operator==(const PoseStiffness&, const PoseStiffness&) = default;
+};
+
+// Pose: parts and pins go to their places, others stay, and the body between follows as nearly rigidly as a flow that
+// keeps the volume can (docs/mathematics.md). It reads the surface, and becomes grid strokes.
+struct PoseStroke {
+  // Greatest spacing of the field's grid, as a fraction of the shape's diagonal; from 0.01 to 0.5. It is smaller, down
+  // to 0.025, where a part moves close past one that holds.
+  double detail = 0.075;
+  std::vector<PoseItem> parts;
+  std::vector<PoseStiffness> stiffness{};
+  bool exact = false;  // a last stroke of pins takes parts and pins exactly to their places
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const PoseStroke&, const PoseStroke&) = default;
+};
+
+// The flow of a vector potential on a grid over one unit of time: numbers only. A pose becomes such strokes.
+struct GridStroke {
+  PotentialGrid grid;
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const GridStroke&, const GridStroke&) = default;
+};
+
+// Relaxing (remesh/relax.h): smooths the triangles in the surface, and the surface itself, while its volume stays. At
+// each point in turn a dab moves the vertices within the radius. This is no flow: a session's line is {"relax": {...}}.
+struct RelaxStroke {
+  std::vector<Vec3d> points;  // 1 or more
+  double radius = 0;          // of a dab, > 0
+  double amount = 0.5;        // of the distance to the smooth position, for each iteration; in (0, 1]
+  double surface = 1;         // of that amount, across the surface; 0: the triangles alone; in [0, 1]
+  int iterations = 2;         // of each dab, 1 to 100
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const RelaxStroke&, const RelaxStroke&) = default;
+};
+
+// The mask of the strokes after it (field/mask.h), which replaces the one before; without points and vertices: no mask.
+// It moves nothing itself. The masked places are given as points or as vertices of the shape, which are looked up when
+// the mask begins.
+struct MaskStroke {
+  std::vector<Vec3d> points;
+  std::vector<VertexRange> vertices;
+  std::vector<double> values;                  // of each point or range, from 0: free to 1: stays; empty: all 1
+  std::optional<double> width = std::nullopt;  // of the border between what stays and what is free
+
+  static const Tool& tool();  // returns the description of the tool
+  friend bool operator==(const MaskStroke&, const MaskStroke&) = default;
+};
+
+// Returns whether the stroke gives no mask.
+inline bool is_empty(const MaskStroke& stroke) { return stroke.points.empty() && stroke.vertices.empty(); }
+
+// Returns the mask of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and as Mask.
+Mask mask_of(const MaskStroke& stroke, int threads = 0);
+
+// A stroke of any tool.
+using Stroke =
+    std::variant<ImplicitStroke, PaintStroke, PointsStroke, HandlesStroke, StampStroke, RotateStroke, StretchStroke,
+                 TwistStroke, BendStroke, PinsStroke, PoseStroke, GridStroke, RelaxStroke, MaskStroke>;
+
+// Returns the tool's name in session files: "implicit", "paint", "points", ...
+std::string tool_name(const Stroke& stroke);
+
+// Throws InvalidInput for a value that the tool cannot use. The message begins with the key in quotes and says what was
+// expected and what was got.
+void validate(const Stroke& stroke);
+
+// Returns true if the stroke must be resolved on a surface before it becomes a flow: paint with a path, stamp, handles
+// with vertices, an automatic radius. Also true for a stroke that never becomes one.
+bool reads_surface(const Stroke& stroke);
+
+// Returns false for a stroke that never becomes a flow: relax. It can be neither resolved nor inverted.
+bool is_flow(const Stroke& stroke);
+
+// Returns the segments, in order, of a stroke that reads no surface. Throws InvalidInput as validate(stroke), and for
+// strokes that read the surface. Time: linear, for a point set times the logarithm of its size. A mask has none.
+Flow flow_of(const Stroke& stroke);
+
+// A plane in which a stroke is mirrored.
+struct MirrorPlane {
+  Vec3d normal{1, 0, 0};  // of any length but 0
+  Vec3d point{0, 0, 0};
+
+  friend bool operator==(const MirrorPlane&, const MirrorPlane&) = default;
+};
+
+// Up to three planes at right angles to each other; none: no mirror.
+using Mirror = std::vector<MirrorPlane>;
+
+// Throws InvalidInput for more than three planes, a number that is not finite, a normal of length 0, and planes that
+// are not at right angles.
+void validate(const Mirror& mirror);
+
+// Returns the coordinate planes through the origin whose names the text has: "x" is the plane x = 0, "xz" are x = 0 and
+// z = 0. Throws InvalidInput for anything but some of the letters x, y and z, each once.
+Mirror coordinate_mirror(std::string_view names);
+
+// Returns the segments of a stroke that reads no surface and of its images: as many as of the stroke alone, each the
+// sum of one of the stroke's segments and its images. Images that do the same to every point count once. Pins are
+// joined by their images instead, so that all go to their places exactly; a pin in a plane stays in it, and goes to the
+// place in the plane that is nearest to its target. Throws InvalidInput as flow_of(stroke), for a mirror that is not
+// valid, for a mask or relax, for a grid unless the normals are along axes, and for pins that are each other's images
+// but whose targets are not.
+Flow flow_of(const Stroke& stroke, const Mirror& mirror);
+
+// Returns the falloff of a stroke; nothing for one that blends nothing: relax, mask, and a stamp
+// that slips.
+std::optional<int> falloff_of(const Stroke& stroke);
+
+// Gives a stroke that blends another falloff. A bend between given thresholds keeps its zone, and its centre moves
+// along the normal with the place where the weight is one half. Throws InvalidInput for a falloff that is not 3 to 7.
+void set_falloff(Stroke& stroke, int falloff);
+
+// Returns what is allowed but likely to disappoint (strong flow back beside the tool): one sentence each, with what to
+// do. The stroke is valid. Says nothing of handles given by vertices.
+std::vector<std::string> warnings(const Stroke& stroke);
+
+// Returns the stroke that begins as `stroke` does and goes on to `strength` times what it does, strength >= 1:
+//   a path or a list of displacements goes on in its last direction until it is so many times as long;
+//   an angle, a rate, a depth and the motion of handles are multiplied, and a factor is raised to that power;
+//   the amount of a relax is multiplied, up to 1.
+// Throws InvalidInput for a tool that cannot go on, and for values that its tool cannot use.
+Stroke prolonged(const Stroke& stroke, double strength);
+
+// Returns the stroke that does to the mirror image of a shape, in the plane where the coordinate `axis` (0: x, 1: y,
+// 2: z) is zero, what `stroke` does to the shape; equal up to rounding. A stamp's pose is mirrored so that it fits the
+// mirror image of the tool, which its `mesh` must then name. Throws InvalidInput for handles given by vertices: their
+// mirror images need not be vertices.
+Stroke mirrored(const Stroke& stroke, int axis);
+
+// x -> turn x + shift. turn is orthogonal: a rotation, or a rotation of a mirror image. By default the identity.
+struct RigidMotion {
+  Mat3d turn{};
+  Vec3d shift{0, 0, 0};
+
+  Vec3d operator()(const Vec3d& x) const { return turn * x + shift; }
+  friend bool operator==(const RigidMotion&, const RigidMotion&) = default;
+};
+
+// Returns whether the motion makes mirror images.
+bool is_reflection(const RigidMotion& motion);
+
+// Returns the motion that does `first`, then `second`.
+RigidMotion operator*(const RigidMotion& second, const RigidMotion& first);
+
+// Returns the reflection in the plane through a point. The normal has any length but 0.
+RigidMotion reflection_in(const Vec3d& point, const Vec3d& normal);
+
+// Returns the rotation about the axis through a point, counterclockwise seen from the tip of the axis. The axis has any
+// length but 0.
+RigidMotion rotation_about(const Vec3d& point, const Vec3d& axis, double angle_rad);
+
+// Returns the stroke that does to a shape moved by the motion what `stroke` does to the shape, moved by the motion;
+// equal up to rounding. After a reflection a stamp's pose fits the mirror image of its tool in the plane x = 0, which
+// its `mesh` must then name. Throws as mirrored(), and for a grid unless `turn` only mirrors along axes.
+Stroke transformed(const Stroke& stroke, const RigidMotion& motion);
+
+}  // namespace knead

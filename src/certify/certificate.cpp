@@ -1,0 +1,373 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "cells/cells.h"
+#include "certify/stroke_certificate.h"
+#include "knead/certify.h"
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+namespace {
+
+Vec3d as_written(const Vec3d& p, bool as_float) { return as_float ? Vec3d(Vec3<float>(p)) : p; }
+
+// In degrees, of one triangle; nothing where it has no area.
+std::optional<double> smallest_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  if (is_degenerate(a, b, c)) return std::nullopt;
+  const double area = norm(cross(b - a, c - a));
+  const double widest = std::max({dot(b - a, c - a), dot(a - b, c - b), dot(a - c, b - c)});
+  return std::atan2(area, widest) * 180 / std::numbers::pi;
+}
+
+// Of the chosen faces.
+std::optional<double> smallest_angle_of(const Mesh& mesh, const std::vector<bool>& faces) {
+  std::optional<double> smallest;
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (!faces[f] || mesh.face(f).size() < 3) continue;
+    triangles.clear();
+    triangulate_polygon(mesh.positions, mesh.face(f), triangles);
+    for (const Triangle& t : triangles) {
+      const std::optional<double> angle =
+          smallest_angle(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+      if (angle) smallest = std::min(*angle, smallest.value_or(*angle));
+    }
+  }
+  return smallest;
+}
+
+std::vector<bool> faces_at(const Mesh& mesh, const std::vector<bool>& vertices) {
+  std::vector<bool> faces(mesh.face_count());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    faces[f] = std::any_of(face.begin(), face.end(), [&](std::uint32_t v) { return vertices[v]; });
+  }
+  return faces;
+}
+
+// The result as a mesh with its positions as they are written, and which of its vertices were moved.
+struct WrittenShape {
+  Mesh mesh;
+  std::vector<bool> touched;
+  std::vector<std::uint32_t> face_source;  // empty: the faces are the input's
+};
+
+WrittenShape written_shape(const DeformedShape& result, bool as_float) {
+  WrittenShape shape{result.to_mesh(), result.touched(), {}};
+  if (result.is_remeshed()) shape.face_source = result.provenance()->face_source;
+  for (Vec3d& p : shape.mesh.positions) p = as_written(p, as_float);
+  return shape;
+}
+
+void add_angles(const Mesh& before, const WrittenShape& after, Certificate& certificate) {
+  const std::vector<bool> touched = faces_at(after.mesh, after.touched);
+  std::vector<bool> sources = touched;
+  if (!after.face_source.empty()) {
+    sources.assign(before.face_count(), false);
+    for (std::size_t f = 0; f < touched.size(); ++f) {
+      if (touched[f]) sources[after.face_source[f]] = true;
+    }
+  }
+  certificate.touched_angle_before = smallest_angle_of(before, sources);
+  certificate.touched_angle_after = smallest_angle_of(after.mesh, touched);
+}
+
+bool same_bits(const Vec3d& a, const Vec3d& b) {
+  using Bits = std::array<std::uint64_t, 3>;
+  return bit_cast<Bits>(a) == bit_cast<Bits>(b);
+}
+
+// For each face of both meshes, whether it differs from all of the other mesh in its vertices or their positions.
+struct ChangedFaces {
+  std::vector<bool> before;
+  std::vector<bool> after;
+};
+
+ChangedFaces changed_faces(const Mesh& before, const WrittenShape& written, const Provenance* provenance) {
+  const Mesh& after = written.mesh;
+  ChangedFaces changed{std::vector<bool>(before.face_count(), true), std::vector<bool>(after.face_count(), true)};
+  const auto is_kept = [&](std::uint32_t v, std::uint32_t source) {
+    const bool is_same = provenance == nullptr ? v == source : provenance->vertex_source[v] == source;
+    return is_same && same_bits(after.positions[v], before.positions[source]);
+  };
+  for (std::size_t f = 0; f < after.face_count(); ++f) {
+    const std::size_t source = provenance == nullptr ? f : provenance->face_source[f];
+    const std::span<const std::uint32_t> now = after.face(f);
+    const std::span<const std::uint32_t> then = before.face(source);
+    if (!changed.before[source] || !std::equal(now.begin(), now.end(), then.begin(), then.end(), is_kept)) continue;
+    changed.before[source] = false;
+    changed.after[f] = false;
+  }
+  return changed;
+}
+
+// For each triangle of triangulate(mesh): the flag of its face.
+std::vector<bool> of_triangles(const Mesh& mesh, const std::vector<bool>& faces) {
+  std::vector<bool> flags;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::size_t corners = mesh.face(f).size();
+    if (corners > 2) flags.insert(flags.end(), corners - 2, faces[f]);
+  }
+  return flags;
+}
+
+// Two triangles of faces that are the same before and after cross in both, or in none. So only pairs with another one
+// are searched afterwards.
+void add_crossings(const Mesh& before, const WrittenShape& after, const Provenance* provenance,
+                   const ReplayOptions& replay, Certificate& certificate) {
+  SelfIntersectionOptions options{.threads = replay.motion.threads, .progress = replay.progress};
+  const SelfIntersections first = self_intersections(triangulate(before), before.positions, options);
+  const ChangedFaces changed = changed_faces(before, after, provenance);
+  const std::vector<bool> gone = of_triangles(before, changed.before);
+  const std::vector<bool> made = of_triangles(after.mesh, changed.after);
+  std::size_t kept = 0;
+  if (first.complete) {
+    options.chosen = &made;
+    kept = static_cast<std::size_t>(std::count_if(first.pairs.begin(), first.pairs.end(),
+                                                  [&](const auto& pair) { return !gone[pair[0]] && !gone[pair[1]]; }));
+  }
+  const SelfIntersections last = self_intersections(triangulate(after.mesh), after.mesh.positions, options);
+  certificate.crossings_before = first.count;
+  certificate.crossings_after = std::min(kept + last.count, options.limit);
+}
+
+void add_measures(const Mesh& before, const Mesh& after, bool same_faces, Certificate& certificate) {
+  const Measures first = measure(before);
+  const Measures last = same_faces ? measure(after, first) : measure(after);
+  certificate.degenerate_before = first.degenerate_triangles;
+  certificate.degenerate_after = last.degenerate_triangles;
+  certificate.closed_before = first.closed();
+  certificate.closed_after = last.closed();
+  certificate.euler_before = first.euler;
+  certificate.euler_after = last.euler;
+  certificate.smallest_angle_before = first.smallest_angle_deg;
+  certificate.smallest_angle_after = last.smallest_angle_deg;
+  const bool has_volume = first.closed() && first.oriented() && last.closed() && last.oriented();
+  const double error = last.volume / first.volume - 1;
+  if (!has_volume || !std::isfinite(error)) return;
+  certificate.volume_error = error;
+  certificate.volume_error_sampling = error - certificate.volume_error_integration;
+}
+
+void add_distances(const std::vector<StrokeDistance>& strokes, Certificate& certificate) {
+  double squares = 0;
+  double back_squares = 0;
+  double points = 0;
+  for (const StrokeDistance& stroke : strokes) {
+    const auto count = static_cast<double>(stroke.points);
+    squares += stroke.rms * stroke.rms * count;
+    back_squares += stroke.back_rms * stroke.back_rms * count;
+    points += count;
+    certificate.distance_max = std::max(certificate.distance_max, stroke.max);
+    certificate.carried_back_max = std::max(certificate.carried_back_max, stroke.back_max);
+  }
+  if (points == 0) return;
+  certificate.distance_rms = std::sqrt(squares / points);
+  certificate.carried_back_rms = std::sqrt(back_squares / points);
+}
+
+}  // namespace
+
+CertificateBuilder::CertificateBuilder(const Mesh& mesh, const ReplayOptions& options)
+    : mesh_(mesh), options_(options), length_(reference_length(mesh)) {
+  advect_options(options.motion, length_);
+}
+
+void CertificateBuilder::add(const AppliedStroke& stroke) {
+  const session_detail::StrokeCertificate certified = session_detail::certify(stroke, options_, length_);
+  drift_ += certified.drift;
+  motion_outside_ = std::max(motion_outside_, certified.motion_outside);
+  strokes_.push_back(certified.distance);
+}
+
+Certificate CertificateBuilder::finish(const ReplayResult& result, bool as_float) const {
+  const Mesh& before = mesh_;
+  const WrittenShape after = written_shape(result.shape, as_float);
+  Certificate certificate;
+  certificate.volume_error_integration = drift_;
+  const std::array<std::function<void()>, 3> works{
+      [&] { add_crossings(before, after, result.shape.provenance(), options_, certificate); },
+      [&] { add_measures(before, after.mesh, !result.shape.is_remeshed(), certificate); },
+      [&] {
+        certificate.flipped_triangles = result.shape.is_remeshed()
+                                            ? session_detail::opposing_more(before, after.mesh)
+                                            : count_flipped(before, before.positions, after.mesh.positions);
+        add_angles(before, after, certificate);
+      }};
+  parallel_for(works.size(), 1, options_.motion.threads, [&](std::size_t i, std::size_t) {
+    stop_if_cancelled(options_.progress);
+    works[i]();
+  });
+  certificate.motion_outside = motion_outside_;
+  certificate.strokes = strokes_;
+  add_distances(strokes_, certificate);
+  return certificate;
+}
+
+namespace {
+
+void require_positions(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                       const ReplayOptions& options) {
+  if (after.size() != before.vertex_count()) {
+    throw InvalidInput(fmt::format("there are {} positions to certify, but {} vertices; give one for each vertex",
+                                   after.size(), before.vertex_count()));
+  }
+  require_finite(after);
+  if (will_remesh(before, session, options)) {
+    throw InvalidInput("the session remeshes, so its result has other vertices; remove its remesh events");
+  }
+}
+
+}  // namespace
+
+Certificate certify(const Mesh& before, std::span<const Vec3d> after, const Session& session,
+                    const ReplayOptions& options) {
+  require_positions(before, after, session, options);
+  Mesh moved = before;
+  moved.positions.assign(after.begin(), after.end());
+  const DeformedShape given(borrow(moved), options.motion);
+  const std::vector<bool> all(after.size(), true);
+  const auto with_given = [&](DeformedShape shape) {
+    shape.take(all, given);
+    return shape;
+  };
+  CertificateBuilder builder(before, options);
+  ReplayOptions watched = options;
+  const auto is_on = [](const SessionStroke& stroke) { return !stroke.off; };
+  std::size_t left = static_cast<std::size_t>(std::count_if(session.strokes.begin(), session.strokes.end(), is_on));
+  watched.on_stroke = [&](const AppliedStroke& stroke) {
+    if (--left > 0) return builder.add(stroke);
+    const DeformedShape last = with_given(stroke.after);
+    builder.add({stroke.line, stroke.flow, stroke.before, last, stroke.remeshed, stroke.relax});
+  };
+  ReplayResult result = replay(borrow(before), session, watched);
+  if (result.status == AdvectStatus::cancelled) throw Cancelled();
+  if (result.status == AdvectStatus::step_limit) {
+    throw InvalidInput(Place{session.name, result.failed_line}, kStepLimitAdvice);
+  }
+  result.shape = with_given(std::move(result.shape));
+  return builder.finish(result, false);
+}
+
+namespace {
+
+constexpr double kSamplesPerStroke = 16;
+constexpr double kMostSamples = 256;
+constexpr int kHalvings = 10;
+
+double sample_count(double most) { return std::max(1.0, std::min(kMostSamples, std::ceil(kSamplesPerStroke * most))); }
+
+// The points of a mesh after any part of a session.
+class MovedPoints {
+ public:
+  MovedPoints(const Session& session, std::span<const Vec3d> points, const SafeCellsOptions& options)
+      : session_(session), points_(points), options_(options) {
+    advection_ = advect_options(options.motion, options.motion.diagonal.value_or(reference_length(points)));
+    advection_.progress = options.progress;
+  }
+
+  // After a step limit the points as they were.
+  std::vector<Vec3d> at(double until) {
+    const Flow flow = flow_of(session_, {options_.part.direction, until}, options_.motion.threads);
+    std::vector<Vec3d> moved(points_.begin(), points_.end());
+    const AdvectStatus status = advect(flow, moved, advection_).status;
+    stop_if_cancelled(options_.progress);
+    if (status != AdvectStatus::done) status_ = status;
+    return moved;
+  }
+
+  AdvectStatus status() const { return status_; }
+
+ private:
+  const Session& session_;
+  std::span<const Vec3d> points_;
+  const SafeCellsOptions& options_;
+  AdvectOptions advection_;
+  AdvectStatus status_ = AdvectStatus::done;
+};
+
+std::optional<double> outer_that_fits(const Session& session, const Cells& cells, MovedPoints& motion,
+                                      const SafeUntil& range, const SafeCellsOptions& options) {
+  const std::size_t number = strokes_before(range);
+  const bool is_forwards = options.part.direction == Direction::forwards;
+  const std::vector<Vec3d> points = motion.at(is_forwards ? static_cast<double>(number) : 0);
+  std::vector<Vec3d> boundary;
+  for (const std::uint32_t v : boundary_points(cells, points.size(), options.motion.threads)) {
+    boundary.push_back(points[v]);
+  }
+  const SessionStroke& stroke = session.strokes[number];
+  const double strength = std::max(1.0, stroke.strength);
+  return widest_outer(strength > 1 ? prolonged(stroke.stroke, strength) : stroke.stroke, boundary,
+                      options.motion.threads);
+}
+
+}  // namespace
+
+SafeUntil safe_until(double most, const std::function<bool(double until)>& holds) {
+  const double samples = sample_count(most);
+  SafeUntil range{0, most};
+  double sample = 1;
+  for (; sample <= samples; ++sample) {
+    const double until = most * (sample / samples);
+    if (!holds(until)) {
+      range.beyond = until;
+      break;
+    }
+    range.until = until;
+  }
+  for (int i = 0; i < kHalvings && sample <= samples; ++i) {
+    const double middle = range.until + (range.beyond - range.until) / 2;
+    (holds(middle) ? range.until : range.beyond) = middle;
+  }
+  return range;
+}
+
+std::size_t strokes_before(const SafeUntil& range) {
+  return static_cast<std::size_t>(std::max(0.0, std::ceil(range.beyond) - 1));
+}
+
+SafeCells safe_until(const Session& session, const Cells& cells, std::span<const Vec3d> points,
+                     const SafeCellsOptions& options) {
+  const double bound = options.least_scaled_jacobian;
+  if (!(bound >= 0 && bound < 1)) throw InvalidInput("the least scaled Jacobian must be 0 or more, and below 1");
+  const Session applied = without_off(session);
+  const double most = options.part.until.value_or(static_cast<double>(applied.strokes.size()));
+  flow_of(applied, {options.part.direction, most});  // refuses what is no flow, and a part out of range
+  SafeCells result;
+  if (points.empty()) {
+    result.range = {most, most};
+    return result;
+  }
+  if (options.progress != nullptr) {
+    const auto calls = static_cast<std::uint64_t>(sample_count(most)) + kHalvings;
+    options.progress->total = calls * points.size() * std::max<std::uint64_t>(1, flow_of(applied).segments.size()) / 2;
+  }
+  MovedPoints motion(applied, points, options);
+  const JudgedCells judged(cells, points, options.motion.threads, options.progress);
+  const auto spoiled = [&](double until) { return judged.worst_spoiled(motion.at(until), bound); };
+  result.range = safe_until(most, [&](double until) {
+    const std::optional<WorstCell> worst = spoiled(until);
+    if (!worst) return true;
+    result.cell = worst->cell;
+    result.scaled_jacobian = worst->scaled_jacobian;
+    return false;
+  });
+  result.status = motion.status();
+  if (result.cell && result.status == AdvectStatus::done)
+    result.outer = outer_that_fits(applied, cells, motion, result.range, options);
+  return result;
+}
+
+}  // namespace knead

@@ -1,0 +1,341 @@
+#include "certify/stroke_certificate.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "flow/path_jacobian.h"
+#include "flow/segment_mover.h"
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/vec.h"
+
+namespace knead::session_detail {
+
+namespace {
+
+// Relative to the length: the error of carrying points back, far below any distance that matters, and the distance up
+// to which the surface is searched first.
+constexpr double kBackTolerance = 1e-8;
+constexpr double kNear = 1e-3;
+// Distance between places whose origins give a gradient: far above the error, far below what bends a flow.
+constexpr double kNeighbour = 1e-5;
+
+// Path lines whose drift is looked at, of a stroke with few segments and with many.
+constexpr std::size_t kMostDrifts = 256;
+constexpr std::size_t kFewestDrifts = 32;
+constexpr std::size_t kDriftSegments = 8192;  // path lines times segments
+
+constexpr std::size_t kGrain = 256;
+
+bool has_barrel(const Flow& flow) {
+  return std::any_of(flow.segments.begin(), flow.segments.end(),
+                     [](const Segment& segment) { return segment.barrel || detail::has_barrels(segment); });
+}
+
+// Of a point that is known to move, the flow without its barrel is the same. The barrels of a sum stay: they say which
+// of its parts move a point.
+Flow for_members(Flow flow) {
+  for (Segment& segment : flow.segments) segment.barrel.reset();
+  return flow;
+}
+
+// Where a vertex of the shape after was before; null: it is new.
+const Vec3d* source_of(const AppliedStroke& stroke, std::size_t vertex) {
+  if (stroke.remeshed == nullptr) return &stroke.before.positions()[vertex];
+  const std::uint32_t source = stroke.remeshed->vertex_source[vertex];
+  return source == kNewVertex ? nullptr : &stroke.before.positions()[source];
+}
+
+// For each vertex of the shape after: whether the flow moves the surface there.
+std::vector<bool> moved_vertices(const AppliedStroke& stroke) {
+  if (stroke.remeshed != nullptr) return stroke.remeshed->moved;
+  std::vector<bool> moved(stroke.after.positions().size());
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = stroke.after.positions()[i] != stroke.before.positions()[i];
+  return moved;
+}
+
+// The length of the longest edge at each of these vertices.
+std::vector<double> longest_edges(const DeformedShape& shape, const std::vector<bool>& vertices) {
+  std::vector<double> longest(shape.positions().size(), 0.0);
+  for (std::size_t f = 0; f < shape.mesh().face_count(); ++f) {
+    const std::span<const std::uint32_t> face = shape.mesh().face(f);
+    if (std::none_of(face.begin(), face.end(), [&](std::uint32_t v) { return vertices[v]; })) continue;
+    for (std::size_t i = 0; i < face.size(); ++i) {
+      const std::uint32_t a = face[i];
+      const std::uint32_t b = face[(i + 1) % face.size()];
+      const double length = norm(shape.positions()[a] - shape.positions()[b]);
+      longest[a] = std::max(longest[a], length);
+      longest[b] = std::max(longest[b], length);
+    }
+  }
+  return longest;
+}
+
+// Backwards a barrel says nothing of where its points are: it is about where they came from.
+double motion_outside(const AppliedStroke& stroke, bool inverse) {
+  const FlowReach reach(inverse ? for_members(detail::each_part(stroke.flow)) : stroke.flow);
+  const std::vector<Vec3d>& before = stroke.before.positions();
+  std::vector<std::pair<std::size_t, double>> moved;  // vertices before, and how far
+  std::vector<bool> is_moved(before.size());
+  for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
+    const Vec3d* const source = source_of(stroke, i);
+    if (source == nullptr || *source == stroke.after.positions()[i]) continue;
+    moved.emplace_back(source - before.data(), norm(stroke.after.positions()[i] - *source));
+    is_moved[moved.back().first] = true;
+  }
+  const std::vector<double> longest = longest_edges(stroke.before, is_moved);
+  double greatest = 0;
+  for (const auto& [vertex, distance] : moved) {
+    if (!reach.may_move(before[vertex], longest[vertex])) greatest = std::max(greatest, distance);
+  }
+  return greatest;
+}
+
+double mean_drift(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
+                  double length) {
+  std::vector<Vec3d> points;
+  for (std::size_t i = 0; i < moved.size(); ++i) {
+    const Vec3d* const source = moved[i] ? source_of(stroke, i) : nullptr;
+    if (source != nullptr) points.push_back(*source);
+  }
+  const std::size_t most =
+      std::clamp(kDriftSegments / std::max<std::size_t>(stroke.flow.segments.size(), 1), kFewestDrifts, kMostDrifts);
+  const std::size_t count = std::min(points.size(), most);
+  AdvectOptions integration;
+  integration.tolerance = advect_options(options.motion, length).tolerance;
+  integration.integrator = options.motion.integrator;
+  const Flow flow = for_members(stroke.flow);
+  integration.threads = options.motion.threads;
+  integration.progress = options.progress;
+  std::vector<Vec3d> sample;
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(points[i * points.size() / count]);
+  std::vector<double> drifts = volume_drifts(flow, sample, integration);
+  std::erase_if(drifts, [](double drift) { return !std::isfinite(drift); });
+  double sum = 0;
+  for (const double drift : drifts) sum += drift;
+  return drifts.empty() ? 0 : sum / static_cast<double>(drifts.size());
+}
+
+// Vertices and then centres of faces, and which of them are known to have moved.
+struct Probes {
+  std::vector<Vec3d> points;
+  std::vector<bool> moved;
+};
+
+Probes probes_of(const AppliedStroke& stroke, const std::vector<bool>& moved) {
+  const DeformedShape& after = stroke.after;
+  Probes probes{after.positions(), moved};
+  for (std::size_t f = 0; f < after.mesh().face_count(); ++f) {
+    const std::span<const std::uint32_t> face = after.mesh().face(f);
+    if (face.empty()) continue;
+    Vec3d sum{};
+    bool any_moved = false;
+    for (const std::uint32_t v : face) {
+      sum += after.positions()[v];
+      any_moved = any_moved || moved[v];
+    }
+    probes.points.push_back(sum / static_cast<double>(face.size()));
+    probes.moved.push_back(any_moved);
+  }
+  return probes;
+}
+
+// Points after a stroke, and where they came from.
+struct CarriedBack {
+  std::vector<Vec3d> there;
+  std::vector<Vec3d> back;
+};
+
+void carry_back(const AppliedStroke& stroke, const ReplayOptions& options, double length, std::vector<Vec3d>& points) {
+  AdvectOptions back;
+  back.tolerance = kBackTolerance * length;
+  back.precision = Precision::float64;
+  back.threads = options.motion.threads;
+  back.progress = options.progress;
+  const AdvectStatus status = advect(inverse(for_members(stroke.flow)), points, back).status;
+  if (status == AdvectStatus::cancelled) throw Cancelled();
+  if (status != AdvectStatus::done) {
+    throw InvalidInput(
+        "the certificate cannot be made because a path line runs to infinity backwards; leave --check out");
+  }
+}
+
+// For each probe, whether it is known to have moved or the flow backwards might move it; by groups of neighbours in the
+// list, which mostly are neighbours in space. With a barrel only those known to have moved: which others might have,
+// the inverse does not tell.
+std::vector<bool> worth_carrying(const AppliedStroke& stroke, const Probes& probes) {
+  std::vector<bool> worth = probes.moved;
+  if (has_barrel(stroke.flow)) return worth;
+  const FlowReach reach(inverse(stroke.flow));
+  constexpr std::size_t kGroup = 64;
+  for (std::size_t begin = 0; begin < worth.size(); begin += kGroup) {
+    const std::size_t end = std::min(begin + kGroup, worth.size());
+    const Box box = bounding_box(std::span(probes.points).subspan(begin, end - begin));
+    if (reach.may_move(box.center(), 0.5 * box.diagonal() * (1 + 1e-9))) {
+      std::fill(worth.begin() + static_cast<std::ptrdiff_t>(begin), worth.begin() + static_cast<std::ptrdiff_t>(end),
+                true);
+    }
+  }
+  return worth;
+}
+
+// The probes that moved.
+CarriedBack carried_back(const AppliedStroke& stroke, const Probes& probes, const ReplayOptions& options,
+                         double length) {
+  const std::vector<bool> worth = worth_carrying(stroke, probes);
+  CarriedBack all;
+  std::vector<bool> moved;
+  for (std::size_t i = 0; i < probes.points.size(); ++i) {
+    if (!worth[i]) continue;
+    all.there.push_back(probes.points[i]);
+    moved.push_back(probes.moved[i]);
+  }
+  all.back = all.there;
+  carry_back(stroke, options, length, all.back);
+  CarriedBack result;
+  for (std::size_t i = 0; i < all.back.size(); ++i) {
+    if (!moved[i] && all.back[i] == all.there[i]) continue;
+    result.there.push_back(all.there[i]);
+    result.back.push_back(all.back[i]);
+  }
+  return result;
+}
+
+bool overlap(const Box& a, const Box& b) {
+  return a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y && b.min.y <= a.max.y && a.min.z <= b.max.z &&
+         b.min.z <= a.max.z;
+}
+
+// The triangles of the shape that come as near to the points as this, or nearer, and some more.
+std::vector<Triangle> triangles_near(const DeformedShape& shape, const std::vector<Vec3d>& points, double distance) {
+  Box box = bounding_box(points);
+  const double margin = distance + 1e-9 * (distance + box.diagonal());
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  std::vector<Triangle> near;
+  for (const Triangle& t : shape.triangles()) {
+    const std::array corners{shape.positions()[t[0]], shape.positions()[t[1]], shape.positions()[t[2]]};
+    if (overlap(bounding_box(corners), box)) near.push_back(t);
+  }
+  return near;
+}
+
+// From each point carried back to the nearest of the surface before. Most are near to it; only if one is not, all of
+// the surface is searched.
+std::vector<Vec3d> offsets_to_surface(const AppliedStroke& stroke, const CarriedBack& points,
+                                      const ReplayOptions& options, double length) {
+  std::vector<std::optional<SurfacePoint>> nearest(points.back.size());
+  const auto search = [&](std::span<const Triangle> triangles, double distance) {
+    const SurfaceTree tree(triangles, stroke.before.positions());
+    parallel_for(nearest.size(), kGrain, options.motion.threads, [&](std::size_t begin, std::size_t end) {
+      stop_if_cancelled(options.progress);
+      for (std::size_t i = begin; i < end; ++i) {
+        if (!nearest[i]) nearest[i] = tree.closest(points.back[i], distance);
+      }
+    });
+    return std::all_of(nearest.begin(), nearest.end(), [](const auto& found) { return found.has_value(); });
+  };
+  const double near = kNear * length;
+  if (!search(triangles_near(stroke.before, points.back, near), near)) {
+    search(stroke.before.triangles(), SurfaceTree::kInfinity);
+  }
+  std::vector<Vec3d> offsets(points.back.size());
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    if (nearest[i]) offsets[i] = nearest[i]->point - points.back[i];
+  }
+  return offsets;
+}
+
+// The distances after the stroke that follow from these offsets before it: g / |grad g|, the gradient by where
+// neighbours came from.
+std::vector<double> distances_after(const AppliedStroke& stroke, const CarriedBack& points,
+                                    const std::vector<Vec3d>& offsets, const ReplayOptions& options, double length) {
+  const double reach = kNeighbour * length;
+  std::vector<Vec3d> neighbours;
+  for (const Vec3d& p : points.there) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      neighbours.push_back(p);
+      neighbours.back()[axis] += reach;
+    }
+  }
+  carry_back(stroke, options, length, neighbours);
+  std::vector<double> distances(offsets.size());
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const double g = norm(offsets[i]);
+    if (!(g > 0)) continue;
+    Vec3d gradient;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      gradient[axis] = dot(offsets[i], neighbours[3 * i + axis] - points.back[i]) / (g * reach);
+    }
+    distances[i] = norm(gradient) > 0 ? g / norm(gradient) : g;
+  }
+  return distances;
+}
+
+StrokeDistance distance_of(const AppliedStroke& stroke, const std::vector<bool>& moved, const ReplayOptions& options,
+                           double length) {
+  StrokeDistance result;
+  result.line = stroke.line;
+  if (stroke.before.mesh().face_count() == 0) return result;
+  const CarriedBack points = carried_back(stroke, probes_of(stroke, moved), options, length);
+  result.points = points.back.size();
+  if (points.back.empty()) return result;
+  const std::vector<Vec3d> offsets = offsets_to_surface(stroke, points, options, length);
+  const std::vector<double> after = distances_after(stroke, points, offsets, options, length);
+  double squares = 0;
+  double back_squares = 0;
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    squares += after[i] * after[i];
+    back_squares += norm2(offsets[i]);
+    result.max = std::max(result.max, after[i] / length);
+    result.back_max = std::max(result.back_max, norm(offsets[i]) / length);
+  }
+  const auto count = static_cast<double>(offsets.size());
+  result.rms = std::sqrt(squares / count) / length;
+  result.back_rms = std::sqrt(back_squares / count) / length;
+  return result;
+}
+
+// A vertex that no dab holds at the beginning never moves.
+double moved_beside(const AppliedStroke& stroke) {
+  double greatest = 0;
+  for (std::size_t i = 0; i < stroke.after.positions().size(); ++i) {
+    const Vec3d& source = stroke.before.positions()[i];
+    if (source == stroke.after.positions()[i]) continue;
+    const bool is_held = std::any_of(stroke.relax->points.begin(), stroke.relax->points.end(),
+                                     [&](const Vec3d& p) { return norm(source - p) <= stroke.relax->radius; });
+    if (!is_held) greatest = std::max(greatest, norm(stroke.after.positions()[i] - source));
+  }
+  return greatest;
+}
+
+}  // namespace
+
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length) {
+  if (stroke.relax != nullptr) {
+    StrokeCertificate relaxed{0, moved_beside(stroke), {}};
+    relaxed.distance.line = stroke.line;
+    return relaxed;
+  }
+  const std::vector<bool> moved = moved_vertices(stroke);
+  return {mean_drift(stroke, moved, options, length),
+          motion_outside(stroke, options.part.direction == Direction::backwards),
+          distance_of(stroke, moved, options, length)};
+}
+
+std::size_t opposing_more(const Mesh& before, const Mesh& after) {
+  // Triangles without area oppose nothing, so that with all vertices in one place every other one counts as turned.
+  const std::vector<Vec3d> none_before(before.vertex_count());
+  const std::vector<Vec3d> none_after(after.vertex_count());
+  const std::size_t first = count_flipped(before, none_before, before.positions);
+  const std::size_t last = count_flipped(after, none_after, after.positions);
+  return last > first ? last - first : 0;
+}
+
+}  // namespace knead::session_detail

@@ -1,0 +1,22 @@
+// The certificate of one stroke. Internal to the session room.
+#pragma once
+
+#include "knead/certify.h"
+
+namespace knead::session_detail {
+
+struct StrokeCertificate {
+  double drift = 0;           // the mean of det J - 1 over path lines of moved vertices
+  double motion_outside = 0;  // Certificate::motion_outside
+  StrokeDistance distance;
+};
+
+// `length`: the reference length of the input, which tolerance and distances are relative to. Throws InvalidInput if
+// the result cannot be carried back (a path line runs away).
+StrokeCertificate certify(const AppliedStroke& stroke, const ReplayOptions& options, double length);
+
+// Returns how many more triangles of the mesh after than of the mesh before oppose the normals of their vertices; 0 for
+// fewer.
+std::size_t opposing_more(const Mesh& before, const Mesh& after);
+
+}  // namespace knead::session_detail

@@ -1,0 +1,414 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "flow/block_mover.h"
+#include "flow/kernels/kernel.h"
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "math/geometry.h"
+
+namespace knead {
+
+namespace {
+
+bool is_finite_and_positive(double x) { return x > 0 && std::isfinite(x); }
+
+}  // namespace
+
+double absolute_tolerance(double relative_tolerance, double diagonal) {
+  if (!is_finite_and_positive(relative_tolerance)) {
+    throw InvalidInput(fmt::format("the tolerance must be a number greater than 0, got {}", relative_tolerance));
+  }
+  const double tolerance = relative_tolerance * diagonal;
+  if (!is_finite_and_positive(tolerance)) {
+    throw InvalidInput(
+        "the tolerance times the shape's size must be a finite length greater than 0; change the tolerance");
+  }
+  return tolerance;
+}
+
+void validate(const AdvectOptions& options, std::size_t points) {
+  if (!is_finite_and_positive(options.tolerance)) {
+    throw InvalidInput(
+        fmt::format("set the tolerance of the path lines to a length greater than 0, such as 1e-5 times the shape's "
+                    "size, not to {}",
+                    options.tolerance));
+  }
+  if (!options.steps.empty() && options.steps.size() != points) {
+    throw InvalidInput("steps must be empty or hold one number per point");
+  }
+}
+
+AdvectResult& AdvectResult::operator+=(const AdvectResult& other) {
+  if (status == AdvectStatus::done) status = other.status;
+  accepted_steps += other.accepted_steps;
+  rejected_steps += other.rejected_steps;
+  evaluations += other.evaluations;
+  return *this;
+}
+
+namespace {
+
+// Fewer segments than this are not worth sorting the points for.
+constexpr std::size_t kSegmentsWorthSorting = 4;
+
+void check(const Flow& flow, const AdvectOptions& options, std::size_t points) {
+  validate(flow);
+  validate(options, points);
+}
+
+AdvectResult move(const Flow& flow, PointBlocks& points, const AdvectOptions& options, std::uint64_t most) {
+  const std::vector<std::uint32_t> before = options.steps.empty() ? std::vector<std::uint32_t>{} : points.steps();
+  const AdvectResult result = detail::BlockMover(points, options, most).run(flow);
+  if (!options.steps.empty()) {
+    const std::vector<std::uint32_t> after = points.steps();
+    for (std::size_t i = 0; i < after.size(); ++i) options.steps[i] += after[i] - before[i];
+  }
+  return result;
+}
+
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
+
+}  // namespace
+
+AdvectResult advect(const Flow& flow, PointBlocks& points, const AdvectOptions& options) {
+  check(flow, options, points.size());
+  return move(flow, points, options, kAnyNumber);
+}
+
+AdvectResult advect(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  return detail::advect_within(flow, points, options, kAnyNumber);
+}
+
+AdvectResult detail::advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                                   std::uint64_t most_evaluations) {
+  check(flow, options, points.size());
+  const bool sorted = flow.segments.size() >= kSegmentsWorthSorting;
+  PointBlocks blocks(points, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
+  const AdvectResult result = move(flow, blocks, options, most_evaluations);
+  if (result.status == AdvectStatus::done) blocks.update(points);
+  return result;
+}
+
+}  // namespace knead
+
+namespace knead::detail {
+
+namespace {
+
+// Segments are made ready for so many at a time. Those of large sets have much to keep, so each is done by itself.
+constexpr std::size_t kSegmentsAtATime = 64;
+
+bool is_ready_soon(const Segment& segment) {
+  return segment.parts.empty() ? has_pack_kernel(segment)
+                               : std::all_of(segment.parts.begin(), segment.parts.end(), has_pack_kernel);
+}
+
+// Culling is tried again with a new box where the old one has grown to this part of its size.
+constexpr double kStale = 0.25;
+// And to find that points need not be classified, at this multiple.
+constexpr double kVeryStale = 1;
+
+}  // namespace
+
+ReadySegment::ReadySegment(const Segment& of, const AdvectOptions& options)
+    : segment(&of), culling(of), move(make_segment_mover(of, options)) {
+  if (!of.barrel || of.begin == 0) return;
+  auto back = std::make_unique<Segment>(of);
+  back->end = 0;
+  back->barrel.reset();
+  move_to_start = make_segment_mover(*back, options);
+  to_start = std::move(back);
+}
+
+struct BlockMover::Work {
+  std::size_t group = 0;
+  LiveGroup live;
+  std::array<std::uint64_t, kBlocksPerGroup> members{};
+  std::array<std::uint16_t, kBlocksPerGroup> blocks{};
+  std::array<double, kBlocksPerGroup> moved{};
+};
+
+AdvectResult BlockMover::run(const Flow& flow) {
+  std::vector<ReadySegment> ready;
+  for (const Segment& segment : flow.segments) {
+    ready.emplace_back(segment, options_);
+    const bool is_last = &segment == &flow.segments.back();
+    if (!is_last && is_ready_soon(segment) && ready.size() < kSegmentsAtATime) continue;
+    run(ready);
+    ready.clear();
+    if (is_stopped()) break;
+  }
+  const bool is_done = complete_ && evaluations_ <= most_evaluations_;
+  AdvectStatus status = is_done ? AdvectStatus::done : AdvectStatus::step_limit;
+  if (options_.progress != nullptr && options_.progress->cancel) status = AdvectStatus::cancelled;
+  return {status, accepted_, rejected_, evaluations_};
+}
+
+// `evaluations`: of a group that is being moved.
+bool BlockMover::is_stopped(std::uint64_t evaluations) const {
+  if (!complete_ || evaluations_ + evaluations > most_evaluations_) return true;
+  return options_.progress != nullptr && options_.progress->cancel;
+}
+
+void BlockMover::run(const std::vector<ReadySegment>& segments) {
+  const std::vector<std::size_t> reached = groups_reached(segments);
+  parallel_for(reached.size(), 1, options_.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) move_group(segments, reached[i]);
+  });
+  if (options_.progress != nullptr && !is_stopped()) {
+    std::size_t of_reached = 0;
+    for (const std::size_t group : reached) of_reached += std::min(kGroup, blocks_.size() - group * kGroup);
+    options_.progress->done += (blocks_.size() - of_reached) * segments.size();
+  }
+}
+
+// A group that the segments miss where it lies now is not moved by any of them.
+std::vector<std::size_t> BlockMover::groups_reached(const std::vector<ReadySegment>& segments) const {
+  std::vector<std::size_t> reached;
+  for (std::size_t group = 0; group < blocks_.groups_.size(); ++group) {
+    const PointBlocks::Bounds& bounds = blocks_.groups_[group];
+    const Surround ball = ball_of(bounds);
+    const bool missed = std::all_of(segments.begin(), segments.end(),
+                                    [&](const ReadySegment& segment) { return segment.culling.misses(ball); });
+    if (!missed) reached.push_back(group);
+  }
+  return reached;
+}
+
+void BlockMover::move_group(const std::vector<ReadySegment>& segments, std::size_t group) {
+  const std::size_t first = group * kGroup;
+  Work work;
+  work.group = group;
+  work.live = {{blocks_.coordinates(0) + first, blocks_.coordinates(1) + first, blocks_.coordinates(2) + first},
+               work.members.data(),
+               work.blocks.data(),
+               0,
+               0,
+               blocks_.counts_.data() + first,
+               work.moved.data(),
+               {&BlockMover::ask, this}};
+  for (const ReadySegment& segment : segments) {
+    if (is_stopped()) return;
+    move_group(segment, work);
+    if (options_.progress != nullptr) options_.progress->done += std::min(kGroup, blocks_.size() - first);
+  }
+}
+
+void BlockMover::move_group(const ReadySegment& segment, Work& work) {
+  PointBlocks::Bounds& bounds = blocks_.groups_[work.group];
+  if (segment.culling.misses(ball_of(bounds))) return;
+  const std::size_t first = work.group * kBlocksPerGroup;
+  const std::size_t count = std::min(kBlocksPerGroup, blocks_.blocks_.size() - first);
+  work.live.block_count = 0;
+  work.live.between = 0;
+  for (std::size_t block = 0; block < count; ++block) {
+    if (is_missed(segment, first + block)) continue;
+    work.blocks[static_cast<std::size_t>(work.live.block_count++)] = static_cast<std::uint16_t>(block);
+    const std::size_t points = std::min(kBlock, blocks_.size() - (first + block) * kBlock);
+    work.members[block] = points == kBlock ? ~std::uint64_t{0} : (std::uint64_t{1} << points) - 1;
+    work.moved[block] = 0;
+    if (is_between(segment, first + block)) work.live.between |= std::uint64_t{1} << block;
+  }
+  if (work.live.block_count == 0) return;
+  if (segment.segment->barrel) choose_members(segment, work);
+  const GroupCounts counts = segment.move(work.live);
+  accepted_ += counts.accepted;
+  rejected_ += counts.rejected;
+  evaluations_ += counts.evaluations;
+  if (!counts.complete) complete_ = false;
+  for (int i = 0; i < work.live.block_count; ++i) {
+    const std::size_t block = work.blocks[static_cast<std::size_t>(i)];
+    if (work.moved[block] == 0) continue;
+    blocks_.blocks_[first + block].slack += work.moved[block] * (1 + 1e-6);
+    blocks_.blocks_[first + block].has_changed = true;
+    bounds.has_changed = true;
+  }
+  blocks_.fit_group(work.group);
+}
+
+Surround BlockMover::ball_of(const PointBlocks::Bounds& bounds) {
+  return {bounds.center, norm(bounds.half + Vec3d{1, 1, 1} * bounds.slack)};
+}
+
+bool BlockMover::is_missed(const ReadySegment& segment, std::size_t block) {
+  PointBlocks::Bounds& bounds = blocks_.blocks_[block];
+  if (segment.culling.misses(ball_of(bounds))) return true;
+  if (bounds.slack <= kStale * norm(bounds.half) || segment.culling.covers(ball_of(bounds), true)) return false;
+  blocks_.fit_block(block);
+  return segment.culling.misses(ball_of(bounds));
+}
+
+// Whether all points of the block are known to be in the intermediate region.
+bool BlockMover::is_between(const ReadySegment& segment, std::size_t block) {
+  PointBlocks::Bounds& bounds = blocks_.blocks_[block];
+  if (segment.culling.covers(ball_of(bounds), false)) return true;
+  if (bounds.slack <= kVeryStale * norm(bounds.half)) return false;
+  blocks_.fit_block(block);
+  return segment.culling.covers(ball_of(bounds), false);
+}
+
+// Of a segment with a barrel: the points that are in it at t = 0.
+void BlockMover::choose_members(const ReadySegment& segment, Work& work) const {
+  std::vector<double> copy;
+  Coordinates at_start = work.live.points;
+  if (segment.move_to_start) {
+    for (const double* from : {at_start.x, at_start.y, at_start.z}) copy.insert(copy.end(), from, from + kGroup);
+    at_start = {copy.data(), copy.data() + kGroup, copy.data() + 2 * kGroup};
+    std::vector<std::uint32_t> steps(kGroup);
+    std::array<double, kBlocksPerGroup> moved{};
+    segment.move_to_start({at_start, work.live.members, work.live.blocks, work.live.block_count, 0, steps.data(),
+                           moved.data(), work.live.stop});
+  }
+  for (int k = 0; k < work.live.block_count; ++k) {
+    const std::size_t block = work.blocks[static_cast<std::size_t>(k)];
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const std::size_t at = block * kBlock + i;
+      if (is_within(*segment.segment->barrel, {at_start.x[at], at_start.y[at], at_start.z[at]})) continue;
+      work.members[block] &= ~(std::uint64_t{1} << i);
+    }
+  }
+}
+
+}  // namespace knead::detail
+
+namespace knead {
+
+namespace {
+
+using detail::kBlock;
+using detail::kBlocksPerGroup;
+using detail::kGroup;
+
+struct Key {
+  std::uint64_t code = 0;
+  std::uint32_t index = 0;
+};
+
+// By the 33 highest bits of 63: two billion cells of the points' box to each of four are enough for blocks.
+void sort_by_code(std::vector<Key>& keys) {
+  constexpr int kBits = 11;
+  std::vector<Key> sorted(keys.size());
+  for (const int shift : {30, 30 + kBits, 30 + 2 * kBits}) {
+    const auto digit = [&](const Key& key) { return key.code >> shift & ((1 << kBits) - 1); };
+    std::array<std::size_t, (1 << kBits) + 1> begin{};
+    for (const Key& key : keys) ++begin[digit(key) + 1];
+    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
+    for (const Key& key : keys) sorted[begin[digit(key)]++] = key;
+    keys.swap(sorted);
+  }
+}
+
+// Returns point i, and throws InvalidInput unless it is finite.
+const Vec3d& finite(std::span<const Vec3d> points, std::size_t i) {
+  if (is_finite(points[i])) return points[i];
+  throw InvalidInput(fmt::format("point {} has a coordinate that is not finite; place or remove it", i));
+}
+
+}  // namespace
+
+void require_finite(std::span<const Vec3d> points) {
+  for (std::size_t i = 0; i < points.size(); ++i) finite(points, i);
+}
+
+PointBlocks::PointBlocks(std::span<const Vec3d> points, Order order)
+    : size_(points.size()), padded_((points.size() + kGroup - 1) / kGroup * kGroup) {
+  if (points.size() > 0xffffffffU) throw InvalidInput("there are more than 4 billion points; deform them in parts");
+  numbers_.resize(3 * padded_);
+  counts_.resize(padded_);
+  if (order == Order::sorted) sort(points);
+  for (std::size_t i = 0; i < size_; ++i) {
+    const Vec3d& point = finite(points, original(i));
+    for (std::size_t axis = 0; axis < 3; ++axis) numbers_[axis * padded_ + i] = point[axis];
+  }
+  blocks_.resize((size_ + kBlock - 1) / kBlock);
+  groups_.resize((size_ + kGroup - 1) / kGroup);
+  for (std::size_t block = 0; block < blocks_.size(); ++block) fit_block(block);
+  for (std::size_t group = 0; group < groups_.size(); ++group) fit_group(group);
+}
+
+void PointBlocks::sort(std::span<const Vec3d> points) {
+  const Box box = bounding_box(points);
+  if (box.empty()) return;
+  const ToUnit to_unit(box);
+  std::vector<Key> keys(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    keys[i] = {morton_code(to_unit(finite(points, i))), static_cast<std::uint32_t>(i)};
+  }
+  sort_by_code(keys);
+  order_.resize(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) order_[i] = keys[i].index;
+}
+
+void PointBlocks::fit_block(std::size_t block) {
+  const std::size_t first = block * kBlock;
+  const std::size_t count = std::min(kBlock, size_ - first);
+  Bounds& bounds = blocks_[block];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double* const x = numbers_.data() + axis * padded_ + first;
+    double low = x[0];
+    double high = x[0];
+    for (std::size_t i = 1; i < count; ++i) {
+      low = x[i] < low ? x[i] : low;
+      high = x[i] > high ? x[i] : high;
+    }
+    bounds.center[axis] = 0.5 * (low + high);
+    bounds.half[axis] = 0.5 * (high - low) * (1 + 1e-12);
+  }
+  bounds.slack = 0;
+}
+
+void PointBlocks::fit_group(std::size_t group) {
+  Box box;
+  const std::size_t first = group * kBlocksPerGroup;
+  for (std::size_t block = first; block < std::min(first + kBlocksPerGroup, blocks_.size()); ++block) {
+    const Bounds& bounds = blocks_[block];
+    const Vec3d reach = bounds.half + Vec3d{1, 1, 1} * bounds.slack;
+    box.extend(bounds.center - reach);
+    box.extend(bounds.center + reach);
+  }
+  groups_[group].center = box.center();
+  groups_[group].half = (box.max - box.min) * (0.5 * (1 + 1e-12));
+}
+
+void PointBlocks::copy_block(std::size_t block, std::span<Vec3d> points) const {
+  const std::size_t end = std::min((block + 1) * kBlock, size_);
+  const double* const x = coordinates(0);
+  const double* const y = coordinates(1);
+  const double* const z = coordinates(2);
+  for (std::size_t i = block * kBlock; i < end; ++i) points[original(i)] = {x[i], y[i], z[i]};
+}
+
+void PointBlocks::copy_to(std::span<Vec3d> points) const {
+  if (points.size() != size_)
+    throw InvalidInput("the number of points to copy to differs from the number of points in the blocks");
+  for (std::size_t block = 0; block < blocks_.size(); ++block) copy_block(block, points);
+}
+
+void PointBlocks::update(std::span<Vec3d> points) {
+  if (points.size() != size_)
+    throw InvalidInput("the number of points to update differs from the number of points in the blocks");
+  for (std::size_t group = 0; group < groups_.size(); ++group) {
+    if (!groups_[group].has_changed) continue;
+    groups_[group].has_changed = false;
+    const std::size_t first = group * kBlocksPerGroup;
+    for (std::size_t block = first; block < std::min(first + kBlocksPerGroup, blocks_.size()); ++block) {
+      if (!blocks_[block].has_changed) continue;
+      blocks_[block].has_changed = false;
+      copy_block(block, points);
+    }
+  }
+}
+
+std::vector<std::uint32_t> PointBlocks::steps() const {
+  std::vector<std::uint32_t> result(size_);
+  for (std::size_t i = 0; i < size_; ++i) result[original(i)] = counts_[i];
+  return result;
+}
+
+}  // namespace knead

@@ -1,0 +1,70 @@
+// Moves points in blocks through a flow. Internal to the flow room.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "flow/culling.h"
+#include "flow/segment_mover.h"
+#include "knead/flow.h"
+
+namespace knead::detail {
+
+// A segment made ready for being asked of many groups.
+struct ReadySegment {
+  const Segment* segment = nullptr;
+  Culling culling;
+  SegmentMover move;
+  // Of a barrel whose members are to be known at t = 0, from where they are at the segment's beginning.
+  std::unique_ptr<const Segment> to_start;
+  SegmentMover move_to_start;
+
+  ReadySegment(const Segment& of, const AdvectOptions& options);
+};
+
+class BlockMover {
+ public:
+  // `most_evaluations` of v may be made for all path lines together.
+  BlockMover(PointBlocks& blocks, const AdvectOptions& options, std::uint64_t most_evaluations)
+      : blocks_(blocks), options_(options), most_evaluations_(most_evaluations) {}
+
+  AdvectResult run(const Flow& flow);
+
+ private:
+  // What one thread needs for a group.
+  struct Work;
+
+  void run(const std::vector<ReadySegment>& segments);
+  std::vector<std::size_t> groups_reached(const std::vector<ReadySegment>& segments) const;
+  void move_group(const std::vector<ReadySegment>& segments, std::size_t group);
+  void move_group(const ReadySegment& segment, Work& work);
+  static bool ask(const void* mover, std::uint64_t evaluations) {
+    return static_cast<const BlockMover*>(mover)->is_stopped(evaluations);
+  }
+  static Surround ball_of(const PointBlocks::Bounds& bounds);
+  bool is_missed(const ReadySegment& segment, std::size_t block);
+  bool is_between(const ReadySegment& segment, std::size_t block);
+  void choose_members(const ReadySegment& segment, Work& work) const;
+  bool is_stopped(std::uint64_t evaluations = 0) const;
+
+  PointBlocks& blocks_;
+  const AdvectOptions& options_;
+  std::uint64_t most_evaluations_;
+  std::atomic<std::uint64_t> accepted_{0};
+  std::atomic<std::uint64_t> rejected_{0};
+  std::atomic<std::uint64_t> evaluations_{0};
+  std::atomic<bool> complete_{true};
+};
+
+// Moving points with a bound on the work. Internal.
+
+// Does as advect(), but ends with the status `step_limit`, and leaves the points as they were, if all path lines
+// together need more than so many evaluations of v. Whether they do depends on the points and the flow alone; it ends
+// soon after.
+AdvectResult advect_within(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options,
+                           std::uint64_t most_evaluations);
+
+}  // namespace knead::detail

@@ -1,0 +1,239 @@
+#include "flow/culling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "flow/segment_mover.h"
+#include "knead/flow.h"
+#include "knead/vec.h"
+
+namespace knead::detail {
+
+namespace {
+
+// Bounds are computed with rounding of their own.
+constexpr double kRounding = 1e-9;
+
+double rounding(const Field& field, const Surround& ball) {
+  return kRounding * (std::abs(field.thresholds.outer) + norm(ball.center - field.center) + ball.radius);
+}
+
+double distance_to_segment(const Vec3d& x, const Vec3d& a, const Vec3d& b) {
+  const Vec3d e = b - a;
+  const double length2 = norm2(e);
+  const double s = length2 > 0 ? std::clamp(dot(x - a, e) / length2, 0.0, 1.0) : 0.0;
+  return norm(x - a - e * s);
+}
+
+}  // namespace
+
+double support_reach(const PointSet<double>& set, double outer) {
+  double copies = static_cast<double>(set.points.size());  // r >= copies^(-1/m) times the true distance
+  for (const auto& curve : set.curves) {
+    copies += integer_power(std::sqrt(std::sqrt(static_cast<double>(curve.size() - 1))), set.exponent);
+  }
+  return outer / inverse_root(copies, set.exponent);
+}
+
+Surround surround_of(const PointSet<double>& set) {
+  Box box = bounding_box(set.points);
+  for (const auto& curve : set.curves) {
+    for (const Vec3d& p : curve) box.extend(p);
+  }
+  return {box.center(), 0.5 * box.diagonal()};
+}
+
+Box support_of(const Field& field, const Vec3d& displacement) {
+  Box box;
+  double reach = field.thresholds.outer;
+  if (std::holds_alternative<Ball<double>>(field.region)) {
+    box.extend({0, 0, 0});
+  } else if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
+    box.extend(capsule->half_axis);
+    box.extend(-capsule->half_axis);
+  } else if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+    const Surround elements = surround_of(*set);
+    box.extend(elements.center);
+    reach = elements.radius + support_reach(*set, field.thresholds.outer);
+  } else {
+    return {{-kFar, -kFar, -kFar}, {kFar, kFar, kFar}};
+  }
+  const Vec3d by{reach, reach, reach};
+  box = {box.min + field.center - by, box.max + field.center + by};
+  Box moved = box;
+  moved.extend(box.min + displacement);
+  moved.extend(box.max + displacement);
+  return moved;
+}
+
+Box support_of(const Segment& segment) {
+  if (!segment.grid.is_empty()) {
+    const Box used = box_in_use(segment.grid);
+    const Vec3d by = Vec3d{1, 1, 1} * (2 * segment.grid.spacing);
+    return {used.min - by, used.max + by};
+  }
+  Box box;
+  for (const Field& field : segment.fields) {
+    const Box own = support_of(field, displacement_of(segment, field));
+    box.extend(own.min);
+    box.extend(own.max);
+  }
+  return box;
+}
+
+// Less than r anywhere in the ball during the sweep.
+double Culling::least_value(const Ball<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
+  return distance_to_segment(ball.center, sweep.from, sweep.to) - ball.radius;
+}
+
+double Culling::least_value(const Capsule<double>& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return distance_to_segment(d, -region.half_axis, region.half_axis) - ball.radius - sweep.half_length;
+}
+
+double Culling::least_value(const HalfSpace<double>& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  const double lever = region.turn_angle == 0 ? 0 : norm(cross(region.turn_axis, d)) + ball.radius;
+  const double turned = std::abs(region.turn_angle) * sweep.half_time * lever;
+  return dot(normal_at(region, sweep.middle), d) - ball.radius - sweep.half_length - turned;
+}
+
+double Culling::least_value(const CustomRegion& region, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - (sweep.from + sweep.to) * 0.5;
+  return evaluate(region, d, sweep.middle).value - region.slope * (ball.radius + sweep.half_length) -
+         region.speed * sweep.half_time;
+}
+
+// Not r, but as much above outer as the ball is away from the support.
+double Culling::least_value(const PointSet<double>& /*region*/, const Sweep& sweep, const Surround& ball) {
+  const Vec3d d = ball.center - sweep.elements.center;
+  const double away = distance_to_segment(d, sweep.from, sweep.to) - sweep.elements.radius - sweep.reach;
+  return sweep.field->thresholds.outer + away - ball.radius;
+}
+
+// Handles reach everywhere.
+double Culling::least_value(const Handles<double>& /*region*/, const Sweep& /*sweep*/, const Surround& /*ball*/) {
+  return -std::numeric_limits<double>::infinity();
+}
+
+Culling::Culling(const Segment& segment) {
+  for (const Segment& part : segment.parts) add(part, segment.begin, segment.end);
+  if (segment.parts.empty()) add(segment, segment.begin, segment.end);
+}
+
+void Culling::add(const Segment& segment, double from, double to) {
+  if (!segment.grid.is_empty()) grids_.push_back(std::make_shared<const GridSupport>(segment.grid));
+  const bool blended = segment.time_law == TimeLaw::blended;  // both of its ends are there all the time
+  const double begin = blended ? 0 : from;
+  const double end = blended ? 1 : to;
+  for (const Field& field : segment.fields) {
+    Sweep sweep;
+    sweep.field = &field;
+    const Vec3d by = displacement_of(segment, field);
+    sweep.from = field.center + by * begin;
+    sweep.to = field.center + by * end;
+    sweep.begin = begin;
+    sweep.middle = 0.5 * (begin + end);
+    sweep.half_time = 0.5 * std::abs(end - begin);
+    sweep.half_length = norm(by) * sweep.half_time;
+    if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+      sweep.elements = surround_of(*set);
+      sweep.reach = support_reach(*set, field.thresholds.outer) * (1 + 1e-4);
+    }
+    sweeps_.push_back(sweep);
+  }
+}
+
+bool Culling::misses(const Sweep& sweep, const Surround& ball) const {
+  const Field& field = *sweep.field;
+  const double least = std::visit([&](const auto& region) { return least_value(region, sweep, ball); }, field.region);
+  return least > field.thresholds.outer + rounding(field, ball);
+}
+
+bool Culling::covers(const Surround& ball, bool or_inside) const {
+  const auto covered = [&](const Sweep& sweep) {
+    const bool is_distance = std::holds_alternative<Ball<double>>(sweep.field->region) ||
+                             std::holds_alternative<Capsule<double>>(sweep.field->region) ||
+                             std::holds_alternative<HalfSpace<double>>(sweep.field->region);
+    if (!is_distance) return false;
+    const bool turns = std::holds_alternative<Rotation<double>>(sweep.field->motion) ||
+                       std::holds_alternative<Twist<double>>(sweep.field->motion);
+    if (turns && !or_inside) return false;  // known in closed form there too
+    const double at_center = region_value(*sweep.field, ball.center - sweep.from, sweep.begin).value;
+    const Thresholds<double>& thresholds = sweep.field->thresholds;
+    // With a margin: what is classified point by point may be rounded to the other side of a threshold.
+    const double radius = ball.radius + rounding(*sweep.field, ball);
+    return at_center + radius < thresholds.outer && (or_inside || at_center - radius >= thresholds.inner);
+  };
+  return std::any_of(sweeps_.begin(), sweeps_.end(), covered);
+}
+
+bool Culling::misses(const Surround& ball) const {
+  const Vec3d reach = Vec3d{1, 1, 1} * ball.radius;
+  const Box box{ball.center - reach, ball.center + reach};
+  const auto misses_box = [&](const auto& grid) { return grid->misses(box); };
+  if (!std::all_of(grids_.begin(), grids_.end(), misses_box)) return false;
+  return std::all_of(sweeps_.begin(), sweeps_.end(), [&](const Sweep& sweep) { return misses(sweep, ball); });
+}
+
+}  // namespace knead::detail
+
+namespace knead {
+
+namespace {
+
+bool is_beyond(const SegmentBarrel& barrel, const Vec3d& center, double radius) {
+  const Vec3d d = center - barrel.point;
+  return norm(d - barrel.direction * dot(barrel.direction, d)) > (barrel.radius + radius) * (1 + 1e-12);
+}
+
+double feature_of(const Field& field) {
+  if (std::holds_alternative<HalfSpace<double>>(field.region)) return field.thresholds.outer - field.thresholds.inner;
+  const bool is_distance = std::holds_alternative<Ball<double>>(field.region) ||
+                           std::holds_alternative<Capsule<double>>(field.region) ||
+                           std::holds_alternative<PointSet<double>>(field.region);
+  return is_distance ? field.thresholds.outer : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+struct FlowReach::Parts {
+  explicit Parts(const Flow& whole) : flow(detail::each_part(whole)) {
+    for (const Segment& segment : flow.segments) segments.emplace_back(segment);
+  }
+  Parts(const Parts&) = delete;
+  Parts& operator=(const Parts&) = delete;
+  ~Parts() = default;
+
+  Flow flow;  // which the segments' bounds refer to
+  std::vector<detail::Culling> segments;
+};
+
+FlowReach::FlowReach(const Flow& flow) : parts_(std::make_unique<const Parts>(flow)) {}
+FlowReach::~FlowReach() = default;
+FlowReach::FlowReach(FlowReach&&) noexcept = default;
+FlowReach& FlowReach::operator=(FlowReach&&) noexcept = default;
+
+bool FlowReach::may_move(const Vec3d& center, double radius) const {
+  for (std::size_t i = 0; i < parts_->segments.size(); ++i) {
+    const auto& barrel = parts_->flow.segments[i].barrel;
+    if (barrel && is_beyond(*barrel, center, radius)) continue;
+    if (!parts_->segments[i].misses({center, radius})) return true;
+  }
+  return false;
+}
+
+double FlowReach::smallest_feature() const {
+  double smallest = std::numeric_limits<double>::infinity();
+  for (const Segment& segment : parts_->flow.segments) {
+    if (!segment.grid.is_empty()) smallest = std::min(smallest, 2 * segment.grid.spacing);
+    for (const Field& field : segment.fields) smallest = std::min(smallest, feature_of(field));
+  }
+  return smallest;
+}
+
+}  // namespace knead

@@ -1,0 +1,389 @@
+#include "flow/path_jacobian.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "field/dual.h"
+#include "field/grid.h"
+#include "field/mask_grid.h"
+#include "flow/closed_form.h"
+#include "flow/masked.h"
+#include "flow/pins.h"
+#include "flow/segment_mover.h"
+#include "flow/step_rule.h"
+#include "knead/error.h"
+
+namespace knead {
+
+namespace {
+
+constexpr std::size_t kPointsAtATime = 256;
+// Of the pins' velocities, as a part of their radius.
+constexpr double kPinTolerance = 1e-9;
+// Of the time, where v depends on it, so that no step is chosen by a speed that is yet to grow.
+constexpr double kLongestUnsteadyStep = 1.0 / 16;
+
+bool is_cancelled(const AdvectOptions& options) { return options.progress != nullptr && options.progress->cancel; }
+
+// v and its gradient, whose rows are those of its components.
+struct Slope {
+  Vec3d velocity{};
+  Mat3d gradient{{}, {}, {}};
+};
+
+// The mask at a place, and what it takes from a field's potential; null: no mask acts.
+struct MaskThere {
+  MaskValue<Dual> value;
+  Vec3d offset;
+};
+
+// v of one field at d from its centre where that rests.
+Vec3<Dual> velocity_of(const Field& field, const Vec3<Dual>& d, double t, const MaskThere* mask) {
+  return std::visit(
+      [&](const auto& motion, const auto& region) -> Vec3<Dual> {
+        constexpr bool own = std::is_same_v<std::decay_t<decltype(motion)>, CustomMotion> ||
+                             std::is_same_v<std::decay_t<decltype(region)>, CustomRegion>;
+        if constexpr (own) {
+          throw InvalidInput("the derivatives of a custom motion or region are not known; use another field");
+        } else {
+          if (mask == nullptr) return velocity(motion, region, field.thresholds, d, Dual(t));
+          const RegionValue<Dual> r = evaluate(region, d, Dual(t));
+          return masked_velocity_where(r, motion, field.thresholds, d, mask->value, mask->offset);
+        }
+      },
+      field.motion, field.region);
+}
+
+// Of a sum of fields. A pinned segment's are those of the time t, and rest.
+Slope slope_of(const std::vector<Field>& fields, const Segment& segment, const detail::SegmentMask& mask,
+               const Vec3d& x, double t) {
+  Vec3<Dual> sum{};
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const Field& field = fields[i];
+    const Vec3<Dual> d = variables(x - field.center);
+    MaskThere there;
+    if (mask.acts) there = {evaluate_mask(detail::view_of<double>(segment.mask, field.center), d), mask.offsets[i]};
+    const MaskThere* const m = mask.acts ? &there : nullptr;
+    if (segment.time_law != TimeLaw::blended) {
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement * t), t, m);
+    } else {
+      sum += velocity_of(field, d, 0, m) * Dual(1 - t);
+      sum += velocity_of(field, d - Vec3<Dual>(segment.displacement), 0, m) * Dual(t);
+    }
+  }
+  return {values(sum), {sum.x.g, sum.y.g, sum.z.g}};
+}
+
+// Of a grid.
+Slope slope_of(const detail::GridNodes<double>& nodes, const Segment& segment, const detail::SegmentMask& mask,
+               const Vec3d& x, double t) {
+  const Vec3d& center = nodes.cells.center();
+  const Vec3<Dual> y = variables(x - center);
+  const detail::GridValue<Dual> value = evaluate_grid(nodes.view, y, Dual(t));
+  Vec3<Dual> v = value.velocity;
+  if (mask.acts) {
+    const MaskValue<Dual> m = evaluate_mask(detail::view_of<double>(segment.mask, center), y);
+    v = v * m.value + cross(m.gradient, value.potential);
+  }
+  return {values(v), {v.x.g, v.y.g, v.z.g}};
+}
+
+// What is asked for: where a motion is known in closed form, its determinant is 1.
+enum class Wanted { determinant, jacobian };
+
+// Path lines through one segment, and their Jacobians. Never copied, and the segment must outlive it.
+class SegmentJacobians {
+ public:
+  SegmentJacobians(const Segment& segment, const AdvectOptions& options, Wanted wanted)
+      : SegmentJacobians(segment, detail::mask_on(segment), options, wanted) {}
+  SegmentJacobians(const Segment& segment, detail::SegmentMask mask, const AdvectOptions& options, Wanted wanted)
+      : segment_(segment),
+        options_(options),
+        wanted_(wanted),
+        mask_(std::move(mask)),
+        kernels_(detail::kernels_in_use().jacobians),
+        bound_(detail::gradient_kernel(segment, mask_, kernels_)),
+        method_(detail::method_in_double(options.integrator)),
+        task_(detail::task_in_double(segment, options.tolerance)) {
+    if (!segment.grid.is_empty()) nodes_ = std::make_unique<const detail::GridNodes<double>>(segment.grid);
+    if (!segment.parts.empty()) own_parts_ = detail::parts_of(segment);
+    if (!own_parts_.empty()) {
+      std::vector<detail::SegmentMask> masks = detail::masks_on(segment, own_parts_);
+      for (std::size_t i = 0; i < own_parts_.size(); ++i) {
+        parts_.push_back(std::make_unique<const SegmentJacobians>(own_parts_[i], std::move(masks[i]), options, wanted));
+      }
+    }
+    if (segment.time_law == TimeLaw::pinned) pieces_ = detail::solve_pins(segment, options.tolerance);
+    task_.method = &method_;
+    task_.next_contact = [](const void* of, const Vec3d& x, double t, const void*& /*cell*/) {
+      return next_contact(*static_cast<const Segment*>(of), x, t).value_or(2);
+    };
+    task_.contact_data = &segment;
+  }
+  SegmentJacobians(const SegmentJacobians&) = delete;
+  SegmentJacobians& operator=(const SegmentJacobians&) = delete;
+  ~SegmentJacobians() = default;
+
+  Vec3d velocity_at(const Vec3d& x, double t) const {
+    return mask_.acts && segment_.mask.holds(x) ? Vec3d{} : slope_in_planes(x, t).velocity;
+  }
+
+  // Moves the points from `begin` to `end`, and multiplies their Jacobians.
+  void run(std::size_t begin, std::size_t end, std::span<Vec3d> points, std::span<Mat3d> jacobians) const {
+    std::array<detail::JacobianStart, kPointsAtATime> starts;
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (const std::optional<double> t = meet(points[i], jacobians[i])) starts[count++] = {i, *t};
+    }
+    if (count == 0) return;
+    detail::JacobianTask task = task_of_kernel();
+    task.starts = starts.data();
+    task.count = count;
+    task.points = points.data();
+    task.jacobians = jacobians.data();
+    kernels_.move(task);
+  }
+
+ private:
+  // The time from which on the path line is to be integrated. None: x rests, or what is known has been done.
+  std::optional<double> meet(Vec3d& x, Mat3d& jacobian) const {
+    if (is_outside_barrel(x)) return std::nullopt;
+    const std::optional<double> contact = next_contact(segment_, x, segment_.begin);
+    if (!contact || (mask_.acts && segment_.mask.holds(x))) return std::nullopt;
+    const std::optional<Vec3d> known = known_displacement(x);
+    if (!known) return contact;
+    jacobian = known_gradient(*known) * jacobian;
+    x += *known;
+    return std::nullopt;
+  }
+
+  bool is_outside_barrel(const Vec3d& x) const {
+    if (!segment_.barrel) return false;
+    const Vec3d d = x - segment_.barrel->point;
+    return norm(cross(segment_.barrel->direction, d)) > segment_.barrel->radius;
+  }
+
+  // For the whole Jacobian, of the motions that are known in closed form only those whose gradient is known too.
+  std::optional<Vec3d> known_displacement(const Vec3d& x) const {
+    if (segment_.fields.empty()) return std::nullopt;
+    const Field& field = segment_.fields.front();
+    const bool is_rigid = std::holds_alternative<Translation<double>>(field.motion) ||
+                          std::holds_alternative<Handles<double>>(field.region);
+    const bool is_wanted = wanted_ == Wanted::determinant || is_rigid;
+    return mask_.acts || !is_wanted ? std::nullopt : closed_form(segment_, x);
+  }
+
+  Mat3d known_gradient(const Vec3d& displacement) const {
+    const auto* turn = std::get_if<Rotation<double>>(&segment_.fields.front().motion);
+    if (wanted_ == Wanted::determinant || turn == nullptr || displacement == Vec3d{}) return {};
+    const Vec3d w = turn->axis * (turn->rate * (segment_.end - segment_.begin));
+    return exp(Mat3d{{0, -w.z, w.y}, {w.z, 0, -w.x}, {-w.y, w.x, 0}});
+  }
+
+  // In the order in which the kernel of sums adds up.
+  Slope slope_of_parts(const Vec3d& x, double t) const {
+    std::vector<Slope> slopes;
+    slopes.reserve(parts_.size());
+    for (const auto& part : parts_) slopes.push_back(part->slope_at(x, t));
+    for (std::size_t stride = 1; stride < slopes.size(); stride *= 2) {
+      for (std::size_t k = 0; k + stride < slopes.size(); k += 2 * stride) {
+        slopes[k].velocity += slopes[k + stride].velocity;
+        slopes[k].gradient = slopes[k].gradient + slopes[k + stride].gradient;
+      }
+    }
+    return slopes[0];
+  }
+
+  // Along the planes in which the segment is mirrored, for places in them.
+  Slope slope_in_planes(const Vec3d& x, double t) const {
+    Slope slope = slope_at(x, t);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (segment_.mirrored_at[axis] && x[axis] == *segment_.mirrored_at[axis]) slope.velocity[axis] = 0;
+    }
+    return slope;
+  }
+
+  Slope slope_at(const Vec3d& x, double t) const {
+    if (!parts_.empty()) return slope_of_parts(x, t);
+    if (nodes_ != nullptr) return slope_of(*nodes_, segment_, mask_, x, t);
+    if (segment_.time_law != TimeLaw::pinned) return slope_of(segment_.fields, segment_, mask_, x, t);
+    return slope_of(detail::fields_at(segment_, pieces_, t), segment_, mask_, x, t);
+  }
+
+  // Of the fields that no kernel evaluates.
+  static void find_gradients(const void* data, const detail::JacobianBundle& places, const double* times,
+                             std::uint32_t asked, detail::JacobianBundle& slopes) {
+    const auto& self = *static_cast<const SegmentJacobians*>(data);
+    for (std::size_t lane = 0; lane < detail::kJacobianLanes; ++lane) {
+      if ((asked >> lane & 1) == 0 || is_cancelled(self.options_)) continue;
+      const Slope slope =
+          self.slope_in_planes({places.of[0][lane], places.of[1][lane], places.of[2][lane]}, times[lane]);
+      const Vec3d rows[4] = {slope.velocity, slope.gradient.row0, slope.gradient.row1, slope.gradient.row2};
+      for (std::size_t n = 0; n < detail::kJacobianNumbers; ++n) slopes.of[n][lane] = rows[n / 3][n % 3];
+    }
+  }
+
+  detail::JacobianTask task_of_kernel() const {
+    detail::JacobianTask task;
+    task.segment = &task_;
+    task.find_gradients = bound_.find != nullptr ? bound_.find : &find_gradients;
+    task.field = bound_.find != nullptr ? bound_.field.get() : this;
+    task.longest_step = std::isfinite(task_.reach) ? 1.0 : 1.0 / 16;
+    if (segment_.time_law == TimeLaw::blended) task.longest_step = detail::kLeastBlendedStep;
+    if (!segment_.grid.end_coefficients.empty()) task.longest_step = kLongestUnsteadyStep;
+    for (const Segment& part : segment_.parts) {
+      if (part.time_law == TimeLaw::blended || turns(part)) task.longest_step = detail::kLeastBlendedStep;
+      if (!part.grid.end_coefficients.empty()) task.longest_step = std::min(task.longest_step, kLongestUnsteadyStep);
+    }
+    for (const Field& field : segment_.fields) {
+      if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) task.turning = std::abs(space->turn_angle);
+      if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+        task.turning = std::abs(handles->turn_angle);
+      }
+      task.turning_center = field.center;
+    }
+    task.stop.asked = &options_;
+    task.stop.ask = [](const void* asked, std::uint64_t /*evaluations*/) {
+      return is_cancelled(*static_cast<const AdvectOptions*>(asked));
+    };
+    return task;
+  }
+
+  static bool turns(const Segment& segment) {
+    return std::any_of(segment.fields.begin(), segment.fields.end(), [](const Field& field) {
+      return std::visit(
+          [](const auto& region) {
+            if constexpr (requires { region.turn_angle; }) return region.turn_angle != 0;
+            return false;
+          },
+          field.region);
+    });
+  }
+
+  const Segment& segment_;
+  const AdvectOptions& options_;
+  Wanted wanted_;
+  detail::SegmentMask mask_;
+  const detail::JacobianKernels& kernels_;
+  detail::BoundGradients bound_;  // if there is one
+  detail::Method<double> method_;
+  detail::SegmentTask<double> task_;
+  std::vector<detail::PinPiece> pieces_;                    // of pins
+  std::unique_ptr<const detail::GridNodes<double>> nodes_;  // of a grid
+  std::vector<Segment> own_parts_;                          // of a sum
+  std::vector<std::unique_ptr<const SegmentJacobians>> parts_;
+};
+
+// A sum with barrels, cut into one flow for each choice of its parts: which of them move a point depends on where that
+// is at the beginning.
+struct BarrelParts {
+  std::vector<unsigned> chosen;  // of each point, as bits
+
+  BarrelParts(const Segment& sum, std::span<const Vec3d> points) : chosen(points.size(), 0) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (std::size_t part = 0; part < sum.parts.size(); ++part) {
+        const std::optional<SegmentBarrel>& barrel = sum.parts[part].barrel;
+        if (!barrel || detail::is_within(*barrel, points[i])) chosen[i] |= 1U << part;
+      }
+    }
+  }
+};
+
+// Moves the points through one segment, and multiplies their Jacobians.
+void carry_through(const Segment& segment, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                   const AdvectOptions& options, Wanted wanted) {
+  const SegmentJacobians segment_jacobians(segment, options, wanted);
+  parallel_for(points.size(), kPointsAtATime, options.threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && !is_cancelled(options); i += kPointsAtATime) {
+      const std::size_t count = std::min(kPointsAtATime, end - i);
+      segment_jacobians.run(i, i + count, points, jacobians);
+      if (options.progress != nullptr) options.progress->done += count;
+    }
+  });
+  stop_if_cancelled(options.progress);
+}
+
+// The same for a sum with barrels: the points that the same parts move together.
+void carry_through_barrels(const Segment& sum, std::span<Vec3d> points, std::span<Mat3d> jacobians,
+                           const AdvectOptions& options, Wanted wanted) {
+  const BarrelParts barrels(sum, points);
+  for (unsigned parts = 0; parts < 1U << sum.parts.size(); ++parts) {
+    std::vector<std::size_t> members;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (barrels.chosen[i] == parts) members.push_back(i);
+    }
+    if (parts == 0 && options.progress != nullptr) options.progress->done += members.size();
+    if (parts == 0 || members.empty()) continue;
+    std::vector<Vec3d> own_points;
+    std::vector<Mat3d> own_jacobians;
+    for (const std::size_t i : members) {
+      own_points.push_back(points[i]);
+      own_jacobians.push_back(jacobians[i]);
+    }
+    carry_through(detail::chosen_parts(sum, parts), own_points, own_jacobians, options, wanted);
+    for (std::size_t k = 0; k < members.size(); ++k) {
+      points[members[k]] = own_points[k];
+      jacobians[members[k]] = own_jacobians[k];
+    }
+  }
+}
+
+// Moves the points, and returns the Jacobians. What a segment needs is made ready once.
+std::vector<Mat3d> carry(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options, Wanted wanted) {
+  validate(flow);
+  validate({.tolerance = options.tolerance}, points.size());
+  require_finite(points);
+  std::vector<Mat3d> result(points.size());
+  for (const Segment& segment : flow.segments) {
+    detail::has_barrels(segment) ? carry_through_barrels(segment, points, result, options, wanted)
+                                 : carry_through(segment, points, result, options, wanted);
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> volume_drifts(const Flow& flow, std::span<Vec3d> points, const AdvectOptions& options) {
+  std::vector<double> drifts;
+  for (const Mat3d& jacobian : carry(flow, points, options, Wanted::determinant)) {
+    drifts.push_back(determinant(jacobian) - 1);
+  }
+  return drifts;
+}
+
+std::vector<Mat3d> jacobians(const Flow& flow, std::span<const Vec3d> points, const AdvectOptions& options) {
+  std::vector<Vec3d> moved(points.begin(), points.end());
+  return carry(flow, moved, options, Wanted::jacobian);
+}
+
+std::vector<Vec3d> velocities(const Flow& flow, std::span<const Vec3d> points, double time) {
+  validate(flow);
+  require_finite(points);
+  const std::size_t count = flow.segments.size();
+  if (!(time >= 0 && time <= static_cast<double>(count))) {
+    throw InvalidInput(
+        fmt::format("the time must be from 0 to the flow's number of segments ({}), got {}", count, time));
+  }
+  std::vector<Vec3d> result(points.size());
+  if (count == 0) return result;
+  const std::size_t i = std::min(count - 1, static_cast<std::size_t>(time));
+  const Segment& segment = flow.segments[i];
+  AdvectOptions options;
+  options.tolerance = segment.time_law != TimeLaw::pinned ? 1 : kPinTolerance * segment.fields.front().thresholds.outer;
+  const SegmentJacobians line(segment, options, Wanted::jacobian);
+  const double rate = segment.end - segment.begin;
+  const double t = segment.begin + (time - static_cast<double>(i)) * rate;
+  parallel_for(points.size(), kPointsAtATime, 0, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) result[k] = line.velocity_at(points[k], t) * rate;
+  });
+  return result;
+}
+
+}  // namespace knead

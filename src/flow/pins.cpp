@@ -1,0 +1,494 @@
+#include "flow/pins.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "field/dual.h"
+#include "knead/error.h"
+#include "knead/field.h"
+
+#define EIGEN_DONT_VECTORIZE
+#define EIGEN_DONT_PARALLELIZE
+#define EIGEN_MPL2_ONLY
+#include <Eigen/SparseCholesky>
+
+namespace knead::detail {
+
+namespace {
+
+// Solutions are so much better than the polynomials, as far as rounding permits.
+constexpr double kSolveShare = 0.03;
+constexpr double kLeastError = 1e-14;  // of the greatest speed
+constexpr int kMostRounds = 16;        // of conjugate gradients, before the matrix is factorised anew
+// Without a factor a round costs a thirtieth for 2000 pins. The error is that of so many rounds ago.
+constexpr std::size_t kPlainRounds = 200;
+constexpr std::size_t kDelay = 10;
+
+// At a pin the gradients of the representers of E and E' have the product 75 <E, E'> for antisymmetric ones, 45 for
+// symmetric ones. A unit of a turn's unknowns is a rotation by sqrt(75 / 2), or sqrt(45) times a matrix of norm 1.
+constexpr double kRotationUnit = 6.123724356957945246;
+constexpr double kStrainUnit = 6.708203932499369089;
+constexpr double kHalfRoot = 0.707106781186547524;  // 1 / sqrt(2)
+constexpr double kSixthRoot = 0.408248290463863016;
+constexpr std::size_t kStrains = 5;
+constexpr std::size_t kMostUnknowns = 3 + 3 * kNodesOfTurn;  // of a pin; the last one is always 0
+
+const std::array<Mat3d, kStrains> kStrainBasis{{
+    {{kHalfRoot, 0, 0}, {0, -kHalfRoot, 0}, {0, 0, 0}},
+    {{kSixthRoot, 0, 0}, {0, kSixthRoot, 0}, {0, 0, -2 * kSixthRoot}},
+    {{0, kHalfRoot, 0}, {kHalfRoot, 0, 0}, {0, 0, 0}},
+    {{0, 0, kHalfRoot}, {0, 0, 0}, {kHalfRoot, 0, 0}},
+    {{0, 0, 0}, {0, 0, kHalfRoot}, {0, kHalfRoot, 0}},
+}};
+
+double product_of(const Mat3d& a, const Mat3d& b) {
+  return dot(a.row0, b.row0) + dot(a.row1, b.row1) + dot(a.row2, b.row2);
+}
+
+Mat3d transposed(const Mat3d& m) { return {m.column(0), m.column(1), m.column(2)}; }
+
+double dot_of(const Nodes& a, const Nodes& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += dot(a[i], b[i]);
+  return sum;
+}
+
+Vec3d axis(std::size_t i) {
+  Vec3d e{0, 0, 0};
+  e[i] = 1;
+  return e;
+}
+
+// The field of one unit of a pin's unknown at y, in radii.
+Vec3<Dual> unit_field(std::size_t unknown, const Vec3<Dual>& y) {
+  const auto at = [&](const auto& motion, int falloff) {
+    return velocity(motion, Ball<double>{}, Thresholds<double>{0, 1, falloff}, y, Dual(0));
+  };
+  if (unknown < 3) return at(Translation<double>{axis(unknown)}, kPinFalloff);
+  if (unknown < 6) {
+    return at(Rotation<double>{axis(unknown - 3), kRotationUnit, 0, RotationGauge::radial}, kPinRotationFalloff);
+  }
+  if (unknown < 6 + kStrains) {
+    return at(Strain<double>{kStrainBasis[unknown - 6] * kStrainUnit}, kPinStrainFalloff);
+  }
+  return {};
+}
+
+using Unknowns = std::array<double, kMostUnknowns>;
+
+// What the equations of a pin say of a field there.
+Unknowns values_of(const Vec3<Dual>& v) {
+  const Mat3d gradient{v.x.g, v.y.g, v.z.g};
+  const Vec3d curl{v.z.g.y - v.y.g.z, v.x.g.z - v.z.g.x, v.y.g.x - v.x.g.y};
+  Unknowns result{v.x.v, v.y.v, v.z.v};
+  for (std::size_t i = 0; i < 3; ++i) result[3 + i] = curl[i] / (2 * kRotationUnit);
+  for (std::size_t i = 0; i < kStrains; ++i) result[6 + i] = product_of(kStrainBasis[i], gradient) / kStrainUnit;
+  return result;
+}
+
+[[noreturn]] void refuse() { throw InvalidInput("pins come too near each other; move them apart, or give fewer"); }
+
+}  // namespace
+
+struct PinEquations::Factor {
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> matrix;
+};
+
+TurnKernel turn_kernel(std::span<const Vec3d, kNodesOfTurn> nodes) {
+  TurnKernel result{nodes[0] * kRotationUnit, {{}, {}, {}}};
+  for (std::size_t i = 0; i < kStrains; ++i) {
+    result.strain = result.strain + kStrainBasis[i] * (nodes[1 + i / 3][i % 3] * kStrainUnit);
+  }
+  return result;
+}
+
+PinEquations::PinEquations(const Segment& segment, double tolerance)
+    : radius_(segment.fields.front().thresholds.outer), factor_(std::make_unique<Factor>()) {
+  for (const Field& field : segment.fields) {
+    places_.push_back(field.center);
+    motions_.push_back(displacement_of(segment, field));
+    right_.push_back(motions_.back());
+  }
+  turn_nodes_.resize(places_.size());
+  for (const PinTurn& turn : segment.turns) {
+    turn_nodes_[turn.pin] = static_cast<std::uint32_t>(right_.size());
+    right_.push_back(turn.rate * (radius_ / kRotationUnit));
+    right_.resize(right_.size() + kNodesOfTurn - 1);
+  }
+  find_pairs(std::min(segment.begin, segment.end), std::max(segment.begin, segment.end));
+  double speed = 0;
+  for (const Vec3d& u : right_) speed = std::max(speed, norm(u));
+  error_ = std::max(kPinShare * tolerance, kLeastError / kSolveShare * speed);
+}
+
+PinEquations::~PinEquations() = default;
+
+void PinEquations::find_pairs(double begin, double end) {
+  for (std::uint32_t i = 0; i < places_.size(); ++i) {
+    for (std::uint32_t j = i + 1; j < places_.size(); ++j) {
+      const Vec3d d = places_[i] - places_[j];
+      const Vec3d u = motions_[i] - motions_[j];
+      const double speed2 = norm2(u);
+      const double t = speed2 > 0 ? std::clamp(-dot(d, u) / speed2, begin, end) : begin;
+      if (!(norm2(d + u * t) < radius_ * radius_)) continue;
+      pairs_.push_back({i, j});
+      add_couplings(pairs_.back());
+      add_kinks(pairs_.back(), begin, end);
+    }
+  }
+  blocks_.resize(couplings_.size());
+  std::sort(kinks_.begin(), kinks_.end());
+}
+
+// The roots of |d + u t| = R.
+void PinEquations::add_kinks(const Pair& pair, double begin, double end) {
+  if (turn_nodes_[pair.first] == 0 && turn_nodes_[pair.second] == 0) return;
+  const Vec3d d = places_[pair.first] - places_[pair.second];
+  const Vec3d u = motions_[pair.first] - motions_[pair.second];
+  const double speed2 = norm2(u);
+  const double root2 = dot(d, u) * dot(d, u) - speed2 * (norm2(d) - radius_ * radius_);
+  if (!(speed2 > 0 && root2 > 0)) return;
+  for (const double root : {-std::sqrt(root2), std::sqrt(root2)}) {
+    const double t = (root - dot(d, u)) / speed2;
+    if (t > begin && t < end) kinks_.push_back(t);
+  }
+}
+
+// Every node of the one with every node of the other, as set_time() fills their blocks.
+void PinEquations::add_couplings(const Pair& pair) {
+  const auto nodes_of = [&](std::uint32_t pin) {
+    std::vector<std::uint32_t> nodes{pin};
+    for (std::uint32_t k = 0; turn_nodes_[pin] != 0 && k < kNodesOfTurn; ++k) nodes.push_back(turn_nodes_[pin] + k);
+    return nodes;
+  };
+  for (const std::uint32_t row : nodes_of(pair.first)) {
+    for (const std::uint32_t column : nodes_of(pair.second)) {
+      couplings_.push_back({std::min(row, column), std::max(row, column)});
+    }
+  }
+}
+
+void PinEquations::set_time(double t) {
+  std::size_t next = 0;
+  for (const Pair& pair : pairs_) {
+    const Vec3d y =
+        ((places_[pair.first] - places_[pair.second]) + (motions_[pair.first] - motions_[pair.second]) * t) / radius_;
+    const std::size_t rows = turn_nodes_[pair.first] != 0 ? 1 + kNodesOfTurn : 1;
+    const std::size_t columns = turn_nodes_[pair.second] != 0 ? 1 + kNodesOfTurn : 1;
+    if (rows * columns == 1) {
+      blocks_[next++] = pin_kernel(y);
+      continue;
+    }
+    std::array<Unknowns, kMostUnknowns> values{};  // by column
+    for (std::size_t k = 0; k < 3 * columns; ++k) values[k] = values_of(unit_field(k, variables(y)));
+    for (std::size_t row = 0; row < rows; ++row) {
+      for (std::size_t column = 0; column < columns; ++column) {
+        const auto part = [&](std::size_t r) {
+          return Vec3d{values[3 * column][3 * row + r], values[3 * column + 1][3 * row + r],
+                       values[3 * column + 2][3 * row + r]};
+        };
+        const Mat3d block{part(0), part(1), part(2)};
+        const bool is_in_order =
+            (row == 0 ? pair.first : turn_nodes_[pair.first]) < (column == 0 ? pair.second : turn_nodes_[pair.second]);
+        blocks_[next++] = is_in_order ? block : transposed(block);
+      }
+    }
+  }
+}
+
+Nodes PinEquations::product(const Nodes& a) const {
+  Nodes result = a;
+  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+    result[couplings_[k].first] += blocks_[k] * a[couplings_[k].second];
+    result[couplings_[k].second] += transposed(blocks_[k]) * a[couplings_[k].first];
+  }
+  return result;
+}
+
+// By conjugate gradients; from the first time on at which these are slow, with the last factorised matrix, or with this
+// one if that does not do. The error in v is at most sqrt(e.Me) for an error e, by the norm in which the kernels
+// reproduce values; that is what ends the rounds.
+void PinEquations::solve(Nodes& a) {
+  const bool has_factor = factor_->matrix.rows() != 0;
+  if (has_factor ? improve(a) : improve_without_factor(a)) return;
+  factorise();
+  if (!improve(a)) refuse();
+}
+
+double PinEquations::error_of(const Nodes& a, const Nodes& solution) const {
+  Nodes e = a;
+  for (std::size_t i = 0; i < e.size(); ++i) e[i] -= solution[i];
+  return std::sqrt(std::max(dot_of(e, product(e)), 0.0));
+}
+
+void PinEquations::factorise() {
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(3 * size() + 9 * couplings_.size());
+  for (int i = 0; i < 3 * static_cast<int>(size()); ++i) entries.emplace_back(i, i, 1.0);
+  for (std::size_t k = 0; k < couplings_.size(); ++k) {
+    for (int r = 0; r < 3; ++r) {
+      const Vec3d row = blocks_[k].column(static_cast<std::size_t>(r));  // of the transposed block, below the diagonal
+      for (int c = 0; c < 3; ++c) {
+        entries.emplace_back(3 * static_cast<int>(couplings_[k].second) + r,
+                             3 * static_cast<int>(couplings_[k].first) + c, row[static_cast<std::size_t>(c)]);
+      }
+    }
+  }
+  const auto n = static_cast<int>(3 * size());
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  auto& factor = factor_->matrix;
+  if (factor.rows() == 0) factor.analyzePattern(matrix);  // which is the same at all times
+  factor.factorize(matrix);
+  if (factor.info() != Eigen::Success) refuse();
+}
+
+Nodes PinEquations::by_factor(const Nodes& right) const {
+  Eigen::VectorXd in(3 * static_cast<Eigen::Index>(right.size()));
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) in[static_cast<Eigen::Index>(3 * i + k)] = right[i][k];
+  }
+  const Eigen::VectorXd out = factor_->matrix.solve(in);
+  Nodes result(right.size());
+  for (std::size_t i = 0; i < right.size(); ++i) {
+    for (std::size_t k = 0; k < 3; ++k) result[i][k] = out[static_cast<Eigen::Index>(3 * i + k)];
+  }
+  return result;
+}
+
+// Returns whether `a` has become the solution. In each round e.Me falls by the step times the square of the rest
+// (Hestenes and Stiefel). The sum of the last falls is nearly what e.Me was before them.
+bool PinEquations::improve_without_factor(Nodes& a) const {
+  Nodes rest = right_;
+  const Nodes there = product(a);
+  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= there[i];
+  Nodes direction = rest;
+  double square = dot_of(rest, rest);
+  std::array<double, kDelay> falls{};
+  const double enough = kSolveShare * error_;
+  for (std::size_t round = 0; round < kPlainRounds; ++round) {
+    if (square == 0) return true;
+    const Nodes image = product(direction);
+    const double step = square / dot_of(direction, image);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      a[i] += direction[i] * step;
+      rest[i] -= image[i] * step;
+    }
+    falls[round % kDelay] = step * square;
+    if (round + 1 >= kDelay && std::accumulate(falls.begin(), falls.end(), 0.0) <= enough * enough) return true;
+    const double last = std::exchange(square, dot_of(rest, rest));
+    for (std::size_t i = 0; i < rest.size(); ++i) direction[i] = rest[i] + direction[i] * (square / last);
+  }
+  return false;
+}
+
+// The same with the factor, whose product with the rest estimates e.Me.
+bool PinEquations::improve(Nodes& a) const {
+  Nodes rest = right_;
+  const Nodes there = product(a);
+  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= there[i];
+  Nodes direction;
+  double last = 0;
+  const double enough = kSolveShare * error_;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Nodes better = by_factor(rest);
+    const double now = dot_of(rest, better);
+    if (now <= enough * enough) return true;
+    if (round == 0) direction = better;
+    for (std::size_t i = 0; round > 0 && i < rest.size(); ++i) direction[i] = better[i] + direction[i] * (now / last);
+    last = now;
+    const Nodes image = product(direction);
+    const double step = now / dot_of(direction, image);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      a[i] += direction[i] * step;
+      rest[i] -= image[i] * step;
+    }
+  }
+  return false;
+}
+
+namespace {
+
+// Nodes of a piece are those of Chebyshev and Lobatto, so that those of a degree are nodes of twice the degree too.
+constexpr int kMostDegree = kMostPinDegree;
+constexpr int kNodes = 2 * kMostDegree;  // and one
+constexpr std::array<double, kNodes / 2 + 1> kCosines{1,
+                                                      0.98078528040323044913,
+                                                      0.92387953251128675613,
+                                                      0.83146961230254523708,
+                                                      0.70710678118654752440,
+                                                      0.55557023301960222474,
+                                                      0.38268343236508977173,
+                                                      0.19509032201612826785,
+                                                      0};
+constexpr double kShortestPiece = 1.0 / 4096;
+constexpr double kNoPiece = 1e-6;  // of a piece
+
+double node(int k) { return k <= kNodes / 2 ? kCosines[static_cast<std::size_t>(k)] : -node(kNodes - k); }
+
+// The pieces of one segment.
+class PinSolver {
+ public:
+  PinSolver(const Segment& segment, double tolerance, const Progress* progress)
+      : equations_(segment, tolerance), progress_(progress) {}
+
+  std::vector<PinPiece> run(double begin, double end) {
+    try {
+      add(begin, end);
+    } catch (const Cancelled&) {
+      return {};
+    }
+    return std::move(pieces_);
+  }
+
+ private:
+  // One piece, or two halves of it, and so on.
+  void add(double begin, double end) {
+    begin_ = begin;
+    end_ = end;
+    for (auto& solution : solutions_) solution.reset();
+    const Nodes* guess = &solution_at(kNodes / 2, nullptr);
+    for (int degree = 1; degree <= kMostDegree; degree *= 2) {
+      if (fits(degree, guess)) return;
+    }
+    const double cut = cut_of(begin, end);
+    add(begin, cut);
+    add(cut, end);
+  }
+
+  // Where a piece that does not fit is cut in two: at the kink nearest to the middle, or in the middle.
+  double cut_of(double begin, double end) const {
+    const double middle = 0.5 * (begin + end);
+    const double margin = kNoPiece * (end - begin);
+    double cut = end;
+    for (const double kink : equations_.kinks()) {
+      if (kink > begin + margin && kink < end - margin && std::abs(kink - middle) < std::abs(cut - middle)) cut = kink;
+    }
+    if (cut < end) return cut;
+    if (end - begin > kShortestPiece) return middle;
+    throw InvalidInput(fmt::format(
+        "pins come too near each other about the time {:.4g}, or one moves too far for the radius; move them "
+        "apart, or less far, or make \"radius\" larger",
+        middle));
+  }
+
+  // Adds the polynomial of the degree if it is right at the nodes that twice the degree has besides.
+  bool fits(int degree, const Nodes* guess) {
+    const int stride = kNodes / degree;
+    for (int k = 0; k <= kNodes; k += stride) solution_at(k, guess);
+    PinPiece piece = interpolated(degree);
+    Nodes there(equations_.size());
+    for (int k = stride / 2; k <= kNodes; k += stride) {
+      for (std::size_t i = 0; i < there.size(); ++i) there[i] = piece.at(i, time_of(k));
+      const Nodes& solution = solution_at(k, &there);
+      equations_.set_time(time_of(k));
+      if (!(equations_.error_of(there, solution) <= equations_.error())) return false;
+    }
+    pieces_.push_back(std::move(piece));
+    return true;
+  }
+
+  double time_of(int k) const {
+    if (k == 0) return end_;
+    if (k == kNodes) return begin_;
+    return 0.5 * (begin_ + end_) + 0.5 * (end_ - begin_) * node(k);
+  }
+
+  const Nodes& solution_at(int k, const Nodes* guess) {
+    std::optional<Nodes>& solution = solutions_[static_cast<std::size_t>(k)];
+    if (solution) return *solution;
+    stop_if_cancelled(progress_);
+    equations_.set_time(time_of(k));
+    Nodes a = guess != nullptr ? *guess : Nodes(equations_.size());
+    equations_.solve(a);
+    return solution.emplace(std::move(a));
+  }
+
+  // Newton's form of the polynomial through the solutions at the nodes of the degree, in powers of s.
+  PinPiece interpolated(int degree) const {
+    PinPiece piece{begin_, end_, degree, {}};
+    const int stride = kNodes / degree;
+    std::array<Vec3d, kMostDegree + 1> f;
+    std::array<Vec3d, kMostDegree + 1> powers;
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    for (std::size_t node_number = 0; node_number < equations_.size(); ++node_number) {
+      for (int k = 0; k <= degree; ++k) f[at(k)] = (*solutions_[at(k * stride)])[node_number];
+      for (int order = 1; order <= degree; ++order) {
+        for (int k = degree; k >= order; --k) {
+          f[at(k)] = (f[at(k)] - f[at(k - 1)]) / (node(k * stride) - node((k - order) * stride));
+        }
+      }
+      powers.fill({});
+      for (int k = degree; k >= 0; --k) {
+        for (int power = degree; power > 0; --power) {
+          powers[at(power)] = powers[at(power - 1)] - powers[at(power)] * node(k * stride);
+        }
+        powers[0] = f[at(k)] - powers[0] * node(k * stride);
+      }
+      piece.coefficients.insert(piece.coefficients.end(), powers.begin(), powers.begin() + degree + 1);
+    }
+    return piece;
+  }
+
+  PinEquations equations_;
+  const Progress* progress_;
+  double begin_ = 0;
+  double end_ = 1;
+  std::array<std::optional<Nodes>, kNodes + 1> solutions_;  // of the piece in work
+  std::vector<PinPiece> pieces_;
+};
+
+// Adds the fields of a turn about a pin, which is where it is at the time.
+void add_turn(const TurnKernel& turn, Field pin, std::vector<Field>& fields) {
+  const double radius = pin.thresholds.outer;
+  const double rate = norm(turn.rate);
+  const Vec3d axis = rate > 0 ? turn.rate / rate : Vec3d{0, 0, 1};
+  pin.motion = Rotation<double>{axis, rate / radius, 0, RotationGauge::radial};
+  pin.thresholds.falloff = kPinRotationFalloff;
+  fields.push_back(pin);
+  pin.motion = Strain<double>{turn.strain * (1 / radius)};
+  pin.thresholds.falloff = kPinStrainFalloff;
+  fields.push_back(std::move(pin));
+}
+
+}  // namespace
+
+Vec3d PinPiece::at(std::size_t node, double t) const {
+  const double s = (2 * t - begin - end) / (end - begin);
+  const Vec3d* const of_node = coefficients.data() + node * (static_cast<std::size_t>(degree) + 1);
+  Vec3d value = of_node[degree];
+  for (int power = degree - 1; power >= 0; --power) value = of_node[power] + value * s;
+  return value;
+}
+
+std::vector<PinPiece> solve_pins(const Segment& segment, double tolerance, const Progress* progress) {
+  const auto [begin, end] = std::minmax(segment.begin, segment.end);
+  if (begin == end) return {};
+  return PinSolver(segment, tolerance, progress).run(begin, end);
+}
+
+std::vector<Field> fields_at(const Segment& segment, const std::vector<PinPiece>& pieces, double t) {
+  auto piece = std::upper_bound(pieces.begin(), pieces.end(), t,
+                                [](double time, const PinPiece& next) { return time < next.begin; });
+  if (piece != pieces.begin()) --piece;
+  std::vector<Field> fields = segment.fields;
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    fields[i].center += displacement_of(segment, fields[i]) * t;
+    fields[i].motion = Translation<double>{piece->at(i, t)};
+  }
+  std::size_t node = segment.fields.size();
+  for (const PinTurn& turn : segment.turns) {
+    std::array<Vec3d, kNodesOfTurn> nodes;
+    for (Vec3d& of_turn : nodes) of_turn = piece->at(node++, t);
+    add_turn(turn_kernel(nodes), fields[turn.pin], fields);
+  }
+  return fields;
+}
+
+}  // namespace knead::detail

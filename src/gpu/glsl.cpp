@@ -1,0 +1,468 @@
+#include "gpu/glsl.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <string>
+#include <utility>
+
+#include "flow/pins.h"
+#include "flow/step_rule.h"
+
+namespace knead::gpu {
+
+namespace {
+
+std::string literal(double value) { return fmt::format("R({:.17e}lf)", value); }
+
+// The sum of the slopes k0, k1... by their weights.
+template <std::size_t N>
+std::string weighted(const std::array<double, N>& weights, int count) {
+  std::string text;
+  for (int j = 0; j < count; ++j) {
+    const double weight = weights[static_cast<std::size_t>(j)];
+    if (weight != 0) text += fmt::format("{}k{} * {}", text.empty() ? "" : " + ", j, literal(weight));
+  }
+  return text.empty() ? "R3(0)" : text;
+}
+
+// One step of the method, from a point `at` that moves with k0: the mean slope, its estimated error, the last slope.
+std::string step_source(const Tableau& method) {
+  std::string text = "void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {\n";
+  for (int i = 1; i < method.stages; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    text += fmt::format("  R3 k{} = velocity_at(at + ({}) * h, t + {} * h);\n", i, weighted(method.a[row], i),
+                        literal(method.c[row]));
+  }
+  text += fmt::format("  slope = {};\n  estimate = {};\n  last = k{};\n}}\n", weighted(method.b, method.stages),
+                      weighted(method.e, method.stages), method.stages - 1);
+  return text;
+}
+
+// The same as a loop, for compilers that take long: the slopes are kept in memory, though.
+std::string looped_step_source(const Tableau& method) {
+  std::string weights;
+  std::string times;
+  for (int i = 0; i < method.stages + 2; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    for (std::size_t j = 0; j < static_cast<std::size_t>(method.stages); ++j) {
+      const double weight = i < method.stages ? method.a[row][j] : (i == method.stages ? method.b[j] : method.e[j]);
+      weights += (weights.empty() ? "" : ", ") + literal(weight);
+    }
+    if (i < method.stages) times += (times.empty() ? "" : ", ") + literal(method.c[row]);
+  }
+  return fmt::format("const int kStages = {};\nconst R kWeights[] = R[]({});\nconst R kTimes[] = R[]({});\n",
+                     method.stages, weights, times) +
+         R"(
+R3 weighted(R3 k[kStages], int row, int count) {
+  R3 sum = R3(0);
+  for (int j = 0; j < count; ++j) sum += k[j] * kWeights[row * kStages + j];
+  return sum;
+}
+
+void try_step(R3 at, R3 k0, R t, R h, out R3 slope, out R3 estimate, out R3 last) {
+  R3 k[kStages];
+  k[0] = k0;
+  for (int i = 1; i < kStages; ++i) k[i] = velocity_at(at + weighted(k, i, i) * h, t + kTimes[i] * h);
+  slope = weighted(k, kStages, kStages);
+  estimate = weighted(k, kStages + 1, kStages);
+  last = k[kStages - 1];
+}
+)";
+}
+
+std::string define(const char* name, int value) { return fmt::format("#define {} {}\n", name, value); }
+
+std::string layout_defines() {
+  using namespace layout;
+  const std::pair<const char*, int> names[] = {{"kOuter", kOuter},
+                                               {"kInner", kInner},
+                                               {"kInverseWidth", kInverseWidth},
+                                               {"kMotion", kMotion},
+                                               {"kRegion", kRegion},
+                                               {"kFalloff", kFalloff},
+                                               {"kFieldBegin", kFieldBegin},
+                                               {"kMotionKind", kMotionKind},
+                                               {"kRegionKind", kRegionKind},
+                                               {"kBounds", kBounds},
+                                               {"kFirstSet", kFirstSet},
+                                               {"kSecondSet", kSecondSet},
+                                               {"kFieldEntries", kFieldEntries},
+                                               {"kNodeNumbers", kNodeNumbers},
+                                               {"kNodeEntries", kNodeEntries},
+                                               {"kSegmentEntries", kSegmentEntries},
+                                               {"kCarries", kCarries},
+                                               {"kHasBarrel", kHasBarrel},
+                                               {"kClosedForm", kClosedForm},
+                                               {"kReach", kReach},
+                                               {"kTolerance", kTolerance},
+                                               {"kLeast", kLeast},
+                                               {"kStrain", layout::kStrain},
+                                               {"kPerRadius", kPerRadius},
+                                               {"kMiddle", kMiddle},
+                                               {"kPerHalf", kPerHalf},
+                                               {"kPowers", kPowers},
+                                               {"kDegree", kDegree},
+                                               {"kFirstTurn", kFirstTurn},
+                                               {"kTurns", kTurns},
+                                               {"kPerSpacing", kPerSpacing},
+                                               {"kEndOfTime", kEndOfTime},
+                                               {"kRow", kRow},
+                                               {"kPlane", kPlane},
+                                               {"kFirstNode", kFirstNode},
+                                               {"kFirstCell", kFirstCell},
+                                               {"kLastCell", kLastCell},
+                                               {"kEndNumbers", kEndNumbers},
+                                               {"kUsed", kUsed},
+                                               {"kMostPinDegree", detail::kMostPinDegree},
+                                               {"kSegmentPlaces", kSegmentPlaces},
+                                               {"kCountStripes", kCountStripes},
+                                               {"kCounters", kCounters},
+                                               {"kTranslation", kTranslation},
+                                               {"kRotation", kRotation},
+                                               {"kTwist", kTwist},
+                                               {"kStrainMotion", kStrainMotion},
+                                               {"kBall", kBall},
+                                               {"kCapsule", kCapsule},
+                                               {"kHalfSpace", kHalfSpace},
+                                               {"kSet", kSet},
+                                               {"kHandles", kHandles},
+                                               {"kRigidCore", kRigidCore},
+                                               {"kTurningBall", kTurningBall},
+                                               {"kParallelTwist", kParallelTwist},
+                                               {"kTurningSpace", kTurningSpace},
+                                               {"kStretchedCore", kStretchedCore},
+                                               {"kHandlesPoint", kHandlesPoint}};
+  std::string text;
+  for (const auto& [name, value] : names) text += define(name, value);
+  return text;
+}
+
+// A function of the field that is a constant where there is but one kind.
+std::string kind_function(const char* name, const char* entry, unsigned kinds) {
+  for (int kind = 0; kind < 8; ++kind) {
+    if (kinds == 1U << kind) return fmt::format("int {}(int f) {{ return {}; }}\n", name, kind);
+  }
+  return fmt::format("int {}(int f) {{ return table[field_table(f) + {}]; }}\n", name, entry);
+}
+
+std::string kind_defines(const ShaderKind& kind) {
+  constexpr std::array motions{"MOTION_TRANSLATION", "MOTION_ROTATION", "MOTION_TWIST", "MOTION_STRAIN"};
+  constexpr std::array regions{"REGION_BALL", "REGION_CAPSULE", "REGION_HALF_SPACE", "REGION_SET", "REGION_HANDLES"};
+  std::string text;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    if ((kind.motions >> i & 1U) != 0) text += fmt::format("#define {}\n", motions[i]);
+  }
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    if ((kind.regions >> i & 1U) != 0) text += fmt::format("#define {}\n", regions[i]);
+  }
+  if (kind.curves) text += "#define WITH_CURVES\n";
+  if (kind.trees) text += "#define WITH_TREES\n";
+  if (kind.blended) text += "#define BLENDED\n";
+  if (kind.turns) text += "#define WITH_TURNS\n";
+  if (kind.grid) text += "#define WITH_GRID\n";
+  if (kind.grid_changes) text += "#define GRID_CHANGES\n";
+  if (kind.barrel) text += "#define WITH_BARREL\n";
+  if (kind.falloff) text += "#define FALLOFF\n";
+  if (kind.single) text += "#define SINGLE_FIELD\n";
+  text += kind.single ? "#define FIELD_COUNT(count) 1\n" : "#define FIELD_COUNT(count) (count)\n";
+  if (kind.in_double) text += "#define IN_DOUBLE\n";
+  text += kind.in_double ? "#define R double\n#define R2 dvec2\n#define R3 dvec3\n#define R4 dvec4\n"
+                         : "#define R float\n#define R2 vec2\n#define R3 vec3\n#define R4 vec4\n";
+  return text;
+}
+
+// How much of a region's width a step may pass at most, over the regions of a kind, or of a grid's spacing.
+double greatest_reach(const ShaderKind& kind) {
+  if (kind.grid) return detail::kGridReach;
+  if ((kind.regions >> kHandles & 1U) != 0) return detail::kHandlesReach;
+  return kind.regions == 1U << kCapsule ? detail::kCapsuleReach : detail::kReach;
+}
+
+// The rule of the steps and its numbers, as step_rule.h has them.
+std::string step_rule(const ShaderKind& kind) {
+  std::string text = "#define STEP_RULE\n";
+  for (const detail::StepConstant& constant : detail::kStepConstants) {
+    text += fmt::format("const double {} = {:.17e}lf;\n", constant.name, constant.value);
+  }
+  const double reach = greatest_reach(kind);
+  text += fmt::format("const R kShortestPart = {};\nconst R kExpectedError = {};\nconst uint kStepLimit = {}u;\n",
+                      literal(kind.in_double ? detail::kShortestPart<double> : detail::kShortestPart<float>),
+                      literal(detail::kExpectedThirdOrderError * reach * reach * reach), detail::kStepLimit);
+  return text +
+         "R minimum(R a, R b) { return b < a ? b : a; }\n"
+         "R maximum(R a, R b) { return a < b ? b : a; }\n" +
+         detail::step_rule::kStepRuleText + "\n";
+}
+
+std::string method_defines(const ShaderKind& kind) {
+  const Tableau& method = tableau(kind.integrator);
+  return fmt::format(
+      "const int kErrorOrder = {};\nconst bool kExtrapolates = {};\nconst bool kFirstSameAsLast = {};\nconst R "
+      "kEpsilon = {};\n",
+      method.error_order, method.order > method.error_order, method.first_same_as_last,
+      literal(kind.in_double ? 0x1p-52 : 0x1p-23));
+}
+
+constexpr const char* kInterface = R"(
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) restrict buffer Points { double points[]; };
+layout(std430, binding = 1) restrict buffer Steps { uint steps[]; };
+layout(std430, binding = 2) restrict readonly buffer Bounds { double bounds[]; };
+layout(std430, binding = 3) restrict buffer Radii { uint radii[]; };
+layout(std430, binding = 4) restrict readonly buffer Numbers { R n[]; };
+layout(std430, binding = 5) restrict readonly buffer Places { double e[]; };
+layout(std430, binding = 6) restrict readonly buffer Table { int table[]; };
+layout(std430, binding = 7) restrict buffer Counts { uint counts[]; };
+uniform uint point_count;
+uniform int segment_count;
+
+const R kNever = R(1e30);
+
+// The segment.
+int field_count;
+int first_field;
+int closed_form;
+int segment_numbers;
+bool carries;
+R3 displacement;
+R3 tool_velocity;
+R tool_speed;
+R tolerance;
+dvec3 centre;
+dvec3 exact_displacement;
+
+// The path line.
+uint accepted = 0u;
+uint rejected = 0u;
+uint evaluations = 0u;
+bool complete = true;
+
+int field_table(int f) { return first_field + f * kFieldEntries; }
+int field_numbers(int f) { return table[field_table(f) + kFieldBegin]; }
+R3 part(int i) { return R3(n[i], n[i + 1], n[i + 2]); }
+)";
+
+std::string fields_source(const ShaderKind& kind) {
+  if (kind.pins) return kGlslPins;
+  if (kind.grid) return kGlslGrid;
+  return kind_function("motion_kind", "kMotionKind", kind.motions) +
+         kind_function("region_kind", "kRegionKind", kind.regions) + kGlslField + kGlslPowers + kGlslTrees + kGlslSets +
+         kGlslVelocity + kGlslContact + kGlslClosedForm;
+}
+
+}  // namespace
+
+std::string shader_source(const ShaderKind& kind) {
+  const std::string fields = fields_source(kind);
+  return "#version 430 core\n" + layout_defines() + kind_defines(kind) + method_defines(kind) + step_rule(kind) +
+         kInterface + kGlslSphereContact + fields +
+         (kind.unrolled ? step_source(tableau(kind.integrator)) : looped_step_source(tableau(kind.integrator))) +
+         kGlslPath;
+}
+
+// contact.cpp for the GPU: when a moving tool reaches a resting point. In R, with d relative to the tool: a
+// tool that is found out to graze by less than the rounding moves nothing that could be seen.
+const char* const kGlslSphereContact = R"(
+// The first s >= 0 with |d + s velocity| = radius, for |d| >= radius.
+R sphere_contact(R3 d, R3 velocity, R radius) {
+  R a = dot(velocity, velocity);
+  R b = -dot(d, velocity);
+  if (!(b > R(0))) return kNever;
+  R along = b / a;
+  R3 across = d + velocity * along;
+  R inside = radius * radius - dot(across, across);
+  if (inside < R(0)) return kNever;
+  return max(R(0), along - sqrt(inside / a));
+}
+)";
+
+const char* const kGlslContact = R"(
+#ifdef REGION_CAPSULE
+// A capsule is the union of two end balls and a cylinder.
+R capsule_contact(R3 half_axis, R3 d, R3 velocity, R outer) {
+  R first = min(sphere_contact(d - half_axis, velocity, outer), sphere_contact(d + half_axis, velocity, outer));
+  R len = length(half_axis);
+  if (len == R(0)) return first;
+  R3 axis = half_axis / len;
+  R3 across = d - axis * dot(axis, d);
+  if (length(across) <= outer) return abs(dot(axis, d)) <= len ? R(0) : first;
+  R side = sphere_contact(across, velocity - axis * dot(axis, velocity), outer);
+  if (side < kNever && abs(dot(axis, d + velocity * side)) <= len) first = min(first, side);
+  return first;
+}
+#endif
+
+#if defined(REGION_HALF_SPACE) || defined(REGION_SET)
+// How far x may move, or how much time may pass, before r can be below outer.
+R safe_advance(int f, R3 d, R r, R speed) {
+  R outer = n[field_numbers(f) + kOuter];
+#ifdef REGION_SET
+  if (region_kind(f) == kSet) {
+    int set = field_table(f) + kFirstSet;
+    R factor = table[set + 4] == 0 ? R(1) : R(0.8lf);
+    return factor * sqrt(nearest_squared(set, d)) * (R(1) - outer / r) / max(speed, R(1e-30));
+  }
+#endif
+  int at = field_numbers(f) + kRegion;
+  R turning = abs(n[at + 6]) * length(cross(part(at + 3), d));
+  return (r - outer) / max(speed + turning, R(1e-30));
+}
+
+R traced_contact(int f, R3 d, R3 velocity, R t, R direction, R left) {
+  R outer = n[field_numbers(f) + kOuter];
+  R slack = R(1e-4) / n[field_numbers(f) + kInverseWidth];
+  R speed = length(velocity);
+  R s = R(0);
+  for (int i = 0; i < 4096 && s <= left; ++i) {
+    R3 there = d + velocity * s;
+    R r = region_at(f, there, t + direction * s).value;
+    if (r < outer + slack) return s;
+    s += max(safe_advance(f, there, r, speed), R(1e-6));
+  }
+  return s <= left ? s : kNever;
+}
+#endif
+
+R contact_of(int f, R3 d, R3 velocity, R t, R direction, R left) {
+  int kind = region_kind(f);
+  R outer = n[field_numbers(f) + kOuter];
+#ifdef REGION_BALL
+  if (kind == kBall) return length(d) < outer ? R(0) : sphere_contact(d, velocity, outer);
+#endif
+#ifdef REGION_CAPSULE
+  if (kind == kCapsule) {
+    if (region_at(f, d, R(0)).value < outer) return R(0);
+    return capsule_contact(part(field_numbers(f) + kRegion), d, velocity, outer);
+  }
+#endif
+#if defined(REGION_HALF_SPACE) || defined(REGION_SET)
+  if (kind == kHalfSpace || kind == kSet) return traced_contact(f, d, velocity, t, direction, left);
+#endif
+  return R(0);  // everything moves but the zero set, where v is 0 of itself
+}
+
+// The earliest time, from t towards `end`, at which the resting point can be inside the support of a field; kNever if
+// it never is.
+R next_contact(R3 at, R t, R end) {
+  R direction = end >= t ? R(1) : R(-1);
+  R left = abs(end - t);
+  R first = kNever;
+  for (int f = 0; f < field_count; ++f) {
+    R3 d = at_field(f, at);
+#ifdef BLENDED
+    for (int k = 0; k < 2; ++k) {
+      first = min(first, contact_of(f, k == 0 ? d : d - displacement, R3(0), t, direction, left));
+    }
+#else
+    first = min(first, contact_of(f, d - displacement * t, displacement * -direction, t, direction, left));
+#endif
+  }
+  return first < left ? t + direction * first : kNever;
+}
+)";
+
+// grid_view.h and kernel_grid.h for the GPU, in the place of all other fields. The numbers of a grid's nodes stand in
+// n[] as GridNodes has them, with the empty nodes around; packed_grid.cpp puts them there. Lines of nodes loop: written
+// out, shaders take Mesa on the CPU half a minute to compile.
+const char* const kGlslGrid = R"(
+double per_spacing;
+
+ivec3 three(int i) { return ivec3(table[i], table[i + 1], table[i + 2]); }
+
+// The cell's first node, counted from the grid's first one.
+int node_of(ivec3 cell) {
+  ivec3 own = clamp(cell, three(first_field + kFirstCell), three(first_field + kLastCell));
+  return table[first_field + kFirstNode] + own.x + table[first_field + kRow] * own.y + table[first_field + kPlane] * own.z;
+}
+
+bool is_used(int node) { return (table[table[first_field + kUsed] + (node >> 5)] >> (node & 31) & 1) != 0; }
+
+// The cell of a place that is relative to the middle node, `at` in spacings.
+ivec3 cell_of(R3 at) {
+  R3 first = R3(three(first_field + kFirstCell));
+  R3 last = R3(three(first_field + kLastCell));
+  return ivec3(roundEven(clamp(at, first, last + R(1)) - R(0.5)));
+}
+
+// Whether a grid can be felt at the exact place, as the CPU decides it.
+bool is_felt(dvec3 from) {
+  dvec3 first = dvec3(three(first_field + kFirstCell));
+  dvec3 last = dvec3(three(first_field + kLastCell));
+  precise dvec3 at = clamp(from * per_spacing, first, last + 1.0) - 0.5;
+  return is_used(node_of(ivec3(roundEven(at))));
+}
+
+// Six times the spline's weights of four nodes, and their derivatives.
+struct Weights { R4 value; R4 slope; };
+
+Weights weights_at(R u) {
+  R q = R(1) - u;
+  R u2 = u * u;
+  R q2 = q * q;
+  return Weights(R4(q2 * q, u2 * (R(3) * u - R(6)) + R(4), q2 * (R(3) * q - R(6)) + R(4), u2 * u),
+                 R4(R(-3) * q2, u * (R(9) * u - R(12)), q * (R(12) - R(9) * q), R(3) * u2));
+}
+
+// The coefficient of the node whose numbers begin `offset` after those of the first one.
+R3 node_at(int offset, R t) {
+  R3 a = part(field_numbers(0) + offset);
+#ifdef GRID_CHANGES
+  a += (part(table[first_field + kEndNumbers] + offset) - a) * t;
+#endif
+  return a;
+}
+
+// v = curl A: each line of four nodes along x is summed, and its derivative.
+R3 grid_velocity(R3 at, R t) {
+  R3 place = at * n[segment_numbers + kPerSpacing];
+  ivec3 cell = cell_of(place);
+  int node = node_of(cell);
+  if (!is_used(node)) return R3(0);
+  R3 within = place - R3(cell);
+  Weights x = weights_at(within.x);
+  Weights y = weights_at(within.y);
+  Weights z = weights_at(within.z);
+  R3 v = R3(0);
+  for (int line = 0; line < 16; ++line) {
+    int j = line & 3;
+    int k = line >> 2;
+    int offset = 3 * (node + table[first_field + kRow] * j + table[first_field + kPlane] * k);
+    R3 a = node_at(offset, t);
+    R3 b = node_at(offset + 3, t);
+    R3 c = node_at(offset + 6, t);
+    R3 d = node_at(offset + 9, t);
+    R3 value = a * x.value.x + b * x.value.y + c * x.value.z + d * x.value.w;
+    R3 slope = a * x.slope.x + b * x.slope.y + c * x.slope.z + d * x.slope.w;
+    R3 by_z = value * (y.value[j] * z.slope[k]);
+    R3 by_y = value * (y.slope[j] * z.value[k]);
+    R3 by_x = slope * (y.value[j] * z.value[k]);
+    v += R3(by_y.z - by_z.y, by_z.x - by_x.z, by_x.y - by_y.x);
+  }
+  return v;
+}
+
+R3 velocity_at(R3 at, R t) {
+  ++evaluations;
+  return grid_velocity(at, t);
+}
+
+// Where v depends on the time it may still grow: up to what it is at the segment's end.
+R hidden_speed(R3 at, R t) {
+#ifdef GRID_CHANGES
+  return length(grid_velocity(at, n[segment_numbers + kEndOfTime]));
+#else
+  return R(0);
+#endif
+}
+
+R local_width(R3 at, R t) { return kNever; }
+
+// A point that rests in a cell in use may be moved later.
+R next_contact(R3 at, R t, R end) {
+  int node = node_of(cell_of(at * n[segment_numbers + kPerSpacing]));
+  return t != end && is_used(node) ? t : kNever;
+}
+)";
+
+}  // namespace knead::gpu

@@ -1,0 +1,146 @@
+// The source text of the compute shaders. Internal to the gpu room.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "knead/flow.h"
+
+namespace knead::gpu {
+
+extern const char* const kGlslField;
+extern const char* const kGlslPins;
+extern const char* const kGlslGrid;
+extern const char* const kGlslSphereContact;
+extern const char* const kGlslPowers;
+extern const char* const kGlslTrees;
+extern const char* const kGlslSets;
+extern const char* const kGlslVelocity;
+extern const char* const kGlslContact;
+extern const char* const kGlslClosedForm;
+extern const char* const kGlslPath;
+
+// Where numbers lie in the buffers; the shaders are told by #defines of the same names (packed_flow.h fills them).
+namespace layout {
+// Of a field, in n[].
+inline constexpr int kOuter = 3;  // after the offset of its centre from the first field's
+inline constexpr int kInner = 4;
+inline constexpr int kInverseWidth = 5;
+inline constexpr int kMotion = 6;
+inline constexpr int kRegion = 18;
+inline constexpr int kFalloff = 25;
+inline constexpr int kFieldNumbers = 26;
+// Of a field, in table[].
+inline constexpr int kFieldBegin = 0;  // where it begins in n[]
+inline constexpr int kMotionKind = 1;
+inline constexpr int kRegionKind = 2;
+inline constexpr int kBounds = 3;  // where its bounds begin in e[]
+inline constexpr int kFirstSet = 4;
+inline constexpr int kSecondSet = 12;
+inline constexpr int kFieldEntries = 20;
+// Of a set's tree: a node's numbers in n[], which follow one for all nodes, and its entries in table[].
+inline constexpr int kNodeNumbers = 5;  // centroid, radius, m(m+1)/2 times the mean squared distance from the centroid
+inline constexpr int kNodeEntries = 4;  // the node after its children, where its points begin and end, its right child
+// Of a segment, in table[].
+inline constexpr int kSegmentEntries = 4;  // how many fields, where their entries begin, flags, where n[] begins
+inline constexpr int kCarries = 1;         // flags
+inline constexpr int kHasBarrel = 2;
+inline constexpr int kClosedForm = 4;  // from here on
+// Of a segment, in n[]: displacement, its length, and these.
+inline constexpr int kReach = 4;
+inline constexpr int kTolerance = 5;
+inline constexpr int kLeast = 6;
+inline constexpr int kStrain = 7;
+inline constexpr int kSegmentNumbers = 16;
+// Of a part of a pinned segment's time, in the place of a strain: 1 / radius, the part's middle, 1 / half of its
+// length.
+inline constexpr int kPerRadius = 7;
+inline constexpr int kMiddle = 8;
+inline constexpr int kPerHalf = 9;
+// Of a pin, in n[]: its place in radii at t = 0 from the segment's centre, its displacement, and from here on the
+// powers of its velocity.
+inline constexpr int kPowers = 6;
+// Of a pin, in table[], in the place of a set: the degree of the powers, where the numbers of the part's turns begin in
+// n[], and how many turns there are.
+inline constexpr int kDegree = 4;
+inline constexpr int kFirstTurn = 5;
+inline constexpr int kTurns = 6;
+// Of a segment with a grid, in n[], in the place of a strain: 1 / spacing, and the segment's end.
+inline constexpr int kPerSpacing = 7;
+inline constexpr int kEndOfTime = 8;
+// Of a grid, in table[], in the place of a set, as GridView has them: of its nodes; the cells' least and greatest
+// indices; where the numbers at t = 1 begin in n[]; where the bits of the cells in use begin in table[].
+inline constexpr int kRow = 4;
+inline constexpr int kPlane = 5;
+inline constexpr int kFirstNode = 6;
+inline constexpr int kFirstCell = 7;
+inline constexpr int kLastCell = 10;
+inline constexpr int kEndNumbers = 13;
+inline constexpr int kUsed = 14;
+// Of a segment, in e[]: centre, displacement, begin, end; the barrel's point, direction, squared radius;
+// of a grid 1 / spacing in the barrel's place.
+inline constexpr int kSegmentPlaces = 16;
+// Of a field's bounds, in e[]: a point, its way or a normal, the reach, and one by the way's square or -1 for a normal.
+// Of a grid's: the box of the cells in use.
+inline constexpr int kFieldBounds = 8;
+
+inline constexpr int kGroup = 64;         // points to a group, which have a bound in common
+inline constexpr int kCountStripes = 64;  // of the counters, so that threads seldom meet
+inline constexpr int kCounters = 8;  // of a stripe: accepted, rejected, evaluations of two words each, incomplete, cut
+}  // namespace layout
+
+enum MotionKind : int { kTranslation, kRotation, kTwist, kStrainMotion };
+enum RegionKind : int { kBall, kCapsule, kHalfSpace, kSet, kHandles };
+
+// How a segment's path lines may be known without integration.
+enum ClosedForm : int {
+  kNoClosedForm,
+  kRigidCore,
+  kTurningBall,
+  kParallelTwist,
+  kTurningSpace,
+  kStretchedCore,
+  kHandlesPoint
+};
+
+// What shaders are told apart by: segments of one kind are moved by one shader.
+struct ShaderKind {
+  unsigned motions = 0;  // one bit for each MotionKind
+  unsigned regions = 0;
+  bool curves = false;
+  bool trees = false;
+  bool single = false;
+  bool blended = false;
+  bool pins = false;          // then the kinds of motions and regions do not count
+  bool turns = false;         // some of the pins turn
+  bool grid = false;          // then neither
+  bool grid_changes = false;  // in time
+  bool barrel = false;
+  bool falloff = false;  // that of some field is not the default
+  bool in_double = false;
+  bool unrolled = true;  // the stages of a step, which is faster and takes longer to compile
+  Integrator integrator = Integrator::tsitouras;
+
+  friend bool operator==(const ShaderKind&, const ShaderKind&) = default;
+};
+
+// The whole source of a shader that moves points through segments of this kind.
+std::string shader_source(const ShaderKind& kind);
+
+// The source text of the compute shaders that ask about a surface. Internal to the gpu room.
+
+inline constexpr std::size_t kSurfaceRanges = 4;             // of points, which are bound to the places from 0 on
+inline constexpr std::size_t kTrianglesPlace = 4;            // where the triangles are bound
+inline constexpr std::size_t kResultPlace = 5;               // and what is found
+inline constexpr std::size_t kTrianglesToAWorkGroup = 1024;  // of 64 threads
+
+// A sum for each work group, from first_group on in the result.
+std::string volume_source();
+
+// The sum of `count` numbers at place 0, in the result.
+std::string sum_source();
+
+// The triangles that a ray may meet.
+std::string candidates_source();
+
+}  // namespace knead::gpu

@@ -1,0 +1,78 @@
+// What a GPU and its points are made of. Internal to the gpu room.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "gl/objects.h"
+#include "gpu/packed.h"
+#include "knead/gl.h"
+#include "knead/gpu.h"
+
+namespace knead::gpu {
+
+// Points in buffers of their own, and the balls about groups of them.
+struct Range {
+  std::size_t begin = 0;
+  std::size_t count = 0;
+  gl::Buffer points;
+  gl::Buffer steps;
+  gl::Buffer bounds;
+  gl::Buffer radii;
+
+  void forget() {
+    for (gl::Buffer* buffer : {&points, &steps, &bounds, &radii}) buffer->forget();
+  }
+};
+
+struct GpuPoints::State {
+  const gl::Context& context;
+  std::vector<Range> ranges{};
+  std::size_t size = 0;
+  gl::Buffer counts{};  // of the path lines since they were last asked for
+
+  explicit State(const gl::Context& of) : context(of) {}
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    try {
+      const gl::CurrentContext current(context);
+      ranges.clear();
+      counts = {};
+    } catch (const GpuError&) {  // of a lost GPU nothing is left to be freed
+      for (Range& range : ranges) range.forget();
+      counts.forget();
+    }
+  }
+};
+
+struct Gpu::State {
+  gl::Context context;
+  std::size_t most_points = 0;  // to a range
+  std::size_t most_bytes = 0;   // to a buffer
+  bool unrolled = true;
+  Transfers transfers;
+  std::vector<std::pair<ShaderKind, gl::Program>> programs;
+
+  explicit State(const GpuOptions& options);
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State();
+
+  const gl::Program& program_of(const ShaderKind& kind);
+
+  void count_sent(std::size_t bytes) {
+    ++transfers.sent;
+    transfers.bytes_sent += bytes;
+  }
+  void read(const gl::Buffer& buffer, std::size_t first_byte, std::size_t bytes, void* to) {
+    ++transfers.read;
+    transfers.bytes_read += bytes;
+    gl::read_storage(buffer, first_byte, bytes, to);
+  }
+};
+
+}  // namespace knead::gpu

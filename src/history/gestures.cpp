@@ -1,0 +1,336 @@
+// The strength of a gesture of several strokes.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "history/history.h"
+#include "knead/workbench.h"
+#include "strokes/continued.h"
+
+namespace knead {
+
+namespace {
+
+// Beyond strength 1, the path of several strokes goes on by a stroke of its own: as long as it can become.
+constexpr double kMostBeyond = kMostStrength - 1;
+
+const std::vector<Vec3d>* path_of(const Stroke& stroke) {
+  if (const auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->path;
+  if (const auto* stamp = std::get_if<StampStroke>(&stroke)) return &stamp->path;
+  return nullptr;
+}
+
+Stroke with_path(Stroke stroke, std::vector<Vec3d> path) {
+  auto* const implicit = std::get_if<ImplicitStroke>(&stroke);
+  auto* const stamp = std::get_if<StampStroke>(&stroke);
+  if (implicit != nullptr) {
+    implicit->path = std::move(path);
+  } else if (stamp != nullptr) {
+    stamp->path = std::move(path);
+  }
+  return stroke;
+}
+
+// The pieces of a path that have a length, which are its segments.
+double segments_along(const Stroke& stroke) {
+  const std::vector<Vec3d>& path = *path_of(stroke);
+  double pieces = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) pieces += path[i] == path[i + 1] ? 0 : 1;
+  return pieces;
+}
+
+double length_of(const std::vector<Vec3d>& path) {
+  double length = 0;
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) length += norm(path[i + 1] - path[i]);
+  return length;
+}
+
+// Strokes each of which goes on where the one before ended; another one alone.
+struct Chain {
+  std::vector<std::size_t> strokes;
+  double length = 0;                  // of their path
+  std::optional<std::size_t> beyond;  // the stroke by which it goes on
+};
+
+using Strokes = std::span<const SessionStroke>;
+
+bool is_path(const Stroke& stroke) { return path_of(stroke) != nullptr; }
+
+// The stroke by which a chain goes on; nothing where its path has no length.
+std::optional<Stroke> beyond(Strokes strokes, const std::vector<std::size_t>& chain) {
+  std::vector<Vec3d> whole;
+  for (const std::size_t i : chain) {
+    const std::vector<Vec3d>& path = *path_of(strokes[i].stroke);
+    whole.insert(whole.end(), path.begin(), path.end());
+  }
+  const std::size_t count = whole.size();
+  const Stroke& last = strokes[chain.back()].stroke;
+  const Stroke longer = prolonged(with_path(last, whole), kMostStrength);
+  const std::vector<Vec3d>& path = *path_of(longer);
+  if (path.size() == count) return std::nullopt;
+  return with_path(last, {path[count - 1], path[count]});
+}
+
+// Whether the stroke is that by which the chain goes on. Few are about as long.
+bool is_beyond(Strokes strokes, const Chain& chain, const SessionStroke& stroke) {
+  constexpr double kAbout = 1e-6;
+  if (chain.strokes.size() < 2) return false;
+  const double length = length_of(*path_of(stroke.stroke));
+  if (std::abs(length - kMostBeyond * chain.length) > kAbout * chain.length) return false;
+  return beyond(strokes, chain.strokes) == stroke.stroke;
+}
+
+std::vector<Chain> chains_of(Strokes strokes) {
+  std::vector<Chain> chains;
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
+    const auto goes_on = [&](const Chain& chain) {
+      const Stroke& last = strokes[chain.strokes.back()].stroke;
+      return !chain.beyond && is_path(last) && continues(last, strokes[i].stroke);
+    };
+    const auto found = std::find_if(chains.rbegin(), chains.rend(), goes_on);
+    if (found != chains.rend() && is_beyond(strokes, *found, strokes[i])) {
+      found->beyond = i;
+      continue;
+    }
+    Chain& chain = found == chains.rend() ? chains.emplace_back() : *found;
+    chain.strokes.push_back(i);
+    if (is_path(strokes[i].stroke)) chain.length += length_of(*path_of(strokes[i].stroke));
+  }
+  return chains;
+}
+
+double segments_along(Strokes strokes, const Chain& chain) {
+  double pieces = 0;
+  for (const std::size_t i : chain.strokes) pieces += segments_along(strokes[i].stroke);
+  return pieces;
+}
+
+// Cuts a chain of several strokes as one path.
+void cut(std::span<SessionStroke> strokes, const Chain& chain, double strength) {
+  double left = strength * segments_along(strokes, chain);
+  for (const std::size_t i : chain.strokes) {
+    const double own = segments_along(strokes[i].stroke);
+    strokes[i].strength = own == 0 ? 1 : std::clamp(left / own, 0.0, 1.0);
+    left -= own;
+  }
+}
+
+}  // namespace
+
+double strength_of(std::span<const SessionStroke> gesture) {
+  if (gesture.empty()) return 1;
+  const Chain chain = chains_of(gesture).front();
+  if (chain.strokes.size() == 1) return gesture[chain.strokes.front()].strength;
+  if (chain.beyond) return 1 + kMostBeyond * gesture[*chain.beyond].strength;
+  double done = 0;
+  for (const std::size_t i : chain.strokes) done += gesture[i].strength * segments_along(gesture[i].stroke);
+  const double pieces = segments_along(gesture, chain);
+  return pieces > 0 ? done / pieces : 1;
+}
+
+void set_strength(std::vector<SessionStroke>& gesture, double strength) {
+  std::vector<SessionStroke> added;
+  std::vector<std::size_t> dropped;
+  for (const Chain& chain : chains_of(gesture)) {
+    if (chain.beyond) dropped.push_back(*chain.beyond);
+    if (chain.strokes.size() == 1) {
+      gesture[chain.strokes.front()].strength = strength;
+      continue;
+    }
+    cut(gesture, chain, std::min(strength, 1.0));
+    if (strength <= 1) continue;
+    std::optional<Stroke> stroke = beyond(gesture, chain.strokes);
+    if (!stroke) continue;
+    added.push_back(gesture[chain.strokes.back()]);
+    added.back().stroke = std::move(*stroke);
+    added.back().strength = (strength - 1) / kMostBeyond;
+  }
+  std::sort(dropped.rbegin(), dropped.rend());
+  for (const std::size_t i : dropped) gesture.erase(gesture.begin() + static_cast<std::ptrdiff_t>(i));
+  gesture.insert(gesture.end(), added.begin(), added.end());
+}
+
+namespace {
+
+constexpr std::size_t kMostImages = 8;  // of one gesture, mirrored in three planes
+
+// Of which two are never mirror images of each other.
+bool stands_alone(const Stroke& stroke) {
+  if (std::holds_alternative<MaskStroke>(stroke) || std::holds_alternative<PoseStroke>(stroke)) return true;
+  const auto* handles = std::get_if<HandlesStroke>(&stroke);
+  return handles != nullptr && !(handles->full_vertices.empty() && handles->zero_vertices.empty());
+}
+
+// Pieces of a side may have been joined: of a path only the beginning is looked at.
+Stroke beginning(const Stroke& stroke) {
+  Stroke result = stroke;
+  if (auto* implicit = std::get_if<ImplicitStroke>(&result)) implicit->path.resize(1);
+  return result;
+}
+
+bool are_images(const Stroke& first, const Stroke& second) {
+  if (first.index() != second.index() || stands_alone(first)) return false;
+  const Stroke a = beginning(first);
+  const Stroke b = beginning(second);
+  for (int planes = 1; planes < 8; ++planes) {
+    Stroke image = a;
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((planes >> axis & 1) != 0) image = mirrored(image, axis);
+    }
+    if (auto* stamp = std::get_if<StampStroke>(&image)) stamp->mesh = std::get<StampStroke>(b).mesh;
+    if (image == b && image != a) return true;
+  }
+  return false;
+}
+
+bool belongs_to(const std::vector<SessionStroke>& group, const SessionStroke& stroke) {
+  if (stroke.new_entry) return !*stroke.new_entry;
+  if (!stroke.name.empty() || !group.back().name.empty()) return stroke.name == group.back().name;
+  if (stroke.off != group.back().off) return false;
+  const std::size_t first = group.size() > kMostImages ? group.size() - kMostImages : 0;
+  return std::any_of(group.begin() + static_cast<std::ptrdiff_t>(first), group.end(), [&](const SessionStroke& member) {
+    if (member.remesh != stroke.remesh || member.mirror != stroke.mirror) return false;
+    return continues(member.stroke, stroke.stroke) || are_images(member.stroke, stroke.stroke);
+  });
+}
+
+}  // namespace
+
+GestureChange gesture_change(std::span<const SessionStroke> before, std::span<const SessionStroke> now) {
+  const auto same = [](const SessionStroke& a, const SessionStroke& b) {
+    return a.stroke == b.stroke && a.name == b.name && a.off == b.off && a.strength == b.strength &&
+           a.duration == b.duration && a.mirror == b.mirror;
+  };
+  const auto [a, b] = std::mismatch(before.begin(), before.end(), now.begin(), now.end(), same);
+  GestureChange result;
+  result.first_new = static_cast<std::size_t>(a - before.begin());
+  if (a == before.end()) return result;
+  const auto has_rest = [](SessionStroke stroke) {
+    stroke.mirror.clear();
+    return is_plain(stroke) && (!reads_surface(stroke.stroke) || !is_flow(stroke.stroke));
+  };
+  if (std::next(a) == before.end() && b != now.end() && a->mirror == b->mirror && has_rest(*a) && has_rest(*b)) {
+    result.rest = rest_of_flow(a->stroke, b->stroke, b->mirror);
+    if (std::optional<Stroke> rest = rest_of(a->stroke, b->stroke)) {
+      result.rest_as_line = SessionStroke{std::move(*rest)};
+      result.rest_as_line->mirror = b->mirror;
+    }
+    ++result.first_new;
+  }
+  if (result.rest || result.rest_as_line) return result;
+  return {true, 0, std::nullopt, std::nullopt};
+}
+
+std::vector<std::vector<SessionStroke>> strokes_of_gestures(const std::vector<SessionStroke>& strokes) {
+  std::vector<std::vector<SessionStroke>> groups;
+  for (const SessionStroke& stroke : strokes) {
+    if (groups.empty() || !belongs_to(groups.back(), stroke)) groups.emplace_back();
+    groups.back().push_back(stroke);
+    groups.back().back().new_entry.reset();
+  }
+  return groups;
+}
+
+std::vector<SessionStroke> strokes_of_entry(const std::vector<SessionStroke>& before,
+                                            std::vector<SessionStroke> strokes) {
+  std::vector<SessionStroke> group = before;
+  for (std::size_t i = 0; i < strokes.size(); ++i) {
+    strokes[i].new_entry.reset();
+    const bool begins = i == 0;
+    const bool seems_to_begin = group.empty() || !belongs_to(group, strokes[i]);
+    if (begins) group.clear();
+    group.push_back(strokes[i]);
+    if (begins != seems_to_begin) strokes[i].new_entry = begins;
+  }
+  return strokes;
+}
+
+std::vector<SessionStroke> joined_strokes(std::vector<SessionStroke> strokes) {
+  std::vector<SessionStroke> result;
+  for (SessionStroke& stroke : strokes) {
+    std::optional<Stroke> both;
+    const auto may_join = [](SessionStroke each) {
+      each.mirror.clear();
+      return is_plain(each) && !each.remesh;
+    };
+    const bool same_mirror = !result.empty() && result.back().mirror == stroke.mirror;
+    if (same_mirror && may_join(result.back()) && may_join(stroke)) {
+      both = joined(result.back().stroke, stroke.stroke);
+    }
+    if (both) {
+      result.back().stroke = std::move(*both);
+    } else {
+      result.push_back(std::move(stroke));
+    }
+  }
+  return result;
+}
+
+}  // namespace knead
+
+namespace knead::session_detail {
+
+namespace {
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& values) {
+  return values.capacity() * sizeof(T);
+}
+
+std::size_t bytes_of(const Mesh& mesh) {
+  std::size_t bytes = bytes_of(mesh.positions) + bytes_of(mesh.face_begin) + bytes_of(mesh.corner_vertex);
+  for (const Attribute& attribute : mesh.attributes) bytes += bytes_of(attribute.values);
+  return bytes;
+}
+
+std::size_t bytes_of(const Provenance& provenance) {
+  std::size_t bytes = bytes_of(provenance.face_source) + bytes_of(provenance.vertex_source);
+  bytes += provenance.touched.capacity() / 8;
+  if (provenance.creases) bytes += bytes_of(*provenance.creases);
+  return bytes;
+}
+
+}  // namespace
+
+StateLedger::StateLedger(const ShapeState& base) {
+  count(base, true);
+  bytes_ = 0;
+}
+
+void StateLedger::add(const ShapeState& state) {
+  count(state, true);
+  ++states_;
+}
+
+void StateLedger::remove(const ShapeState& state) {
+  count(state, false);
+  --states_;
+}
+
+void StateLedger::count(const void* part, std::size_t bytes, bool is_added) {
+  if (part == nullptr) return;
+  if (is_added) {
+    if (++uses_[part] == 1) bytes_ += bytes;
+  } else if (const auto use = uses_.find(part); --use->second == 0) {
+    uses_.erase(use);
+    bytes_ -= bytes;
+  }
+}
+
+void StateLedger::count(const ShapeState& state, bool is_added) {
+  state.positions.for_each_chunk([&](const void* chunk, std::size_t bytes) { count(chunk, bytes, is_added); });
+  if (state.mesh) count(state.mesh.get(), bytes_of(*state.mesh), is_added);
+  if (state.provenance) count(state.provenance.get(), bytes_of(*state.provenance), is_added);
+  const std::size_t own = sizeof(ShapeState) + state.positions.table_bytes() + bytes_of(state.normals);
+  bytes_ = is_added ? bytes_ + own : bytes_ - own;
+}
+
+KeptState::KeptState(ShapeState state, std::shared_ptr<StateLedger> ledger)
+    : state_(std::move(state)), ledger_(std::move(ledger)) {
+  ledger_->add(state_);
+}
+
+KeptState::~KeptState() { ledger_->remove(state_); }
+
+}  // namespace knead::session_detail

@@ -1,0 +1,346 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include "history/history.h"
+#include "io/append_file.h"
+#include "knead/error.h"
+#include "knead/io.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+#include "knead/workbench.h"
+#include "math/system.h"
+
+namespace knead {
+
+namespace {
+
+constexpr std::size_t kChunksAtOnce = 16;
+
+// To the bit: 0 and -0 differ.
+bool are_same(const Vec3d* a, const Vec3d* b, std::size_t count) {
+  return std::memcmp(static_cast<const void*>(a), static_cast<const void*>(b), count * sizeof(Vec3d)) == 0;
+}
+
+}  // namespace
+
+Snapshot::Snapshot(std::span<const Vec3d> positions, const Snapshot& before, int threads)
+    : size_(positions.size()), chunks_((positions.size() + kChunk - 1) / kChunk) {
+  const bool may_share = before.size_ == size_;
+  parallel_for(chunks_.size(), kChunksAtOnce, threads, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      const std::size_t count = std::min(kChunk, size_ - i * kChunk);
+      const Vec3d* const from = positions.data() + i * kChunk;
+      if (may_share && are_same(before.chunks_[i]->data(), from, count)) {
+        chunks_[i] = before.chunks_[i];
+        continue;
+      }
+      auto chunk = std::make_shared<Chunk>();
+      std::copy(from, from + count, chunk->begin());
+      chunks_[i] = std::move(chunk);
+    }
+  });
+}
+
+void Snapshot::copy_to(std::span<Vec3d> positions) const {
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    const std::size_t count = std::min(kChunk, size_ - i * kChunk);
+    std::copy_n(chunks_[i]->begin(), count, positions.begin() + static_cast<std::ptrdiff_t>(i * kChunk));
+  }
+}
+
+std::vector<Vec3d> Snapshot::copy() const {
+  std::vector<Vec3d> positions(size_);
+  copy_to(positions);
+  return positions;
+}
+
+std::vector<IndexRange> Snapshot::changes_since(const Snapshot& before) const {
+  std::vector<IndexRange> ranges;
+  const bool comparable = before.size_ == size_;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    if (comparable && chunks_[i] == before.chunks_[i]) continue;
+    const auto begin = static_cast<std::uint32_t>(i * kChunk);
+    const auto end = static_cast<std::uint32_t>(std::min((i + 1) * kChunk, size_));
+    if (!ranges.empty() && ranges.back().end == begin) {
+      ranges.back().end = end;
+    } else {
+      ranges.push_back({begin, end});
+    }
+  }
+  return ranges;
+}
+
+std::size_t Snapshot::bytes_beyond(const Snapshot& before) const {
+  std::size_t own = 0;
+  for (std::size_t i = 0; i < chunks_.size(); ++i) {
+    if (i >= before.chunks_.size() || chunks_[i] != before.chunks_[i]) ++own;
+  }
+  return own * sizeof(Chunk);
+}
+
+namespace fs = std::filesystem;
+using session_detail::kSavedFile;
+using session_detail::kSessionFile;
+
+namespace {
+
+// The file of a journal that nobody else holds, locked for as long as this lives.
+class Unheld {
+ public:
+  explicit Unheld(const fs::path& folder)
+      : file_(::open((folder / kSessionFile).c_str(), O_RDONLY | O_CLOEXEC)),
+        held_(file_ >= 0 && ::flock(file_, LOCK_EX | LOCK_NB) != 0) {}
+  Unheld(const Unheld&) = delete;
+  Unheld& operator=(const Unheld&) = delete;
+  ~Unheld() {
+    if (file_ >= 0) ::close(file_);
+  }
+
+  bool is_file() const { return file_ >= 0; }
+  bool held() const { return held_; }  // by another program
+  std::chrono::system_clock::time_point changed() const {
+    struct stat state {};
+    if (file_ < 0 || ::fstat(file_, &state) != 0) return {};
+    const auto since = std::chrono::nanoseconds(changed_ns(file_, state));
+    return std::chrono::system_clock::time_point(
+        std::chrono::duration_cast<std::chrono::system_clock::duration>(since));
+  }
+
+ private:
+  int file_;
+  bool held_;
+};
+
+Session read_whole(const fs::path& folder) {
+  return parse_session(session_detail::read_journal(folder), (folder / kSessionFile).string());
+}
+
+bool is_saved(const fs::path& folder) {
+  std::ifstream note(folder / kSavedFile, std::ios::binary);
+  std::uintmax_t length = 0;
+  std::string file;
+  std::error_code error;
+  if (!(note >> length) || !std::getline(note >> std::ws, file)) return false;
+  return fs::file_size(folder / kSessionFile, error) == length && fs::exists(file, error);
+}
+
+AbandonedJournal describe(const fs::path& folder, const Unheld& file) {
+  AbandonedJournal journal{folder, folder.filename().string(), file.changed()};
+  journal.is_saved = is_saved(folder);
+  try {
+    const Session session = read_whole(folder);
+    if (session.note) journal.title = *session.note;
+    journal.strokes = session.strokes.size();
+    journal.entries = strokes_of_gestures(session.strokes).size();
+    if (!session.mesh || !fs::exists(folder / *session.mesh)) journal.problem = "the shape it was made on is missing";
+  } catch (const std::exception& error) {
+    journal.problem = error.what();
+  }
+  return journal;
+}
+
+}  // namespace
+
+namespace session_detail {
+
+std::string read_journal(const fs::path& folder) {
+  const fs::path path = folder / kSessionFile;
+  std::ifstream file(path, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  if (!file.is_open() || file.bad()) {
+    throw IoError(IoError::Operation::read, path.string(), "cannot be read: " + std::generic_category().message(errno));
+  }
+  text.resize(whole_batches(text).size());
+  if (text.empty()) throw InvalidInput({path.string()}, "holds no header of a journal; there is nothing to recover");
+  return text;
+}
+
+}  // namespace session_detail
+
+std::string_view whole_batches(std::string_view text) {
+  std::size_t end = text.rfind('\n');
+  while (end != std::string_view::npos && end > 0 && text[end - 1] == ' ') end = text.rfind('\n', end - 1);
+  return text.substr(0, end == std::string_view::npos ? 0 : end + 1);
+}
+
+std::vector<AbandonedJournal> abandoned_journals(const fs::path& root) {
+  std::vector<AbandonedJournal> journals;
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(root, error); !error && entry != fs::directory_iterator();
+       entry.increment(error)) {
+    const fs::path& folder = entry->path();
+    if (folder.filename().string().starts_with('.')) continue;  // of a journal that is being made
+    const Unheld file(folder);
+    if (file.is_file() && !file.held()) journals.push_back(describe(folder, file));
+  }
+  std::sort(journals.begin(), journals.end(), [](const AbandonedJournal& a, const AbandonedJournal& b) {
+    return a.changed != b.changed ? a.changed > b.changed : a.folder > b.folder;
+  });
+  return journals;
+}
+
+RecoveredWork recover_journal(const fs::path& folder) {
+  RecoveredWork work;
+  work.session = read_whole(folder);
+  if (!work.session.mesh) {
+    throw InvalidInput({work.session.name, 1}, "\"mesh\" is missing; the header must name the shape it was made on");
+  }
+  work.title = work.session.note.value_or(folder.filename().string());
+  work.shape = read_shape(folder / *work.session.mesh);
+  return work;
+}
+
+void discard_journal(const fs::path& folder) {
+  const Unheld file(folder);
+  if (!file.is_file() || file.held()) return;
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+}
+
+namespace fs = std::filesystem;
+using io_detail::AppendFile;
+using session_detail::kSavedFile;
+using session_detail::kSessionFile;
+
+namespace {
+
+// The lines of one batch.
+class Batch {
+ public:
+  void add(const std::string& line) {
+    if (!text_.empty()) text_ += " \n";  // the line before is not the last
+    text_ += line;
+  }
+  std::string finish() && {
+    if (!text_.empty()) text_ += "\n";
+    return std::move(text_);
+  }
+
+ private:
+  std::string text_;
+};
+
+[[noreturn]] void fail(const fs::path& folder, int error) {
+  throw IoError(IoError::Operation::write, folder.string(),
+                "the folder cannot be made (" + std::generic_category().message(error) +
+                    "); check its permissions and the free space");
+}
+
+// A folder of its own that is not seen as a journal yet, and what it will be called.
+struct NewFolder {
+  fs::path hidden;
+  fs::path folder;
+};
+
+NewFolder make_folder(const fs::path& root) {
+  std::error_code error;
+  fs::create_directories(root, error);
+  if (error) fail(root, error.value());
+  const std::string name = fmt::format("{:%Y-%m-%dT%H-%M-%S}-{}", fmt::gmtime(std::time(nullptr)), ::getpid());
+  for (int n = 1;; ++n) {
+    NewFolder made{root / fmt::format(".{}-{}", name, n), root / fmt::format("{}-{}", name, n)};
+    if (fs::exists(made.folder, error)) continue;
+    if (::mkdir(made.hidden.c_str(), 0700) == 0) return made;
+    if (errno != EEXIST) fail(root, errno);
+  }
+}
+
+// Writes the shape, and returns the name of its file.
+std::string write_original(const fs::path& folder, const ShapeFile& shape) {
+  const bool computed = shape.bytes.empty();
+  std::string name = "shape." + (computed ? "ply" : shape.format);
+  write_file_atomically(folder / name,
+                        computed ? serialize_mesh("ply", shape.mesh, {.double_coordinates = true}) : shape.bytes);
+  return name;
+}
+
+}  // namespace
+
+Journal::Journal(fs::path folder, std::unique_ptr<AppendFile> file)
+    : folder_(std::move(folder)), file_(std::move(file)) {}
+Journal::Journal(Journal&&) noexcept = default;
+Journal& Journal::operator=(Journal&&) noexcept = default;
+Journal::~Journal() = default;
+
+Journal Journal::create(const fs::path& root, const ShapeFile& shape, const std::string& title) {
+  const NewFolder made = make_folder(root);
+  try {
+    const std::string name = write_original(made.hidden, shape);
+    auto file = std::make_unique<AppendFile>(made.hidden / kSessionFile);
+    file->append(header_line(name, title) + "\n");
+    if (const auto trouble = file->trouble()) {
+      throw IoError(IoError::Operation::write, (made.folder / kSessionFile).string(),
+                    "cannot be written (" + *trouble + "); free some space");
+    }
+    if (::rename(made.hidden.c_str(), made.folder.c_str()) != 0) fail(made.folder, errno);
+    return {made.folder, std::move(file)};
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(made.hidden, ignored);
+    throw;
+  }
+}
+
+Journal Journal::attach(const fs::path& folder) {
+  const fs::path path = folder / kSessionFile;
+  session_detail::read_journal(folder);  // throws where there is none, before the lock would make the file
+  Journal journal(folder, std::make_unique<AppendFile>(path));
+  const std::string text = session_detail::read_journal(folder);
+  journal.strokes_ = parse_session(text, path.string()).strokes.size();
+  journal.remesh_.reset();
+  journal.file_->cut(text.size());
+  return journal;
+}
+
+void Journal::append(std::span<const SessionStroke> strokes) { replace(0, strokes); }
+
+void Journal::take_back(std::size_t n) { replace(n, {}); }
+
+void Journal::replace(std::size_t n, std::span<const SessionStroke> strokes) {
+  if (n > strokes_) {
+    throw InvalidInput(fmt::format("the journal holds {} strokes, {} cannot be taken back", strokes_, n));
+  }
+  Batch batch;
+  if (n > 0) batch.add(fmt::format("{{\"undo\": {}}}", n));
+  for (const SessionStroke& stroke : strokes) {
+    if (!remesh_ || *remesh_ != stroke.remesh) batch.add(remesh_line(stroke.remesh));
+    remesh_ = stroke.remesh;
+    batch.add(stroke_line(stroke));
+  }
+  strokes_ = strokes_ - n + strokes.size();
+  const std::string text = std::move(batch).finish();
+  if (!text.empty()) file_->append(text);
+}
+
+void Journal::sync() { file_->sync(); }
+
+std::optional<std::string> Journal::trouble() const {
+  const std::optional<std::string> trouble = file_->trouble();
+  if (!trouble) return std::nullopt;
+  return fmt::format("The journal cannot be written ({}): work goes on in memory; make room in {} or save.", *trouble,
+                     folder_.string());
+}
+
+void Journal::note_saved(const fs::path& file) const {
+  std::error_code error;  // without the note the work is offered once too often
+  const std::uintmax_t length = fs::file_size(folder_ / kSessionFile, error);
+  const fs::path saved = fs::absolute(file, error);
+  if (error || file_->trouble()) return;
+  std::ofstream(folder_ / kSavedFile, std::ios::binary) << length << "\n" << saved.string() << "\n";
+}
+
+void Journal::discard() {
+  std::error_code ignored;  // an unsaved folder too many is offered at the next start
+  fs::remove_all(folder_, ignored);
+}
+
+}  // namespace knead

@@ -1,0 +1,300 @@
+// glTF with morph targets: one for each frame that differs from the one before it and from the first, and an animation
+// whose weights go from one to the next. Source: Khronos, "glTF 2.0 Specification" (2021), 3.7.2.2 and 3.11.
+#include "io/glb/glb.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "io/animation/writers.h"
+#include "io/formats.h"
+#include "io/glb/edit.h"
+#include "io/glb/writable.h"
+#include "io/gltf/gltf.h"
+#include "io/numbers.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+
+namespace knead::io_detail {
+
+namespace {
+
+using glb::Block;
+using glb::Document;
+using glb::Edit;
+using glb::Layout;
+using glb::Patch;
+using glb::Span;
+
+// A GLB file of the source, and the source's vertex of each of its vertices.
+struct Base {
+  ShapeFile shape;
+  std::vector<std::uint32_t> original{};  // empty: the same vertices
+};
+
+Base generated_base(const ShapeFile& source) {
+  Mesh mesh = source.mesh;
+  if (mesh.face_count() > 0 && mesh.find_attribute("normal") == nullptr) {
+    Attribute normals{"normal", Domain::vertex, NumberType::float32, 3, {}};
+    for (const Vec3d& n : vertex_normals(mesh)) normals.values.insert(normals.values.end(), {n.x, n.y, n.z});
+    mesh.attributes.push_back(std::move(normals));
+  }
+  Base base{parse_shape(serialize_mesh("glb", mesh), "glb", "base")};
+  base.original = glb::split_vertices(mesh, glb::writable_attributes(mesh).attributes).original;
+  return base;
+}
+
+Base base_of(const ShapeFile& source) {
+  if (source.format != "glb" && source.format != "gltf") return generated_base(source);
+  if (const auto* gltf = find_layout<gltf::Layout>(source)) return {gltf->glb};
+  return {source};
+}
+
+// What a block's vertices do in one target, in the node's coordinates: differences from the file's values.
+struct BlockTarget {
+  Changes positions;
+  Changes normals;
+};
+
+// A target: what each block does.
+using Target = std::vector<BlockTarget>;
+
+template <class ToLocal>
+Changes differences(const Block& block, std::span<const Vec3d> before, std::span<const Vec3d> after,
+                    const ToLocal& to_local) {
+  Changes changes;
+  for (std::size_t i = 0; i < block.count; ++i) {
+    const std::size_t v = block.first + i;
+    if (before[v] == after[v]) continue;
+    const Vec3d from = to_local(before[v]);
+    const Vec3d to = to_local(after[v]);
+    changes.elements.push_back(static_cast<std::uint32_t>(i));
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      changes.values.push_back(static_cast<float>(to[axis] - double{static_cast<float>(from[axis])}));
+    }
+  }
+  return changes;
+}
+
+// Writes the targets into the file.
+class Morpher {
+ public:
+  Morpher(const ShapeFile& base, const std::vector<Target>& targets)
+      : layout_(layout_of<Layout>(base)),
+        targets_(targets),
+        document_(glb::open_document(base.bytes, layout_, "source")),
+        edit_(document_, layout_) {}
+
+  // frames: the target that each frame shows; nothing for the first frame's shape.
+  std::string run(const std::vector<std::optional<std::size_t>>& frames, double fps) {
+    if (targets_.empty()) return std::string(document_.bytes);
+    const std::map<std::size_t, std::size_t> placed = glb::count_placements(document_);
+    for (const auto& [mesh, nodes] : glb::blocks_by_node(layout_)) {
+      // Nodes that share a mesh move differently, so that each gets its own.
+      const bool is_shared = placed.at(mesh) > 1;
+      for (const std::vector<std::size_t>& blocks : nodes) add_targets(mesh, blocks, is_shared);
+    }
+    add_animation(frames, fps);
+    return edit_.finish();
+  }
+
+ private:
+  void add_targets(std::size_t mesh, const std::vector<std::size_t>& blocks, bool is_shared) {
+    const Span span = edit_.item("meshes", mesh);
+    const std::vector<glb::Member> primitives = members(document_.text, *member(document_.text, span, "primitives"));
+    std::vector<Patch> patches;
+    for (const std::size_t b : blocks) {
+      const Block& block = layout_.blocks[b];
+      const std::string text = targets_text(b);
+      for (const std::size_t p : block.primitives) {
+        if (member(document_.text, primitives[p].value, "targets")) {
+          throw InvalidInput(fmt::format(
+              "meshes[{}] has morph targets of its own, which an animation would replace; write .pc2, or a file for "
+              "each frame",
+              mesh));
+        }
+        const std::size_t end = primitives[p].value.end - 1;
+        patches.push_back({{end, end}, text});
+      }
+    }
+    const std::size_t node = layout_.blocks[blocks.front()].node;
+    nodes_.push_back(node);
+    if (!is_shared) return edit_.patch(patches);
+    edit_.copy_mesh(node, mesh, std::move(patches));
+  }
+
+  std::string targets_text(std::size_t b) {
+    const Block& block = layout_.blocks[b];
+    std::string text = R"(,"targets":[)";
+    for (const Target& target : targets_) {
+      if (text.back() != '[') text += ",";
+      text += fmt::format(R"({{"POSITION":{})", accessor_of(block.count, target[b].positions, true));
+      if (block.normal) text += fmt::format(R"(,"NORMAL":{})", accessor_of(block.count, target[b].normals, false));
+      text += "}";
+    }
+    return text + "]";
+  }
+
+  std::size_t accessor_of(std::size_t count, const Changes& changes, bool has_bounds) {
+    std::vector<float> bounded = changes.values;
+    if (changes.elements.size() < count) bounded.insert(bounded.end(), {0, 0, 0});
+    std::string text = fmt::format(R"("componentType":5126,"count":{},"type":"VEC3")", count);
+    if (has_bounds) {
+      text += fmt::format(R"(,"min":{},"max":{})", glb::least_text(bounded, 3), glb::greatest_text(bounded, 3));
+    }
+    if (changes.elements.empty()) return edit_.append_accessor("{" + text + "}");
+    if (2 * changes.elements.size() < count) return sparse_accessor(text, count, changes);
+    std::string bytes;
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool differs = next < changes.elements.size() && changes.elements[next] == i;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        glb::append_float(bytes, differs ? changes.values[3 * next + axis] : 0.0f);
+      }
+      if (differs) ++next;
+    }
+    return edit_.append_elements(bytes, 0, glb::kVertexData, text);
+  }
+
+  std::size_t sparse_accessor(const std::string& text, std::size_t count, const Changes& changes) {
+    const bool is_short = count <= 65536;
+    std::string indices;
+    for (const std::uint32_t i : changes.elements) {
+      if (is_short) {
+        indices += static_cast<char>(i & 0xffu);
+        indices += static_cast<char>(i >> 8);
+      } else {
+        glb::append_uint32(indices, i);
+      }
+    }
+    std::string values;
+    for (const float value : changes.values) glb::append_float(values, value);
+    const std::size_t index_view = edit_.append_view(indices, 0, 0);
+    return edit_.append_accessor(fmt::format(
+        R"({{{},"sparse":{{"count":{},"indices":{{"bufferView":{},"componentType":{}}},"values":{{"bufferView":{}}}}}}})",
+        text, changes.elements.size(), index_view, is_short ? 5123 : 5125, edit_.append_view(values, 0, 0)));
+  }
+
+  void add_animation(const std::vector<std::optional<std::size_t>>& frames, double fps) {
+    std::string times;
+    std::string weights;
+    for (std::size_t k = 0; k < frames.size(); ++k) {
+      glb::append_float(times, time_of(k, fps));
+      for (std::size_t t = 0; t < targets_.size(); ++t) glb::append_float(weights, frames[k] == t ? 1.0f : 0.0f);
+    }
+    const std::size_t input =
+        edit_.append_elements(times, 0, 0,
+                              fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR","min":[0],"max":[{}])",
+                                          frames.size(), time_of(frames.size() - 1, fps)));
+    const std::size_t output = edit_.append_elements(
+        weights, 0, 0,
+        fmt::format(R"("componentType":5126,"count":{},"type":"SCALAR")", frames.size() * targets_.size()));
+    std::string channels;
+    for (const std::size_t node : nodes_) {
+      if (!channels.empty()) channels += ",";
+      channels += fmt::format(R"({{"sampler":0,"target":{{"node":{},"path":"weights"}}}})", node);
+    }
+    edit_.append_animation(fmt::format(
+        R"({{"name":"Knead","samplers":[{{"input":{},"output":{},"interpolation":"LINEAR"}}],"channels":[{}]}})", input,
+        output, channels));
+  }
+
+  static float time_of(std::size_t frame, double fps) { return static_cast<float>(static_cast<double>(frame) / fps); }
+
+  const Layout& layout_;
+  const std::vector<Target>& targets_;
+  Document document_;
+  Edit edit_;
+  std::vector<std::size_t> nodes_;  // that are animated
+};
+
+// The targets so far.
+struct Frames {
+  const ShapeFile& source;
+  AtomicFile file;
+  Base base;
+  FrameNormals frame_normals;  // of the base if its normals are authored, else of the source
+  double fps = 24;
+  std::vector<Vec3d> before{};  // the last frame
+  std::vector<Target> targets{};
+  std::vector<std::optional<std::size_t>> shown{};
+
+  Frames(const std::filesystem::path& path, const ShapeFile& of, double frames_per_second)
+      : source(of),
+        file(path),
+        base(base_of(of)),
+        frame_normals(has_own_normals() ? base.shape : of),
+        fps(frames_per_second) {}
+
+  bool has_own_normals() const { return base.original.empty() || source.mesh.find_attribute("normal") != nullptr; }
+
+  // A normal for each vertex of the base.
+  std::vector<Vec3d> expanded(const std::vector<Vec3d>& normals) const {
+    if (has_own_normals() || normals.empty()) return normals;
+    std::vector<Vec3d> result;
+    result.reserve(base.original.size());
+    for (const std::uint32_t v : base.original) result.push_back(normals[v]);
+    return result;
+  }
+
+  void add(std::span<const Vec3d> positions) {
+    check_fits_floats(positions);
+    const std::vector<Vec3d> now = in_base(positions);
+    if (now == base.shape.mesh.positions) {
+      shown.emplace_back();
+    } else if (now == before) {
+      shown.push_back(shown.back());
+    } else {
+      shown.emplace_back(targets.size());
+      targets.push_back(target_of(now, expanded(frame_normals.at(has_own_normals() ? now : positions))));
+    }
+    before = now;
+  }
+
+  // The base's positions are floats where it was generated: a vertex that rests keeps them.
+  std::vector<Vec3d> in_base(std::span<const Vec3d> positions) const {
+    std::vector<Vec3d> result = base.shape.mesh.positions;
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      const std::size_t v = base.original.empty() ? i : base.original[i];
+      if (positions[v] != source.mesh.positions[v]) result[i] = positions[v];
+    }
+    return result;
+  }
+
+  Target target_of(std::span<const Vec3d> now, const std::vector<Vec3d>& normals) const {
+    const std::vector<Vec3d>& start = base.shape.mesh.positions;
+    const std::vector<Vec3d> first_normals = expanded(frame_normals.first());
+    Target target;
+    for (const Block& block : layout_of<Layout>(base.shape).blocks) {
+      const glb::Placement& placement = block.placement;
+      const Mat3d& linear = placement.linear;
+      const Mat3d transposed(linear.column(0), linear.column(1), linear.column(2));
+      BlockTarget part;
+      part.positions =
+          differences(block, start, now, [&](const Vec3d& p) { return placement.inverse * (p - placement.offset); });
+      if (block.normal) {
+        part.normals =
+            differences(block, first_normals, normals, [&](const Vec3d& n) { return glb::direction(transposed * n); });
+      }
+      target.push_back(std::move(part));
+    }
+    return target;
+  }
+
+  void finish() {
+    file.write(Morpher(base.shape, targets).run(shown, fps));
+    file.finish();
+  }
+};
+
+}  // namespace
+
+AnimationFile::Writer glb_writer(const std::filesystem::path& path, const ShapeFile& source,
+                                 const AnimationOptions& options) {
+  const auto frames = std::make_shared<Frames>(path, source, options.fps);
+  return {[frames](std::span<const Vec3d> positions) { frames->add(positions); }, [frames] { frames->finish(); }};
+}
+
+}  // namespace knead::io_detail

@@ -1,0 +1,505 @@
+// The container of a GLB file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "io/formats.h"
+#include "io/glb/edit.h"
+#include "io/glb/glb.h"
+#include "io/mesh_builder.h"
+#include "io/text.h"
+#include "knead/error.h"
+
+namespace knead::io_detail::glb {
+
+namespace {
+
+// What the header says that the file's length is.
+std::size_t declared_length(std::string_view bytes, const std::string& name) {
+  ByteCursor cursor(bytes, name);
+  if (cursor.take_bytes(4, "'glTF'") != "glTF") {
+    fail_at_byte(name, 0, "this is no GLB file: it does not begin with 'glTF'");
+  }
+  const auto version = cursor.take<std::uint32_t>("the version");
+  if (version != 2) fail_at_byte(name, 4, fmt::format("glTF {} is not supported; use version 2", version));
+  const auto length = cursor.take<std::uint32_t>("the length");
+  if (length > bytes.size()) {
+    fail_at_byte(
+        name, 8,
+        fmt::format("the file should have {} bytes, but has {}; it is cut short or damaged", length, bytes.size()));
+  }
+  return length;
+}
+
+}  // namespace
+
+Layout parse_chunks(std::string_view bytes, const std::string& name) {
+  ByteCursor cursor(bytes.substr(0, declared_length(bytes, name)), name);
+  cursor.take_bytes(12, "the header");
+  Layout layout;
+  while (cursor.left() > 0) {
+    Chunk chunk;
+    chunk.size = cursor.take<std::uint32_t>("the length of a chunk");
+    chunk.type = cursor.take<std::uint32_t>("the type of a chunk");
+    chunk.begin = cursor.position();
+    cursor.take_bytes(chunk.size, "the contents of a chunk");
+    if (chunk.type == kBin && !layout.bin) layout.bin = layout.chunks.size();
+    layout.chunks.push_back(chunk);
+  }
+  layout.end = cursor.position();
+  if (layout.chunks.empty() || layout.chunks.front().type != kJson) {
+    fail_at_byte(name, 12, "the first chunk is not JSON; the file is damaged");
+  }
+  return layout;
+}
+
+Document open_document(std::string_view bytes, const Layout& layout, const std::string& name) {
+  const Chunk& json = layout.chunks.front();
+  Document document{bytes, bytes.substr(json.begin, json.size), {}, {}, {}};
+  document.source = {name, document.text, json.begin};
+  if (layout.bin) document.bin = bytes.substr(layout.chunks[*layout.bin].begin, layout.chunks[*layout.bin].size);
+  document.json = parse_object(document.text, json.begin, name);
+  const Value asset = document.root().at("asset");
+  for (const char* key : {"version", "minVersion"}) {
+    const std::optional<Value> version = asset.find(key);
+    if (version && version->text().substr(0, 2) != "2.") version->fail("only glTF 2 is supported");
+  }
+  asset.at("version");
+  return document;
+}
+
+namespace {
+
+bool is_space(char c) { return is_blank(c) || is_line_end(c); }
+
+std::size_t skip_space(std::string_view text, std::size_t i) {
+  while (i < text.size() && is_space(text[i])) ++i;
+  return i;
+}
+
+// The byte after the string whose opening quote is at i.
+std::size_t string_end(std::string_view text, std::size_t i) {
+  for (++i; i < text.size() && text[i] != '"'; ++i) {
+    if (text[i] == '\\') ++i;
+  }
+  return i + 1;
+}
+
+// The byte after the value that begins at i.
+std::size_t value_end(std::string_view text, std::size_t i) {
+  std::size_t depth = 0;
+  while (i < text.size()) {
+    const char c = text[i];
+    if (c == '"') {
+      i = string_end(text, i);
+    } else if (c == '{' || c == '[') {
+      ++depth;
+      ++i;
+    } else if (c == '}' || c == ']') {
+      --depth;
+      ++i;
+    } else {
+      const std::size_t end = text.find_first_of(depth == 0 ? ",]} \t\r\n" : "\"[]{}", i);
+      i = end == std::string_view::npos ? text.size() : end;
+    }
+    if (depth == 0) return i;
+  }
+  return i;
+}
+
+}  // namespace
+
+Json parse_object(std::string_view text, std::size_t begin, const std::string& name) {
+  using Kind = JsonError::Kind;
+  try {
+    Json json = parse_json(text);
+    if (!json.is_object()) fail_at_byte(name, begin, "the JSON is not an object; repair the file");
+    return json;
+  } catch (const JsonError& error) {
+    if (error.kind() == Kind::not_json || error.kind() == Kind::incomplete) {
+      fail_at_byte(name, begin + error.byte(), "this is not JSON; the file is damaged");
+    }
+    if (error.kind() == Kind::too_large) {
+      throw InvalidInput(Place{name}, "the JSON has a number that is too large; repair the file");
+    }
+    if (error.kind() == Kind::too_deep) {
+      throw InvalidInput(Place{name}, fmt::format("the JSON is nested deeper than {}; repair the file", kDeepestJson));
+    }
+    throw InvalidInput(Place{name}, fmt::format("the JSON gives the key {} twice; repair the file",
+                                                in_quotes(error.key().value_or(""))));
+  }
+}
+
+std::optional<Value> Value::find(const char* key) const {
+  const Json* found = json_->find(key);
+  if (found == nullptr) return std::nullopt;
+  return Value(*found, *source_, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key));
+}
+
+Value Value::at(const char* key) const {
+  std::optional<Value> found = find(key);
+  if (!found) fail(fmt::format("'{}' is missing; repair the file", key));
+  return *std::move(found);
+}
+
+std::size_t Value::size() const {
+  if (!json_->is_array()) fail("must be an array; repair the file");
+  return json_->items().size();
+}
+
+Value Value::item(std::size_t i) const {
+  if (i >= size()) fail(fmt::format("there is no item {}, only {} (counted from 0); repair the file", i, size()));
+  return {json_->items()[i], *source_, fmt::format("{}[{}]", path_, i)};
+}
+
+Value Value::item(const char* key, std::size_t i) const { return at(key).item(i); }
+
+std::size_t Value::count(const char* key) const {
+  const std::optional<Value> found = find(key);
+  return found ? found->size() : 0;
+}
+
+double Value::number() const {
+  if (!json_->is_number()) fail("must be a number; repair the file");
+  return json_->number();
+}
+
+std::size_t Value::whole() const {
+  constexpr double kMost = 9007199254740992.0;
+  const double value = json_->is_number() ? json_->number() : -1;
+  if (!(value >= 0 && value <= kMost && value == std::floor(value))) {
+    fail("must be a whole number from 0 on; repair the file");
+  }
+  return static_cast<std::size_t>(value);
+}
+
+std::optional<std::size_t> Value::whole(const char* key) const {
+  const std::optional<Value> found = find(key);
+  if (!found) return std::nullopt;
+  return found->whole();
+}
+
+std::vector<double> Value::numbers(std::size_t count) const {
+  if (size() != count) fail(fmt::format("must be {} numbers, found {}; repair the file", count, size()));
+  std::vector<double> result;
+  for (std::size_t i = 0; i < count; ++i) result.push_back(item(i).number());
+  return result;
+}
+
+std::string Value::text() const {
+  if (!json_->is_text()) fail("must be text; repair the file");
+  return json_->text();
+}
+
+bool Value::flag(const char* key) const {
+  const std::optional<Value> found = find(key);
+  if (!found) return false;
+  if (!found->json().is_flag()) found->fail("must be true or false; repair the file");
+  return found->json().flag();
+}
+
+void Value::fail(const std::string& what) const {
+  const std::size_t position = source_->begin + span_at(source_->text, path_).begin;
+  fail_at_byte(source_->file, position, path_.empty() ? what : fmt::format("{}: {}", path_, what));
+}
+
+Span span_at(std::string_view text, std::string_view path) {
+  Span span = root_span(text);
+  while (!path.empty()) {
+    const bool is_item = path[0] == '[';
+    if (is_item || path[0] == '.') path.remove_prefix(1);
+    const std::size_t end = std::min(path.find_first_of(is_item ? "]" : ".["), path.size());
+    const std::string_view step = path.substr(0, end);
+    path.remove_prefix(is_item ? std::min(end + 1, path.size()) : end);
+    std::optional<Span> next;
+    if (is_item) {
+      std::size_t i = 0;
+      std::from_chars(step.data(), step.data() + step.size(), i);
+      const std::vector<Member> items = members(text, span);
+      if (i < items.size()) next = items[i].value;
+    } else if (text[span.begin] == '{') {
+      next = member(text, span, step);
+    }
+    if (!next) break;
+    span = *next;
+  }
+  return span;
+}
+
+Span root_span(std::string_view text) {
+  const std::size_t begin = text.find('{');  // a byte-order mark may stand before it
+  return {begin, value_end(text, begin)};
+}
+
+std::vector<Member> members(std::string_view text, const Span& container) {
+  std::vector<Member> result;
+  const bool is_object = text[container.begin] == '{';
+  if (!is_object && text[container.begin] != '[') return result;
+  std::size_t i = skip_space(text, container.begin + 1);
+  while (i + 1 < container.end) {
+    Member member;
+    if (is_object) {
+      const std::size_t end = string_end(text, i);
+      member.key = parse_json(text.substr(i, end - i)).text();
+      i = skip_space(text, skip_space(text, end) + 1);  // after the colon
+    }
+    member.value = {i, value_end(text, i)};
+    i = skip_space(text, member.value.end);
+    if (text[i] == ',') i = skip_space(text, i + 1);
+    result.push_back(std::move(member));
+  }
+  return result;
+}
+
+std::optional<Span> member(std::string_view text, const Span& object, std::string_view key) {
+  for (const Member& member : members(text, object)) {
+    if (member.key == key) return member.value;
+  }
+  return std::nullopt;
+}
+
+Patch appended_item(std::string_view text, const Span& array, const std::string& items) {
+  std::size_t end = array.end - 1;
+  const bool is_empty = skip_space(text, array.begin + 1) == end;
+  while (is_space(text[end - 1])) --end;
+  return {{end, end}, is_empty ? items : "," + items};
+}
+
+std::string patched(std::string_view text, std::vector<Patch> patches) {
+  std::sort(patches.begin(), patches.end(), [](const Patch& a, const Patch& b) { return a.span.begin < b.span.begin; });
+  std::string result;
+  std::size_t copied = 0;
+  for (const Patch& patch : patches) {
+    result += text.substr(copied, patch.span.begin - copied);
+    result += patch.text;
+    copied = patch.span.end;
+  }
+  result += text.substr(copied);
+  return result;
+}
+
+// Reading a GLB file: the triangles of its scene.
+
+namespace {
+
+class Reader {
+ public:
+  explicit Reader(ShapeFile& shape, const std::string& name)
+      : shape_(shape),
+        layout_(parse_chunks(shape.bytes, name)),
+        document_(open_document(shape.bytes, layout_, name)),
+        faces_(shape.mesh) {}
+
+  void run() {
+    note_extensions();
+    for (const Instance& instance : find_instances(document_, shape_.notes)) read_instance(instance);
+    if (shape_.mesh.positions.empty()) {
+      throw InvalidInput(Place{document_.source.file}, "there are no vertices in the scene; check what was exported");
+    }
+    shape_.mesh.attributes = read_attributes(document_, layout_.blocks, shape_.notes);
+    append_notes();
+    set_layout(shape_, std::move(layout_));
+  }
+
+ private:
+  Value root() const { return document_.root(); }
+
+  void note_extensions() {
+    for (std::size_t i = 0; i < root().count("extensionsRequired"); ++i) {
+      const std::string extension = root().item("extensionsRequired", i).text();
+      if (is_understood(extension)) continue;
+      shape_.notes.push_back(
+          fmt::format("the file requires the extension {}, which is kept but not understood", in_quotes(extension)));
+    }
+  }
+
+  // Bounds what a small file unfolds into.
+  void take(std::size_t elements) {
+    const std::size_t most = most_elements(document_.bytes.size());
+    if (elements > most || taken_ > most - elements) {
+      throw InvalidInput(Place{document_.source.file},
+                         fmt::format("its nodes unfold into more than {} vertices and corners, too many for a file of "
+                                     "this size; place fewer copies",
+                                     most));
+    }
+    taken_ += elements;
+  }
+
+  void read_instance(const Instance& instance) {
+    const Value mesh = root().item("meshes", instance.mesh);
+    std::multimap<std::size_t, std::size_t> blocks;  // of this instance by their POSITION
+    for (std::size_t p = 0; p < mesh.at("primitives").size(); ++p) {
+      constexpr std::size_t kBookkeeping = 64;  // what a primitive costs even if its vertices are there already
+      take(kBookkeeping);
+      const Value primitive = mesh.item("primitives", p);
+      refuse_compression(primitive);
+      if (primitive.count("targets") > 0) ++morphed_;
+      Block wanted = described(instance, primitive);
+      const std::size_t b = find_or_add(blocks, std::move(wanted));
+      layout_.blocks[b].primitives.push_back(p);
+      const std::size_t first = shape_.mesh.face_count();
+      read_faces(primitive, layout_.blocks[b]);
+      if (shape_.mesh.face_count() > first) layout_.faces.push_back({first, b, p});
+    }
+  }
+
+  static void refuse_compression(const Value& primitive) {
+    constexpr const char* kDraco = "KHR_draco_mesh_compression";
+    const std::optional<Value> extensions = primitive.find("extensions");
+    if (!extensions || !extensions->find(kDraco)) return;
+    primitive.fail(
+        fmt::format("is compressed ({}), which this build cannot read; export it without compression", kDraco));
+  }
+
+  static Block described(const Instance& instance, const Value& primitive) {
+    Block block;
+    block.node = instance.node;
+    block.mesh = instance.mesh;
+    block.placement = instance.placement;
+    const Value attributes = primitive.at("attributes");
+    block.position = attributes.at("POSITION").whole();
+    for (const Semantic& semantic : kSemantics) block.*semantic.accessor = attributes.whole(semantic.key);
+    return block;
+  }
+
+  // Primitives share vertices if they share positions and no attribute of one contradicts the other's.
+  std::size_t find_or_add(std::multimap<std::size_t, std::size_t>& blocks, Block wanted) {
+    const auto [begin, end] = blocks.equal_range(wanted.position);
+    for (auto known = begin; known != end; ++known) {
+      take(1);
+      Block& block = layout_.blocks[known->second];
+      bool fits = true;
+      for (const Semantic& semantic : kSemantics) {
+        const auto& a = block.*semantic.accessor;
+        const auto& b = wanted.*semantic.accessor;
+        fits = fits && (!a || !b || *a == *b);
+      }
+      if (!fits) continue;
+      for (const Semantic& semantic : kSemantics) {
+        if (!(block.*semantic.accessor)) block.*semantic.accessor = wanted.*semantic.accessor;
+      }
+      return known->second;
+    }
+    blocks.emplace(wanted.position, layout_.blocks.size());
+    add_vertices(wanted);
+    layout_.blocks.push_back(std::move(wanted));
+    return layout_.blocks.size() - 1;
+  }
+
+  void add_vertices(Block& block) {
+    const Accessor accessor = find_accessor(document_, block.position);
+    const Value value = root().item("accessors", block.position);
+    if (accessor.components != 3) value.fail("is used as POSITION, but is not of type VEC3; repair the file");
+    if (accessor.type == NumberType::uint32) {  // glTF 2.0 has it for indices only
+      value.fail("is used as POSITION, but is of component type 5125 (UNSIGNED_INT); repair the file");
+    }
+    take(accessor.count);
+    block.first = shape_.mesh.positions.size();
+    block.count = accessor.count;
+    const std::vector<double> local = read_accessor(document_, block.position, accessor, true);
+    for (std::size_t i = 0; i < local.size(); i += 3) {
+      const Vec3d world = block.placement.linear * Vec3d{local[i], local[i + 1], local[i + 2]} + block.placement.offset;
+      if (!is_finite(world)) value.fail(fmt::format("position {} is not finite; repair the file", i / 3));
+      shape_.mesh.positions.push_back(world);
+    }
+  }
+
+  std::vector<std::uint32_t> read_indices(const Value& primitive, const Block& block) {
+    std::vector<std::uint32_t> indices;
+    const std::optional<std::size_t> index = primitive.whole("indices");
+    if (!index) {
+      take(block.count);
+      indices.resize(block.count);
+      std::iota(indices.begin(), indices.end(), static_cast<std::uint32_t>(block.first));
+      return indices;
+    }
+    const Accessor accessor = find_accessor(document_, *index);
+    const Value value = root().item("accessors", *index);
+    const bool is_whole = accessor.type == NumberType::uint8 || accessor.type == NumberType::uint16 ||
+                          accessor.type == NumberType::uint32;
+    if (!is_whole || accessor.components != 1) value.fail("is no list of indices; repair the file");
+    const double restart = accessor.type == NumberType::uint8    ? 0xff
+                           : accessor.type == NumberType::uint16 ? 0xffff
+                                                                 : 0xffffffff;
+    take(accessor.count);
+    for (const double number : read_accessor(document_, *index, accessor, false)) {
+      if (number >= static_cast<double>(block.count) || number == restart) {
+        value.fail(fmt::format("vertex index {} is out of range; there are {} vertices; repair the file", number,
+                               block.count));
+      }
+      indices.push_back(static_cast<std::uint32_t>(block.first) + static_cast<std::uint32_t>(number));
+    }
+    return indices;
+  }
+
+  void read_faces(const Value& primitive, const Block& block) {
+    const std::size_t mode = primitive.whole("mode").value_or(kTriangles);
+    if (mode > kTriangleFan) primitive.fail(fmt::format("has the unknown mode {}; repair the file", mode));
+    if (mode == kPoints) return;
+    const std::vector<std::uint32_t> v = read_indices(primitive, block);
+    if (mode < kTriangles) {
+      ++lines_;
+      return;
+    }
+    const bool is_mirrored = determinant(block.placement.linear) < 0;
+    const std::size_t triangles = mode == kTriangles ? v.size() / 3 : (v.size() < 3 ? 0 : v.size() - 2);
+    if (mode == kTriangles && v.size() % 3 != 0) ++incomplete_;
+    take(2 * triangles);
+    for (std::size_t i = 0; i < triangles; ++i) {
+      std::vector<std::uint32_t> face;
+      if (mode == kTriangles) face = {v[3 * i], v[3 * i + 1], v[3 * i + 2]};
+      if (mode == kTriangleStrip) face = {v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]};
+      if (mode == kTriangleFan) face = {v[i + 1], v[i + 2], v[0]};
+      const bool is_stitch = mode == kTriangleStrip && (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]);
+      if (is_mirrored) std::swap(face[1], face[2]);
+      if (!is_stitch) faces_.add(face);
+    }
+  }
+
+  void append_notes() {
+    std::vector<std::string>& notes = shape_.notes;
+    faces_.append_notes(notes);
+    if (incomplete_ > 0) {
+      notes.push_back(counted(incomplete_, "primitive ends within a triangle, which is left out",
+                              "primitives end within a triangle, which is left out"));
+    }
+    if (lines_ > 0) {
+      notes.push_back(counted(lines_, "primitive is lines; its vertices move with the shape",
+                              "primitives are lines; their vertices move with the shape"));
+    }
+    if (morphed_ > 0) {
+      notes.push_back(counted(morphed_, "primitive has morph targets, whose displacements stay as they are",
+                              "primitives have morph targets, whose displacements stay as they are"));
+    }
+    if (shape_.mesh.face_count() == 0) notes.push_back("a point cloud: there are no faces");
+    if (layout_.end < document_.bytes.size()) {
+      notes.push_back(counted(document_.bytes.size() - layout_.end, "byte follows", "bytes follow") +
+                      " the end of the shape and is kept");
+    }
+  }
+
+  ShapeFile& shape_;
+  Layout layout_;
+  Document document_;
+  FaceBuilder faces_;
+  std::size_t taken_ = 0;
+  std::size_t lines_ = 0;
+  std::size_t morphed_ = 0;
+  std::size_t incomplete_ = 0;
+};
+
+}  // namespace
+
+ShapeFile parse(std::string bytes, const std::string& name) {
+  ShapeFile shape;
+  shape.format = "glb";
+  shape.bytes = std::move(bytes);
+  Reader(shape, name).run();
+  return shape;
+}
+
+}  // namespace knead::io_detail::glb

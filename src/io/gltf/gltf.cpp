@@ -1,0 +1,431 @@
+#include "io/gltf/gltf.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "io/formats.h"
+#include "io/glb/edit.h"
+#include "io/glb/glb.h"
+#include "io/text.h"
+#include "knead/io.h"
+
+namespace knead::io_detail::gltf {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<std::string> without_percents(std::string_view uri) {
+  std::string text;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] != '%') {
+      text += uri[i];
+      continue;
+    }
+    constexpr std::string_view digits = "0123456789abcdef";
+    unsigned value = 0;
+    for (const std::size_t at : {i + 1, i + 2}) {
+      const char c = at < uri.size() ? uri[at] : ' ';
+      const std::size_t digit = digits.find(c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c);
+      if (digit == std::string_view::npos) return std::nullopt;
+      value = 16 * value + static_cast<unsigned>(digit);
+    }
+    text += static_cast<char>(value);
+    i += 2;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::optional<std::string> plain_file_name(std::string_view uri) {
+  std::optional<std::string> name = without_percents(uri);
+  if (!name) return std::nullopt;
+  if (name->starts_with("./")) name->erase(0, 2);
+  const bool is_plain = name->find_first_of(std::string_view("/\\:\0", 4)) == std::string::npos;
+  if (!is_plain || name->empty() || *name == "." || *name == "..") return std::nullopt;
+  return name;
+}
+
+std::string with_percents(std::string_view name) {
+  std::string uri;
+  for (const char c : name) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '_';
+    if (is_plain || static_cast<unsigned char>(c) >= 0x80) {
+      uri += c;
+    } else {
+      uri += fmt::format("%{:02X}", static_cast<unsigned char>(c));
+    }
+  }
+  return uri;
+}
+
+std::string read_beside(const fs::path& folder, const std::string& file, const glb::Value& buffer) {
+  const fs::path path = folder / file;
+  std::error_code error;
+  const auto type = fs::symlink_status(path, error).type();
+  if (type == fs::file_type::not_found) {
+    buffer.fail(fmt::format("is in the file {}, which is not there; put it beside this one", in_quotes(file)));
+  }
+  if (type != fs::file_type::regular) {
+    buffer.fail(fmt::format("is in {}, which is no regular file; put a copy beside this one", in_quotes(file)));
+  }
+  std::ifstream stream(path, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  if (!stream.good() && !stream.eof()) {
+    buffer.fail(fmt::format("is in the file {}, which cannot be read; check its permissions", in_quotes(file)));
+  }
+  return bytes;
+}
+
+std::string free_name(const fs::path& target, const std::string& wanted, bool is_own,
+                      const std::vector<std::string>& taken) {
+  std::error_code error;
+  if (is_own || !fs::exists(fs::symlink_status(target.parent_path() / wanted, error))) return wanted;
+  const std::string stem = target.stem().string();
+  std::string name = stem + ".bin";
+  for (int i = 1; std::find(taken.begin(), taken.end(), name) != taken.end(); ++i) {
+    name = fmt::format("{}-{}.bin", stem, i);
+  }
+  return name;
+}
+
+namespace {
+
+using glb::Patch;
+using glb::Span;
+using glb::Value;
+
+// A file taken apart: its JSON, and what follows it in a GLB file.
+struct Parts {
+  std::string_view text;
+  std::string_view bin;
+  std::size_t text_begin = 0;
+};
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  const std::filesystem::path parent = path.parent_path();
+  return parent.empty() ? std::filesystem::path(".") : parent;
+}
+
+std::string as_glb(std::string_view text, std::string_view bin) {
+  std::string chunks;
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
+  glb::append_chunk(chunks, glb::kJson, text);
+  glb::append_chunk(chunks, glb::kBin, bin);
+  return glb::with_header(chunks);
+}
+
+Parts parts_of(std::string_view glb_bytes, const std::string& name) {
+  const glb::Layout layout = glb::parse_chunks(glb_bytes, name);
+  const auto contents = [&](std::size_t i) { return glb_bytes.substr(layout.chunks[i].begin, layout.chunks[i].size); };
+  std::string_view text = contents(0);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.remove_suffix(1);
+  return {text, layout.bin ? contents(*layout.bin) : std::string_view{}, layout.chunks[0].begin};
+}
+
+// Brings all buffers together into one.
+class Collector {
+ public:
+  Collector(const Parts& parts, std::string name, const std::filesystem::path* path)
+      : parts_(parts), name_(std::move(name)), path_(path) {
+    text_ = parts.text.substr(text_begin(parts.text, name_));
+    source_ = {name_, text_, parts.text_begin};
+    json_ = glb::parse_object(text_, parts.text_begin, name_);
+  }
+
+  // False where the binary chunk is the one buffer, and nothing in it is compressed.
+  bool is_needed() const {
+    if (names_codec(text_)) return true;
+    for (std::size_t i = 0; i < root().count("buffers"); ++i) {
+      if (root().item("buffers", i).find("uri")) return true;
+    }
+    return root().count("buffers") > 1;
+  }
+
+  // The GLB file that holds the same.
+  std::string run(Layout& layout) {
+    for (std::size_t i = 0; i < root().count("buffers"); ++i) add_buffer(i, root().item("buffers", i));
+    std::vector<Patch> patches;
+    const std::optional<Span> buffers = member(text_, glb::root_span(text_), "buffers");
+    if (buffers) {
+      layout.buffers_text = std::string(text_.substr(buffers->begin, buffers->end - buffers->begin));
+      patches.push_back({*buffers, fmt::format(R"([{{"byteLength":{}}}])", bin_.size())});
+    }
+    add_view_patches(patches);
+    layout.buffers = std::move(buffers_);
+    if (path_ != nullptr) layout.path = *path_;
+    return as_glb(glb::patched(text_, std::move(patches)), bin_);
+  }
+
+ private:
+  Value root() const { return {json_, source_}; }
+
+  void add_buffer(std::size_t index, const Value& value) {
+    Buffer buffer;
+    std::string bytes;
+    if (is_placeholder(value)) {
+      buffer.begin = bin_.size();
+      buffers_.push_back(std::move(buffer));
+      return;
+    }
+    if (const std::optional<Value> uri = value.find("uri")) {
+      bytes = bytes_of(*uri, buffer);
+    } else if (index == 0) {
+      bytes = std::string(parts_.bin);
+    } else {
+      value.fail("has no bytes: no 'uri'; repair the file");
+    }
+    buffer.size = value.at("byteLength").whole();
+    if (buffer.size > bytes.size()) {
+      value.fail(fmt::format("is {} bytes long, but {} are there; the file is cut short or damaged", buffer.size,
+                             bytes.size()));
+    }
+    bin_.resize((bin_.size() + 3) / 4 * 4, '\0');
+    buffer.begin = bin_.size();
+    bin_.append(bytes, 0, buffer.size);
+    buffers_.push_back(std::move(buffer));
+  }
+
+  // Returns whether the buffer has no bytes: those of its views are compressed.
+  static bool is_placeholder(const Value& buffer) {
+    const char* extension = meshopt_extension(buffer.json());
+    return has_meshopt() && extension != nullptr && !buffer.find("uri") &&
+           buffer.at("extensions").at(extension).flag("fallback");
+  }
+
+  std::string bytes_of(const Value& uri, Buffer& buffer) const {
+    const std::string text = uri.text();
+    if (text.starts_with("data:")) {
+      constexpr std::string_view mark = ";base64,";
+      const std::size_t comma = text.find(mark);
+      if (comma == std::string::npos) uri.fail("is a data URI without ';base64,'; repair the file");
+      buffer.kind = Buffer::Kind::data;
+      buffer.head = text.substr(0, comma + mark.size());
+      std::optional<std::string> bytes = from_base64(std::string_view(text).substr(buffer.head.size()));
+      if (!bytes) uri.fail("is no base64; the file is damaged");
+      return *std::move(bytes);
+    }
+    const std::optional<std::string> file = plain_file_name(text);
+    if (!file) uri.fail(fmt::format("{} is no plain name of a file in the same folder", in_quotes(text)));
+    if (path_ == nullptr) {
+      uri.fail(
+          fmt::format("the buffer is in the file {}, which is not opened here; read the shape by its path, or "
+                      "export it as .glb",
+                      in_quotes(*file)));
+    }
+    buffer.kind = Buffer::Kind::file;
+    buffer.file = *file;
+    return read_beside(folder_of(*path_), *file, uri);
+  }
+
+  // Buffer views in the one buffer.
+  void add_view_patches(std::vector<Patch>& patches) const {
+    const std::optional<Span> array = member(text_, glb::root_span(text_), "bufferViews");
+    if (!array) return;
+    const std::vector<glb::Member> views = members(text_, *array);
+    for (std::size_t v = 0; v < views.size(); ++v) {
+      const Value view = root().item("bufferViews", v);
+      add_range_patches(view, views[v].value, patches);
+      const char* extension = meshopt_extension(view.json());
+      if (extension == nullptr) continue;
+      const Span extensions = *member(text_, views[v].value, "extensions");
+      add_range_patches(view.at("extensions").at(extension), *member(text_, extensions, extension), patches);
+    }
+  }
+
+  // Of a buffer view, or of the extension that compresses one.
+  void add_range_patches(const Value& range, const Span& span, std::vector<Patch>& patches) const {
+    const std::size_t buffer = range.at("buffer").whole();
+    if (buffer >= buffers_.size()) range.fail(fmt::format("is in buffer {}, which there is not", buffer));
+    if (buffer == 0) return;
+    const Span number = *member(text_, span, "buffer");
+    const std::string begin = std::to_string(buffers_[buffer].begin + range.whole("byteOffset").value_or(0));
+    const std::optional<Span> offset = member(text_, span, "byteOffset");
+    patches.push_back({number, offset ? "0" : R"(0,"byteOffset":)" + begin});
+    if (offset) patches.push_back({*offset, begin});
+  }
+
+  const Parts& parts_;
+  std::string name_;
+  const std::filesystem::path* path_;  // null: no file may be opened
+  std::string_view text_;
+  glb::Source source_;
+  Json json_;
+  std::vector<Buffer> buffers_;
+  std::string bin_;
+};
+
+ShapeFile wrapped(std::string bytes, const char* format, const std::string& name, Collector& collector) {
+  Layout layout;
+  std::string plain = collector.run(layout);
+  ShapeFile shape;
+  if (names_codec(parts_of(plain, name).text)) plain = decompressed(std::move(plain), name, shape.notes);
+  layout.glb = glb::parse(std::move(plain), name);
+  shape.format = format;
+  shape.mesh = layout.glb.mesh;
+  shape.notes.insert(shape.notes.end(), layout.glb.notes.begin(), layout.glb.notes.end());
+  const auto full =
+      std::count_if(layout.buffers.begin(), layout.buffers.end(), [](const Buffer& b) { return b.size > 0; });
+  if (full > 1) shape.notes.push_back(std::to_string(full) + " buffers are written as one if a vertex moves");
+  shape.bytes = std::move(bytes);
+  set_layout(shape, std::move(layout));
+  return shape;
+}
+
+ShapeFile parse_text(std::string bytes, const std::string& name, const std::filesystem::path* path) {
+  const Parts parts{bytes, {}, 0};
+  Collector collector(parts, name, path);
+  return wrapped(bytes, "gltf", name, collector);
+}
+
+ShapeFile parse_container(std::string bytes, const std::string& name, const std::filesystem::path* path) {
+  const Parts parts = parts_of(bytes, name);
+  Collector collector(parts, name, path);
+  if (!collector.is_needed()) return glb::parse(std::move(bytes), name);
+  return wrapped(bytes, "glb", name, collector);
+}
+
+// "data:..." as JSON, quotes included, with the words before the bytes that the source has. Those may be anything that
+// a JSON text can be, and so need escapes; base64 needs none.
+std::string data_uri(const std::vector<Buffer>& buffers, std::string_view bin) {
+  const bool has_head = !buffers.empty() && buffers[0].kind == Buffer::Kind::data;
+  std::string uri = to_text(Json(has_head ? buffers[0].head : "data:application/octet-stream;base64,"));
+  uri.pop_back();
+  return uri + to_base64(bin) + '"';
+}
+
+// The buffers as text: the source's own one with other bytes; `uri` as JSON.
+std::string buffers_text(const Layout& layout, std::string_view bin, const std::optional<std::string>& uri) {
+  const std::string size = std::to_string(bin.size());
+  if (layout.buffers.size() != 1) {
+    return fmt::format(R"([{{"byteLength":{}{}}}])", size, uri ? R"(,"uri":)" + *uri : "");
+  }
+  const std::string_view text = layout.buffers_text;
+  const Span buffer = glb::members(text, Span{0, text.size()})[0].value;
+  const std::optional<Span> old_uri = member(text, buffer, "uri");
+  std::vector<Patch> patches{
+      {*member(text, buffer, "byteLength"), size + (uri && !old_uri ? R"(,"uri":)" + *uri : "")}};
+  if (uri && old_uri) patches.push_back({*old_uri, *uri});
+  return glb::patched(text, std::move(patches));
+}
+
+// The length of the byte order mark that a text begins with, or 0.
+std::size_t mark_size(std::string_view text) { return text.starts_with("\xef\xbb\xbf") ? 3 : 0; }
+
+// The GLB file as a file of the source's kind that is whole in itself.
+std::string unwrapped(const ShapeFile& source, const Layout& layout, const std::string& bytes) {
+  const Parts parts = parts_of(bytes, source.format);
+  const bool in_chunk =
+      source.format == "glb" && (layout.buffers.empty() || layout.buffers[0].kind == Buffer::Kind::chunk);
+  // The chunk is padded; the buffer says how long it is.
+  const std::optional<Span> buffers = member(parts.text, glb::root_span(parts.text), "buffers");
+  if (!buffers) return source.format == "glb" ? bytes : std::string(parts.text);
+  const Json declared = parse_json(parts.text.substr(buffers->begin, buffers->end - buffers->begin));
+  const std::string_view bin = parts.bin.substr(0, declared.items()[0].find("byteLength")->whole());
+  std::optional<std::string> uri;
+  if (!in_chunk) uri = data_uri(layout.buffers, bin);
+  const std::string text = glb::patched(parts.text, {{*buffers, buffers_text(layout, bin, uri)}});
+  if (source.format != "glb") return source.bytes.substr(0, mark_size(source.bytes)) + text;
+  return as_glb(text, in_chunk ? bin : std::string_view{});
+}
+
+// Writes the bytes of buffers to files beside the path; returns the file that names them.
+std::string with_files_beside(const std::filesystem::path& path, const Layout& layout, const std::string& format,
+                              const std::string& bytes) {
+  const bool is_container = format == "glb";
+  const Parts parts = is_container ? parts_of(bytes, format) : Parts{bytes, {}, 0};
+  const std::string_view text = parts.text;
+  const std::string_view old_bin = parts_of(layout.glb.bytes, format).bin;
+  std::vector<std::string> taken;
+  for (const Buffer& buffer : layout.buffers) taken.push_back(buffer.file);
+  std::error_code error;
+  const bool is_own = std::filesystem::equivalent(path, layout.path, error);
+  const bool is_same_folder = std::filesystem::equivalent(folder_of(path), folder_of(layout.path), error);
+  std::vector<Patch> patches;
+  const std::vector<glb::Member> buffers = members(text, *member(text, glb::root_span(text), "buffers"));
+  for (std::size_t i = 0; i < buffers.size(); ++i) {
+    const std::optional<Span> uri = member(text, buffers[i].value, "uri");
+    if (layout.buffers[i].kind != Buffer::Kind::file || !uri) continue;
+    const std::string value = parse_json(text.substr(uri->begin, uri->end - uri->begin)).text();
+    const bool is_new = value.starts_with("data:");  // else it names the file, which has not changed
+    if (!is_new && is_same_folder) continue;
+    const std::string name = free_name(path, layout.buffers[i].file, is_own, taken);
+    const std::string_view old = old_bin.substr(layout.buffers[i].begin, layout.buffers[i].size);
+    const std::size_t comma = value.find(',') + 1;
+    write_file_atomically(folder_of(path) / name,
+                          is_new ? *from_base64(std::string_view(value).substr(comma)) : std::string(old));
+    if (is_new || name != layout.buffers[i].file) patches.push_back({*uri, to_text(Json(with_percents(name)))});
+  }
+  const std::string named = glb::patched(text, std::move(patches));
+  return is_container ? as_glb(named, parts.bin) : named;
+}
+
+const Layout* layout_in(const ShapeFile& source) { return find_layout<Layout>(source); }
+
+}  // namespace
+
+ShapeFile parse(std::string bytes, const std::string& name) { return parse_text(std::move(bytes), name, nullptr); }
+
+ShapeFile parse_glb(std::string bytes, const std::string& name) {
+  return parse_container(std::move(bytes), name, nullptr);
+}
+
+ShapeFile parse_beside(std::string bytes, const std::filesystem::path& path) {
+  return parse_text(std::move(bytes), path.string(), &path);
+}
+
+ShapeFile parse_glb_beside(std::string bytes, const std::filesystem::path& path) {
+  return parse_container(std::move(bytes), path.string(), &path);
+}
+
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options) {
+  const Layout* layout = layout_in(source);
+  if (layout == nullptr) return glb::rewrite(source, positions, normals, options);
+  return unwrapped(source, *layout, glb::rewrite(layout->glb, positions, normals, options));
+}
+
+std::string remeshed(const NewMesh& shape, const WriteOptions& options) {
+  const Layout* layout = layout_in(shape.source);
+  if (layout == nullptr) return glb::remeshed(shape, options);
+  return unwrapped(shape.source, *layout, glb::remeshed({layout->glb, shape.mesh, shape.face_source}, options));
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  const Layout* layout = layout_in(source);
+  return glb::source_losses(layout == nullptr ? source : layout->glb);
+}
+
+std::vector<std::string> remesh_losses(const ShapeFile& source) {
+  const Layout* layout = layout_in(source);
+  return glb::remesh_losses(layout == nullptr ? source : layout->glb);
+}
+
+std::vector<std::uint32_t> face_labels(const ShapeFile& source) {
+  const Layout* layout = layout_in(source);
+  return glb::face_labels(layout == nullptr ? source : layout->glb);
+}
+
+std::string generate(const Mesh& mesh, const WriteOptions& options) {
+  ShapeFile source;
+  source.format = "gltf";
+  return unwrapped(source, {}, glb::generate(mesh, options));
+}
+
+void write_beside(const std::filesystem::path& path, const ShapeFile& source, const std::string& bytes) {
+  const Layout* layout = layout_in(source);
+  const bool has_files =
+      layout != nullptr && std::any_of(layout->buffers.begin(), layout->buffers.end(),
+                                       [](const Buffer& buffer) { return buffer.kind == Buffer::Kind::file; });
+  if (!has_files) return write_file_atomically(path, bytes);
+  write_file_atomically(path, with_files_beside(path, *layout, source.format, bytes));
+}
+
+}  // namespace knead::io_detail::gltf

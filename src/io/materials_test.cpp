@@ -1,0 +1,71 @@
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "knead/io.h"
+#include "support/test_meshes.h"
+
+namespace knead {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Materials : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("knead_materials_" + std::to_string(::getpid()));
+    fs::create_directories(folder_ / "in" / "deeper");
+    fs::create_directories(folder_ / "out");
+    put("in/a.mtl", "newmtl a");
+    put("in/two words.mtl", "newmtl b");
+    put("in/deeper/c.mtl", "newmtl c");
+    put("in/secret.txt", "secret");
+    put("outside.mtl", "newmtl d");
+    fs::create_symlink("/dev/zero", folder_ / "in" / "endless.mtl");
+    fs::create_symlink("secret.txt", folder_ / "in" / "link.mtl");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  void put(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+  }
+
+  // The names copied for a shape with these lines.
+  std::vector<std::string> copied(const std::string& lines) const {
+    const ShapeFile shape = parse_shape(lines + "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", "a.obj");
+    std::vector<std::string> names;
+    for (const fs::path& path : copy_material_files(shape, folder_ / "in" / "a.obj", folder_ / "out" / "b.obj")) {
+      EXPECT_EQ(path.parent_path(), folder_ / "out");
+      EXPECT_EQ(file_bytes(path), file_bytes(folder_ / "in" / path.filename()));
+      names.push_back(path.filename());
+    }
+    return names;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Materials, AreCopiedOnceByName) {
+  EXPECT_EQ(copied("mtllib a.mtl two words.mtl"), (std::vector<std::string>{"a.mtl"}));
+  EXPECT_EQ(copied("mtllib two words.mtl\r\nmtllib ./a.mtl"), (std::vector<std::string>{"two words.mtl"}));
+  put("out/a.mtl", "other");
+  EXPECT_TRUE(copied("mtllib a.mtl").empty());
+  EXPECT_EQ(file_bytes(folder_ / "out" / "a.mtl"), "other");
+}
+
+TEST_F(Materials, NothingElseIsOpened) {
+  for (const char* name : {"../outside.mtl", "deeper/c.mtl", "secret.txt", "endless.mtl", "link.mtl", "absent.mtl",
+                           "/etc/passwd", "..", ".mtl", ""}) {
+    EXPECT_TRUE(copied(std::string("mtllib ") + name).empty()) << name;
+  }
+  EXPECT_TRUE(fs::is_empty(folder_ / "out"));
+}
+
+TEST_F(Materials, StayWhereTheyAreInTheSameFolder) {
+  const ShapeFile shape = parse_shape("mtllib a.mtl\nv 0 0 0\n", "obj", "a.obj");
+  EXPECT_TRUE(copy_material_files(shape, folder_ / "in" / "a.obj", folder_ / "out" / ".." / "in" / "b.obj").empty());
+}
+
+}  // namespace
+}  // namespace knead

@@ -1,0 +1,382 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <optional>
+
+#include "io/formats.h"
+#include "io/mesh_builder.h"
+#include "io/numbers.h"
+#include "io/obj/obj.h"
+#include "io/text.h"
+#include "knead/mesh.h"
+#include "math/system.h"
+
+namespace knead::io_detail::obj {
+namespace {
+
+// The corners that have a normal, ordered by a key and then as in the file.
+template <class Key>
+std::vector<std::uint32_t> corners_by(const Layout& layout, const Key& key) {
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t c = 0; c < layout.corner_normal.size(); ++c) {
+    if (layout.corner_normal[c] != kNoNormal) corners.push_back(c);
+  }
+  std::stable_sort(corners.begin(), corners.end(), [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+  return corners;
+}
+
+// A line of the file, and the cell of a grid that a normal of its corners lies in; the first cell is that of corners
+// which did not turn.
+using Cell = std::array<double, 5>;
+
+Cell cell_of(const Vec3d& normal, const Vec3d& before, std::uint32_t line) {
+  if (normal == before) return {static_cast<double>(line), 0, 0, 0, 0};
+  const double grid = 1e-4 * norm(normal);
+  const auto index = [&](double x) { return grid > 0 ? std::floor(x / grid + 0.5) : 0; };
+  return {static_cast<double>(line), 1, index(normal.x), index(normal.y), index(normal.z)};
+}
+
+}  // namespace
+
+std::vector<Vec3d> moved_corner_normals(const Mesh& mesh, const Layout& layout, std::span<const Vec3d> after) {
+  using Use = std::array<std::uint32_t, 2>;
+  const auto use = [&](std::uint32_t c) { return Use{layout.corner_normal[c], mesh.corner_vertex[c]}; };
+  std::vector<Vec3d> normals;
+  std::vector<std::uint32_t> corner_use(layout.corner_normal.size(), kNoNormal);
+  Use last{kNoNormal, 0};
+  for (const std::uint32_t c : corners_by(layout, use)) {
+    if (use(c) != last) normals.push_back(layout.normals[layout.corner_normal[c]]);
+    last = use(c);
+    corner_use[c] = static_cast<std::uint32_t>(normals.size() - 1);
+  }
+  const std::vector<Vec3d> moved = transport_normals(mesh, after, normals, corner_use);
+  std::vector<Vec3d> corner_normals(corner_use.size());
+  for (std::size_t c = 0; c < corner_use.size(); ++c) {
+    if (corner_use[c] != kNoNormal) corner_normals[c] = moved[corner_use[c]];
+  }
+  return corner_normals;
+}
+
+NormalLines plan_normals(const Layout& layout, std::span<const Vec3d> corner_normals) {
+  NormalLines plan;
+  for (std::size_t n = 0; n < layout.normals.size(); ++n) {
+    plan.lines.push_back({layout.normals[n], static_cast<std::uint32_t>(n)});
+  }
+  if (corner_normals.empty()) return plan;
+  plan.corner_line = layout.corner_normal;
+  const auto line_of = [&](std::uint32_t c) { return layout.corner_normal[c]; };
+  std::vector<Cell> cells(layout.corner_normal.size());
+  for (std::uint32_t c = 0; c < cells.size(); ++c) {
+    if (line_of(c) != kNoNormal) cells[c] = cell_of(corner_normals[c], layout.normals[line_of(c)], line_of(c));
+  }
+  const auto cell = [&](std::uint32_t c) -> const Cell& { return cells[c]; };
+  // Of each line the corner whose cell keeps it: one that did not turn, or else the first in the file.
+  const std::vector<std::uint32_t> corners = corners_by(layout, cell);
+  std::vector<std::uint32_t> keeper(layout.normals.size(), kNoNormal);
+  for (const std::uint32_t c : corners) {
+    std::uint32_t& kept = keeper[line_of(c)];
+    const bool unturned = kept != kNoNormal && cell(kept)[1] == 0;
+    if (kept == kNoNormal || (!unturned && c < kept)) kept = c;
+  }
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const std::uint32_t c = corners[i];
+    const std::uint32_t line = line_of(c);
+    if (cell(c) == cell(keeper[line])) {
+      plan.lines[line].normal = corner_normals[keeper[line]];
+    } else if (i > 0 && cell(c) == cell(corners[i - 1])) {
+      plan.corner_line[c] = plan.corner_line[corners[i - 1]];
+    } else {
+      plan.corner_line[c] = static_cast<std::uint32_t>(plan.lines.size());
+      plan.lines.push_back({corner_normals[c], line});
+    }
+  }
+  if (plan.lines.size() == layout.normals.size()) plan.corner_line.clear();
+  return plan;
+}
+
+// Writing a mesh as a new OBJ file.
+
+namespace {
+
+// Colors as OBJ has them: 0 to 1.
+double color_scale(const Attribute& color) {
+  if (color.type == NumberType::uint8) return 1.0 / 255;
+  return color.type == NumberType::uint16 ? 1.0 / 65535 : 1.0;
+}
+
+const Attribute* vertex_color(const Mesh& mesh) {
+  const Attribute* color = mesh.find_attribute("color");
+  return color != nullptr && color->domain == Domain::vertex && color->components >= 3 ? color : nullptr;
+}
+
+// Colors are floats where they come from, and shorter as such.
+void append_color(std::string& text, double value) {
+  if (fits_float(value)) {
+    append_real(text, static_cast<float>(value));
+  } else {
+    append_real(text, value);
+  }
+}
+
+void append_vertices(std::string& text, const Mesh& mesh, std::optional<int> decimals) {
+  const Attribute* color = vertex_color(mesh);
+  for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    const Vec3d& p = mesh.positions[i];
+    const std::array<double, 3> xyz{p.x, p.y, p.z};
+    append_vector(text, "v", xyz.data(), 3, decimals);
+    for (std::size_t c = 0; color != nullptr && c < 3; ++c) {
+      text += ' ';
+      const std::size_t first = i * static_cast<std::size_t>(color->components);
+      append_color(text, color->values[first + c] * color_scale(*color));
+    }
+    text += '\n';
+  }
+}
+
+void append_face(std::string& text, const Mesh& mesh, std::size_t f, const Lines& uv, const Lines& normal) {
+  text += 'f';
+  for (std::uint32_t c = mesh.face_begin[f]; c < mesh.face_begin[f + 1]; ++c) {
+    text += ' ' + std::to_string(mesh.corner_vertex[c] + std::size_t{1});
+    if (uv.corner_line.empty() && normal.corner_line.empty()) continue;
+    text += '/';
+    if (!uv.corner_line.empty()) text += std::to_string(uv.corner_line[c]);
+    if (!normal.corner_line.empty()) text += '/' + std::to_string(normal.corner_line[c]);
+  }
+  text += '\n';
+}
+
+}  // namespace
+
+std::string generate(const Mesh& mesh, const WriteOptions& options) {
+  const Lines uv = value_lines<2>(mesh, "uv", "vt");
+  const Lines normal = value_lines<3>(mesh, "normal", "vn");
+  std::string text;
+  append_vertices(text, mesh, options.decimals);
+  text += uv.text;
+  text += normal.text;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) append_face(text, mesh, f, uv, normal);
+  return text;
+}
+
+std::vector<std::string> losses(const Mesh& mesh) {
+  std::vector<std::string> losses;
+  for (const Attribute& attribute : mesh.attributes) {
+    const bool is_shading = attribute.name == "uv" || attribute.name == "normal";
+    if (is_shading && attribute.domain != Domain::face && &attribute == mesh.find_attribute(attribute.name)) {
+      if (mesh.face_count() == 0) losses.push_back("OBJ cannot hold '" + attribute.name + "' of points without faces");
+    } else if (&attribute != vertex_color(mesh)) {
+      losses.push_back("OBJ cannot hold '" + attribute.name + "'" +
+                       (attribute.domain == Domain::face ? " per face" : ""));
+    } else if (attribute.components > 3) {
+      losses.push_back("OBJ cannot hold the alpha of colors");
+    }
+  }
+  return losses;
+}
+
+std::vector<std::string> source_losses(const ShapeFile& source) {
+  std::vector<std::string> losses;
+  for (const std::string& keyword : layout_of<Layout>(source).other_keywords) {
+    losses.push_back("lines '" + keyword + "' are left out");
+  }
+  const std::size_t unplaced = layout_of<Layout>(source).unplaced.size();
+  if (unplaced > 0) losses.push_back(unplaced_loss(unplaced));
+  return losses;
+}
+
+// Writing an OBJ file back: its bytes with some numbers replaced.
+
+namespace {
+
+// Walks through the statements as the reader did.
+class Rewriter {
+ public:
+  Rewriter(const ShapeFile& source, std::span<const Vec3d> positions, NormalLines normals, std::optional<int> decimals)
+      : bytes_(without_end_zeros(source.bytes)),
+        rest_(std::string_view(source.bytes).substr(bytes_.size())),
+        old_positions_(source.mesh.positions),
+        old_normals_(layout_of<Layout>(source).normals),
+        positions_(positions),
+        normals_(std::move(normals)),
+        decimals_(decimals),
+        number_(normals_.lines.size(), 0) {
+    if (const auto& unplaced = layout_of<Layout>(source).unplaced; !unplaced.empty()) {
+      old_positions_ = rows_before_ = by_row(old_positions_, unplaced);
+      positions_ = rows_after_ = by_row(positions, unplaced);
+    }
+    reserve_large(result_, bytes_.size() + bytes_.size() / 4 + 64);
+    const std::size_t end = end_of_line(bytes_, 0);
+    line_end_ = bytes_.substr(end, bytes_.substr(end, 2) == "\r\n" ? 2 : 1);
+    if (line_end_.empty()) line_end_ = "\n";
+  }
+
+  std::string run() {
+    for (std::size_t position = first_byte(bytes_); position < bytes_.size();) {
+      const std::size_t line = position;
+      position = skip_blanks(bytes_, position);
+      const std::size_t end = word_end(bytes_, position);
+      const std::string_view keyword = bytes_.substr(position, end - position);
+      position = end;
+      if (keyword == "v") {
+        position = replace(position, old_positions_[vertex_], positions_[vertex_], decimals_);
+        ++vertex_;
+      } else if (keyword == "vn") {
+        position =
+            replace(position, old_normals_[normal_], normals_.lines[normal_].normal, direction_decimals(decimals_));
+        number_[normal_++] = ++written_;
+      } else if (keyword == "f" && !normals_.corner_line.empty()) {
+        position = rewrite_face(line, position);
+      }
+      position = end_of_line(bytes_, position) + 1;
+    }
+    copy_until(bytes_.size());
+    result_ += rest_;
+    return std::move(result_);
+  }
+
+ private:
+  void copy_until(std::size_t end) {
+    result_.append(bytes_, copied_, end - copied_);
+    copied_ = end;
+  }
+
+  // Three numbers after `position`; a component that stays the same keeps its bytes. Returns the byte after them.
+  std::size_t replace(std::size_t position, const Vec3d& from, const Vec3d& to, std::optional<int> decimals) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      position = skip_blanks(bytes_, position);
+      const std::size_t end = word_end(bytes_, position);
+      if (from[axis] != to[axis] && spell(from[axis], to[axis], decimals)) {
+        copy_until(position);
+        result_ += number_text_;
+        copied_ = end;
+      }
+      position = end;
+    }
+    return position;
+  }
+
+  // Sets number_text_; false where the rounded number is the old one.
+  bool spell(double from, double to, std::optional<int> decimals) {
+    number_text_.clear();
+    append_decimals(number_text_, to, decimals);
+    if (decimals) parse_real(number_text_, to);
+    return from != to;
+  }
+
+  // The third number of a corner v/vt/vn or v//vn.
+  struct Reference {
+    std::size_t begin = 0;
+    std::size_t end = 0;
+    std::int64_t index = 0;
+    std::uint32_t line = 0;  // of normals_, that it is to mean
+  };
+
+  // Returns the byte after the corners.
+  std::size_t rewrite_face(std::size_t line, std::size_t position) {
+    references_.clear();
+    const std::size_t corners = read_references(position);
+    if (corners >= 3) {  // else it was left out of the mesh
+      for (Reference& reference : references_) reference.line = normals_.corner_line[corner_ + reference.line];
+      corner_ += corners;
+    } else {
+      for (Reference& reference : references_) reference.line = old_line(reference.index);
+    }
+    for (const Reference& reference : references_) add_line(reference.line, line);
+    for (const Reference& reference : references_) renumber(reference);
+    return position;
+  }
+
+  // Sets `line` to the number of the corner within its face. Returns how many corners there are.
+  std::size_t read_references(std::size_t& position) {
+    for (std::uint32_t corner = 0;; ++corner) {
+      const std::size_t begin = skip_blanks(bytes_, position);
+      const std::size_t end = begin < bytes_.size() && bytes_[begin] == '#' ? begin : word_end(bytes_, begin);
+      position = end;
+      if (begin == end) return corner;
+      const std::string_view token = bytes_.substr(begin, end - begin);
+      const std::size_t slash = token.find('/', token.find('/') + 1);
+      if (token.find('/') == std::string_view::npos || slash == std::string_view::npos) continue;
+      Reference reference{begin + slash + 1, end, 0, corner};
+      std::from_chars(bytes_.data() + reference.begin, bytes_.data() + end, reference.index);
+      if (reference.index != 0) references_.push_back(reference);
+    }
+  }
+
+  std::uint32_t old_line(std::int64_t index) const {
+    return static_cast<std::uint32_t>(index > 0 ? index - 1 : static_cast<std::int64_t>(normal_) + index);
+  }
+
+  // Before the face's line, a line of `normals_` that the file does not have.
+  void add_line(std::uint32_t line, std::size_t position) {
+    if (line < old_normals_.size() || number_[line] != 0) return;
+    copy_until(position);
+    result_ += "vn";
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      result_ += ' ';
+      append_decimals(result_, normals_.lines[line].normal[axis], direction_decimals(decimals_));
+    }
+    result_ += line_end_;
+    number_[line] = ++written_;
+  }
+
+  void renumber(const Reference& reference) {
+    const std::int64_t number = number_[reference.line];
+    const std::int64_t index = reference.index > 0 ? number : number - written_ - 1;
+    if (index == reference.index) return;
+    copy_until(reference.begin);
+    result_ += std::to_string(index);
+    copied_ = reference.end;
+  }
+
+  std::string_view bytes_;
+  std::string_view rest_;           // zero bytes
+  std::vector<Vec3d> rows_before_;  // the positions of all lines `v`, if some vertices have no place
+  std::vector<Vec3d> rows_after_;
+  std::span<const Vec3d> old_positions_;
+  std::span<const Vec3d> old_normals_;
+  std::span<const Vec3d> positions_;
+  NormalLines normals_;
+  std::optional<int> decimals_;
+  std::string number_text_;
+  std::vector<std::int64_t> number_;  // of each line of normals_ in the new file, from 1; 0: not written so far
+  std::string_view line_end_;
+  std::string result_;
+  std::size_t copied_ = 0;
+  std::size_t vertex_ = 0;  // how many the file has given so far
+  std::size_t normal_ = 0;
+  std::size_t corner_ = 0;    // of the mesh
+  std::int64_t written_ = 0;  // lines vn
+  std::vector<Reference> references_;
+};
+
+}  // namespace
+
+std::string rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+                    const WriteOptions& options) {
+  const Layout& layout = layout_of<Layout>(source);
+  NormalLines plan = plan_normals(layout, normals);
+  if (layout.normals_ahead) {
+    plan.lines.resize(layout.normals.size());
+    plan.corner_line.clear();
+  }
+  return Rewriter(source, positions, std::move(plan), options.decimals).run();
+}
+
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit) {
+  const std::string_view bytes = without_end_zeros(source.bytes);
+  for (std::size_t position = first_byte(bytes); position < bytes.size();) {
+    position = skip_blanks(bytes, position);
+    std::size_t end = word_end(bytes, position);
+    const bool is_vertex = bytes.substr(position, end - position) == "v";
+    for (std::size_t axis = 0; is_vertex && axis < 3; ++axis) {
+      position = skip_blanks(bytes, end);
+      end = word_end(bytes, position);
+      visit(bytes.substr(position, end - position));
+    }
+    position = end_of_line(bytes, end) + 1;
+  }
+}
+
+}  // namespace knead::io_detail::obj

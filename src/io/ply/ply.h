@@ -1,0 +1,341 @@
+// What the header of a PLY file declares, and where the vertices are.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "io/formats.h"
+#include "io/mesh_builder.h"
+#include "io/numbers.h"
+#include "knead/io.h"
+#include "knead/mesh.h"
+
+namespace knead::io_detail::ply {
+
+struct Property {
+  std::string name;
+  StoredType type = StoredType::float32;  // of the number, or of the list's items
+  bool is_list = false;
+  StoredType count_type = StoredType::uint8;  // of a list's length
+  std::size_t type_begin = 0;                 // the bytes of the word for `type` in the header
+  std::size_t type_end = 0;
+  std::size_t line_begin = 0;  // the bytes of the line, with its end
+  std::size_t line_end = 0;
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> properties;
+  std::size_t count_begin = 0;  // the bytes of the word for `count` in the header
+  std::size_t count_end = 0;
+  std::size_t line_begin = 0;  // the bytes of the line, with its end
+  std::size_t line_end = 0;
+  std::size_t rows_begin = 0;  // the bytes of its rows; in text from the end of the line before to that of the last
+  std::size_t rows_end = 0;
+};
+
+enum class Encoding { ascii, little_endian, big_endian };
+
+struct Layout {
+  Encoding encoding = Encoding::ascii;
+  std::vector<Element> elements;
+  std::size_t body_begin = 0;      // the byte after the header
+  std::size_t vertex_element = 0;  // index of the element "vertex"
+  std::size_t vertex_begin = 0;    // the first byte of its first row; in text, a blank or line end before it at most
+  std::vector<std::uint32_t> unplaced;  // rows of vertices that the mesh lacks (unplaced.h)
+  bool surplus = false;                 // lines have more numbers than the header declares
+  std::vector<std::string> notes;       // on the header
+};
+
+// PLY (Turk 1994), text and binary: its row of the format table (formats.h). A new file is binary, little-endian.
+
+ShapeFile parse(std::string bytes, const std::string& name);
+bool is_binary(const ShapeFile& source);
+std::optional<ShapeSummary> summarize(std::string_view bytes, const std::string& name);
+void rewrite(const ShapeFile& source, std::span<const Vec3d> positions, std::span<const Vec3d> normals,
+             const WriteOptions& options, const std::function<void(std::string_view)>& out);
+std::string generate(const Mesh& mesh, const WriteOptions& options);
+std::vector<std::string> losses(const Mesh& mesh);
+std::vector<std::string> source_losses(const ShapeFile& source);
+std::string remeshed(const NewMesh& shape, const WriteOptions& options);
+std::vector<std::string> remesh_losses(const ShapeFile& source);
+bool reads_floats(const ShapeFile& source);
+void visit_coordinates(const ShapeFile& source, const WordVisitor& visit);
+
+// The header of a PLY file.
+
+// Reads the header: encoding, elements and properties, and where the body begins. Throws
+// InvalidInput that names the line.
+Layout parse_header(std::string_view bytes, const std::string& name);
+
+// "float", "uchar", ...
+std::string_view type_name(StoredType type);
+
+// The type that a new file has for numbers of that type.
+StoredType stored_type(NumberType type);
+
+inline bool is_swapped(Encoding encoding) {
+  return (encoding == Encoding::big_endian) == (std::endian::native == std::endian::little);
+}
+
+// The numbers after a PLY header, one after the other, in binary and in text. Both bodies have the same members.
+
+// Throws InvalidInput for a list of an element whose length is no count of items.
+[[noreturn]] void fail_length(std::string_view bytes, std::size_t position, bool ascii, const std::string& name,
+                              const Element& element, double length);
+
+// Whether a number could be the index of a vertex, and what to say of one that could not.
+inline bool is_index(double value) { return value == std::floor(value) && std::abs(value) <= 0x1p32; }
+std::string not_an_index(double value);
+
+class BinaryBody {
+ public:
+  BinaryBody(std::string_view bytes, const Layout& layout, const std::string& name)
+      : bytes_(bytes), position_(layout.body_begin), swapped_(is_swapped(layout.encoding)), name_(name) {}
+
+  static constexpr bool kAscii = false;
+  std::size_t position() const { return position_; }
+  std::size_t left() const { return bytes_.size() - position_; }
+  bool swapped() const { return swapped_; }
+  [[noreturn]] void fail(const std::string& what) const { fail_at_byte(name_, position_, what); }
+  [[noreturn]] void fail_at(std::size_t position, const std::string& what) const {
+    fail_at_byte(name_, position, what);
+  }
+
+  // The next byte; only as many as are left.
+  const char* data() const { return bytes_.data() + position_; }
+
+  // The next bytes, read over; the caller has checked that they are there.
+  const char* skip(std::size_t count) {
+    position_ += count;
+    return bytes_.data() + (position_ - count);
+  }
+
+  void begin_row() {}
+  bool end_row() { return false; }
+
+  double number(StoredType type, const Element& element) {
+    const std::size_t size = size_of(type);
+    if (left() < size) fail_missing(element);
+    return read_binary(skip(size), type, swapped_);
+  }
+
+  std::size_t length(const Property& property, const Element& element) {
+    if (left() < size_of(property.count_type)) fail_missing(element);
+    const std::size_t value = length_at(0, property, element);
+    skip(size_of(property.count_type));
+    return value;
+  }
+
+  // The length of a list that begins `offset` bytes ahead, where its count is known to be within the file.
+  std::size_t length_at(std::size_t offset, const Property& property, const Element& element) const {
+    const double value = read_binary(data() + offset, property.count_type, swapped_);
+    const std::size_t most = (left() - offset - size_of(property.count_type)) / size_of(property.type);
+    if (!(value >= 0) || value > static_cast<double>(most)) {
+      fail_length(bytes_, position_ + offset, kAscii, name_, element, value);
+    }
+    return static_cast<std::size_t>(value);
+  }
+
+  // The items of a list whose length was just read.
+  void indices(const Property& property, std::size_t count, const Element&, std::vector<std::int64_t>& items) {
+    items.resize(count);
+    visit_type(property.type, [&](auto value) {
+      const char* from = skip(count * sizeof value);
+      for (std::size_t i = 0; i < count; ++i) {
+        std::memcpy(&value, from + i * sizeof value, sizeof value);
+        if (swapped_) value = swap_bytes(value);
+        if constexpr (std::is_floating_point_v<decltype(value)>) {
+          if (!is_index(double{value})) fail_index(double{value});
+        }
+        // NOLINTNEXTLINE(bugprone-signed-char-misuse): a number, no character
+        items[i] = static_cast<std::int64_t>(value);
+      }
+    });
+  }
+
+  void skip_list(const Property& property, std::size_t count, const Element&) { skip(count * size_of(property.type)); }
+
+  [[noreturn]] void fail_missing(const Element& element) const;
+
+ private:
+  [[noreturn]] void fail_index(double value) const { fail(not_an_index(value)); }
+
+  std::string_view bytes_;
+  std::size_t position_;
+  bool swapped_;
+  const std::string& name_;
+};
+
+class TextBody {
+ public:
+  TextBody(std::string_view bytes, const Layout& layout, const std::string& name)
+      : bytes_(bytes), position_(layout.body_begin), name_(name) {}
+
+  static constexpr bool kAscii = true;
+  std::size_t position() const { return position_; }
+  std::size_t left() const { return bytes_.size() - position_; }
+  [[noreturn]] void fail(const std::string& what) const { fail_at_line(name_, bytes_, position_, what); }
+  [[noreturn]] void fail_at(std::size_t position, const std::string& what) const {
+    fail_at_line(name_, bytes_, position, what);
+  }
+
+  void begin_row() { skip_to_token(); }
+
+  // A row may span lines but ends with one. Returns true if the last line has further numbers, which are read over.
+  bool end_row();
+
+  double number(StoredType type, const Element& element);
+  std::size_t length(const Property& property, const Element& element);
+
+  void indices(const Property& property, std::size_t count, const Element& element, std::vector<std::int64_t>& items);
+
+  void skip_list(const Property& property, std::size_t count, const Element& element) {
+    for (std::size_t i = 0; i < count; ++i) number(property.type, element);
+  }
+
+  void skip_to_token() {
+    while (position_ < bytes_.size() && (is_blank(bytes_[position_]) || is_line_end(bytes_[position_]))) ++position_;
+  }
+
+ private:
+  std::string_view next_token() const { return bytes_.substr(position_, token_end(bytes_, position_) - position_); }
+
+  std::string_view bytes_;
+  std::size_t position_;
+  const std::string& name_;
+};
+
+// Where the numbers of a PLY file go in a mesh.
+
+// What becomes of the numbers of one property: read over, a coordinate (component: the axis), a component of an
+// attribute, the vertices of faces or of strips of triangles, or u v of each corner of a face.
+struct Sink {
+  enum class Kind { skip, coordinate, attribute, faces, strips, corner_uv };
+
+  Kind kind = Kind::skip;
+  std::size_t attribute = 0;  // number in the mesh
+  std::size_t component = 0;
+};
+
+struct Plan {
+  std::vector<std::vector<Sink>> sinks;  // of each element's properties
+  std::vector<Attribute> attributes;     // without values
+};
+
+// Throws InvalidInput where the vertices or the faces lack what makes a shape.
+Plan make_plan(const Layout& layout, const std::string& name);
+
+// Adds what is lost of the rows of vertices and faces when they are written anew.
+void append_row_losses(const Layout& layout, std::vector<std::string>& losses);
+
+// Whether a list holds the vertices of faces, or of strips of triangles.
+bool is_index_list(const Element& element, const Property& property);
+
+// The mesh that a PLY file is read into, and what is noted on the way.
+
+// Rows of an element, counted without those that are left out.
+struct Rows {
+  std::size_t first = 0;
+  std::size_t count = 0;
+};
+
+class Target {
+ public:
+  Target(Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
+      : mesh_(mesh), faces_(mesh), vertices_(vertices) {
+    mesh_.attributes = std::move(attributes);
+  }
+
+  // Keeps one block of rows at a time, in the mesh, and counts the faces.
+  struct OneBlock {};
+  Target(OneBlock, Mesh& mesh, std::vector<Attribute> attributes, std::size_t vertices)
+      : mesh_(mesh), vertices_(vertices), is_one_block_(true) {
+    mesh_.attributes = std::move(attributes);
+  }
+  bool is_one_block() const { return is_one_block_; }
+  const CloudBox& box() const { return box_; }  // of the vertices, if one block is kept
+
+  Mesh& mesh() { return mesh_; }
+  std::size_t vertices() const { return vertices_; }
+  FaceBuilder& faces() { return faces_; }
+  Unplaced& unplaced() { return unplaced_; }  // rows whose coordinates are not finite, in the file's order
+
+  // Counts a line of text with more numbers than the header declares.
+  void add_surplus() { ++surplus_; }
+  bool has_surplus() const { return surplus_ > 0; }
+
+  // Makes room for a number of each of these rows.
+  void grow(const std::vector<Sink>& sinks, Rows rows);
+
+  // Looks at the coordinates of rows that have been read; `stride` bytes each, the first at `position`.
+  void check_coordinates(Rows rows, std::size_t position, std::size_t stride);
+
+  // The place of a number, and how far apart the same numbers of neighbouring rows are; null for what is no coordinate
+  // and no attribute of a row.
+  double* place(const Sink& sink, std::size_t row);
+  std::size_t place_stride(const Sink& sink) const;
+
+  // One number of a row for which there is room.
+  void put(double value, const Sink& sink, std::size_t row) {
+    if (double* to = place(sink, row)) *to = sink.kind == Sink::Kind::attribute ? finite(value) : value;
+  }
+
+  // Takes what is not finite as 0, and counts it.
+  double finite(double value) {
+    if (std::isfinite(value)) return value;
+    ++not_finite_;
+    return 0;
+  }
+
+  // Strips of triangles with -1 between them; the numbers have been checked.
+  void add_strips(std::span<const std::int64_t> items);
+
+  // u v for the corners of one face that was kept or not.
+  void add_corner_uv(const Sink& sink, std::span<const double> values, std::size_t corners, bool kept);
+
+  // Adds the notes. Drops attributes of faces where there are strips too, texture coordinates that some face lacks, and
+  // the vertices without a place.
+  void finish(std::vector<std::string>& notes);
+
+ private:
+  Mesh& mesh_;
+  FaceBuilder faces_;
+  std::size_t vertices_;
+  std::size_t not_finite_ = 0;
+  std::size_t surplus_ = 0;
+  Unplaced unplaced_;
+  bool is_one_block_ = false;
+  std::size_t first_ = 0;  // row of the block
+  CloudBox box_;
+  bool strips_ = false;
+  bool corner_uv_complete_ = true;
+};
+
+// Reading binary rows of equal length, many at a time and one property after the other.
+
+// Reads an element whose only list, if it has one, is that of the faces' vertices. Rows are read together as long as
+// their lists have the same length.
+void read_columns(BinaryBody& body, const Element& element, const std::vector<Sink>& sinks, Target& target);
+
+// The fewest bytes that a row takes: in text a digit and what ends it for each number, else those of empty lists.
+std::size_t smallest_row(const Element& element, bool ascii);
+
+// Sets memory aside for an element that `left` bytes may hold, never for more.
+void reserve_rows(const Element& element, const std::vector<Sink>& sinks, std::size_t left, bool ascii, Target& target);
+
+std::string index_message(double index, std::size_t vertices);
+
+}  // namespace knead::io_detail::ply

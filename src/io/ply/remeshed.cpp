@@ -1,0 +1,299 @@
+// Writing a PLY file anew with its header and another mesh.
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+#include "io/formats.h"
+#include "io/numbers.h"
+#include "io/ply/ply.h"
+#include "io/text.h"
+#include "knead/error.h"
+
+namespace knead::io_detail::ply {
+namespace {
+
+// What becomes of an element: vertices and faces are those of the new mesh, rows are kept as they are.
+enum class Fate { dropped, vertices, faces, rows };
+
+// A list of vertices that has a place in the new file.
+bool is_face_list(const Sink& sink) { return sink.kind == Sink::Kind::faces; }
+
+// Whether the numbers of an element are none that could count vertices.
+bool cannot_refer(const Element& element) {
+  return std::none_of(element.properties.begin(), element.properties.end(), [](const Property& p) {
+    const bool is_byte = p.type == StoredType::int8 || p.type == StoredType::uint8;
+    return p.is_list || (is_integer(p.type) && !is_byte);
+  });
+}
+
+std::vector<Fate> fates_of(const Layout& layout, const Plan& plan) {
+  std::vector<Fate> fates(layout.elements.size(), Fate::dropped);
+  std::size_t faces = layout.elements.size();
+  for (std::size_t e = 0; e < layout.elements.size(); ++e) {
+    const Element& element = layout.elements[e];
+    if (element.name == "face" && std::any_of(plan.sinks[e].begin(), plan.sinks[e].end(), is_face_list)) faces = e;
+    const bool is_known = element.name == "face" || element.name == "tristrips";
+    if (!is_known && cannot_refer(element)) fates[e] = Fate::rows;
+    if (e == layout.vertex_element) fates[e] = Fate::vertices;
+  }
+  for (std::size_t e = 0; e < layout.elements.size() && faces == layout.elements.size(); ++e) {
+    if (layout.elements[e].name == "tristrips") faces = e;
+  }
+  if (faces < fates.size()) fates[faces] = Fate::faces;
+  return fates;
+}
+
+// The attributes of the plan that the mesh has, by their number in the plan: the reader drops some.
+std::vector<const Attribute*> held_attributes(const Plan& plan, const Mesh& source, const Mesh& mesh) {
+  std::vector<const Attribute*> held(plan.attributes.size(), nullptr);
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < held.size() && next < source.attributes.size(); ++i) {
+    const Attribute& planned = plan.attributes[i];
+    const Attribute& read = source.attributes[next];
+    const bool is_it = planned.name == read.name && planned.domain == read.domain;
+    if (is_it) held[i] = &mesh.attributes[next++];
+  }
+  return held;
+}
+
+// A number that the type holds.
+std::string integer_text(StoredType type, double number) {
+  if (type == StoredType::uint64) return std::to_string(static_cast<std::uint64_t>(number));
+  return std::to_string(static_cast<std::int64_t>(number));
+}
+
+// A property of the new file.
+struct Column {
+  Sink sink;
+  StoredType type = StoredType::float32;      // of the number, or of the list's items
+  StoredType count_type = StoredType::uint8;  // of a list's length
+  const Attribute* attribute = nullptr;
+};
+
+class Writer {
+ public:
+  Writer(const NewMesh& shape, const WriteOptions& options)
+      : source_(shape.source),
+        mesh_(shape.mesh),
+        options_(options),
+        layout_(layout_of<Layout>(shape.source)),
+        plan_(make_plan(layout_, shape.source.format)),
+        fates_(fates_of(layout_, plan_)),
+        held_(held_attributes(plan_, shape.source.mesh, shape.mesh)),
+        ascii_(layout_.encoding == Encoding::ascii),
+        swapped_(is_swapped(layout_.encoding)),
+        bytes_(source_.all()),
+        line_end_(line_end_of(bytes_)) {}
+
+  std::string run() {
+    for (std::size_t e = 0; e < layout_.elements.size(); ++e) plan_element(e);
+    copy_until(layout_.body_begin);
+    for (std::size_t e = 0; e < layout_.elements.size(); ++e) append_element(e);
+    append_rest();
+    return std::move(result_);
+  }
+
+ private:
+  void copy_until(std::size_t end) {
+    result_.append(bytes_, copied_, end - copied_);
+    copied_ = end;
+  }
+
+  void replace(std::size_t begin, std::size_t end, std::string_view text) {
+    copy_until(begin);
+    result_ += text;
+    copied_ = end;
+  }
+
+  // The header's lines, and what is written below them.
+  void plan_element(std::size_t e) {
+    const Element& element = layout_.elements[e];
+    columns_.emplace_back();
+    if (fates_[e] == Fate::rows) return;
+    const bool is_strips = fates_[e] == Fate::faces && element.name == "tristrips";
+    const std::size_t count = fates_[e] == Fate::vertices ? mesh_.vertex_count() : mesh_.face_count();
+    if (fates_[e] == Fate::dropped) {
+      replace(element.line_begin, element.line_end, "");
+    } else if (is_strips) {
+      columns_[e].push_back({{Sink::Kind::faces, 0, 0}, StoredType::int32, StoredType::uint8, nullptr});
+      replace(
+          element.line_begin, element.line_end,
+          "element face " + std::to_string(count) + line_end_ + "property list uchar int vertex_indices" + line_end_);
+    } else {
+      replace(element.count_begin, element.count_end, std::to_string(count));
+    }
+    for (std::size_t p = 0; p < element.properties.size(); ++p) {
+      const Property& property = element.properties[p];
+      if (is_strips || fates_[e] == Fate::dropped || !plan_property(e, property, plan_.sinks[e][p])) {
+        replace(property.line_begin, property.line_end, "");
+      }
+    }
+  }
+
+  // Whether the property stays.
+  bool plan_property(std::size_t e, const Property& property, const Sink& sink) {
+    Column column{sink, property.type, property.count_type, nullptr};
+    const bool is_of_attribute = sink.kind == Sink::Kind::attribute || sink.kind == Sink::Kind::corner_uv;
+    if (is_of_attribute) column.attribute = held_[sink.attribute];
+    if (sink.kind == Sink::Kind::skip || sink.kind == Sink::Kind::strips) return false;
+    if (is_of_attribute && column.attribute == nullptr) return false;
+    if (sink.kind == Sink::Kind::coordinate && needs_doubles(property.type, sink.component)) {
+      widen(property, StoredType::float64, column);
+    }
+    const double most = static_cast<double>(mesh_.vertex_count()) - 1;
+    const bool is_narrow = !is_integer(property.type) || nearest_of(property.type, most) < most;
+    if (sink.kind == Sink::Kind::faces && is_narrow) {
+      widen(property, most > nearest_of(StoredType::int32, most) ? StoredType::uint32 : StoredType::int32, column);
+    }
+    columns_[e].push_back(column);
+    return true;
+  }
+
+  bool needs_doubles(StoredType type, std::size_t axis) const {
+    if (type == StoredType::float32) return options_.double_coordinates;
+    return std::any_of(mesh_.positions.begin(), mesh_.positions.end(),
+                       [&](const Vec3d& p) { return nearest_of(type, p[axis]) != p[axis]; });
+  }
+
+  // The word for the type, in the style of the one that stands there.
+  void widen(const Property& property, StoredType type, Column& column) {
+    const bool sized = std::isdigit(static_cast<unsigned char>(bytes_[property.type_end - 1])) != 0;
+    const std::string_view sized_name = type == StoredType::float64 ? "float64"
+                                        : type == StoredType::int32 ? "int32"
+                                                                    : "uint32";
+    replace(property.type_begin, property.type_end, sized ? sized_name : type_name(type));
+    column.type = type;
+  }
+
+  void append_element(std::size_t e) {
+    const Element& element = layout_.elements[e];
+    if (fates_[e] == Fate::rows) append_rows(element);
+    if (fates_[e] == Fate::vertices) {
+      for (std::size_t i = 0; i < mesh_.vertex_count(); ++i) append_row(columns_[e], i);
+    }
+    if (fates_[e] == Fate::faces) {
+      for (std::size_t f = 0; f < mesh_.face_count(); ++f) append_row(columns_[e], f);
+    }
+  }
+
+  // The source's own; text begins and ends with whole lines.
+  void append_rows(const Element& element) {
+    std::string_view rows = bytes_.substr(element.rows_begin, element.rows_end - element.rows_begin);
+    while (ascii_ && !rows.empty() && (is_blank(rows.front()) || is_line_end(rows.front()))) rows.remove_prefix(1);
+    result_ += rows;
+    if (ascii_ && !rows.empty()) result_ += line_end_;
+  }
+
+  void append_row(const std::vector<Column>& columns, std::size_t row) {
+    at_line_begin_ = true;
+    for (const Column& column : columns) {
+      switch (column.sink.kind) {
+        case Sink::Kind::coordinate:
+          append_coordinate(column, row);
+          break;
+        case Sink::Kind::faces:
+          append_number(column.count_type, static_cast<double>(mesh_.face(row).size()));
+          for (const std::uint32_t v : mesh_.face(row)) append_number(column.type, v);
+          break;
+        case Sink::Kind::corner_uv:
+          append_corner_uv(column, row);
+          break;
+        default: {
+          const std::size_t n = static_cast<std::size_t>(column.attribute->components);
+          append_number(column.type, column.attribute->values[row * n + column.sink.component]);
+        }
+      }
+    }
+    if (ascii_) result_ += line_end_;
+  }
+
+  void append_coordinate(const Column& column, std::size_t row) {
+    const double value = mesh_.positions[row][column.sink.component];
+    if (column.type == StoredType::float32 && !fits_float(value)) {
+      throw InvalidInput("vertex " + std::to_string(row) +
+                         " has coordinates beyond the range of float; use double precision");
+    }
+    if (!ascii_ || !options_.decimals || is_integer(column.type)) return append_number(column.type, value);
+    begin_number();
+    append_decimals(result_, value, options_.decimals);
+  }
+
+  void append_corner_uv(const Column& column, std::size_t face) {
+    append_number(column.count_type, 2.0 * static_cast<double>(mesh_.face(face).size()));
+    for (std::size_t i = 2 * std::size_t{mesh_.face_begin[face]}; i < 2 * std::size_t{mesh_.face_begin[face + 1]}; ++i)
+      append_number(column.type, column.attribute->values[i]);
+  }
+
+  void begin_number() {
+    if (!at_line_begin_) result_ += ' ';
+    at_line_begin_ = false;
+  }
+
+  void append_number(StoredType type, double value) {
+    const double number = nearest_of(type, value);
+    if (!ascii_) return append_binary(result_, type, number, swapped_);
+    begin_number();
+    if (is_integer(type)) {
+      result_ += integer_text(type, number);
+    } else if (type == StoredType::float32) {
+      append_real(result_, static_cast<float>(number));
+    } else {
+      append_real(result_, number);
+    }
+  }
+
+  // What follows the last element.
+  void append_rest() {
+    std::string_view rest = bytes_.substr(layout_.elements.back().rows_end);
+    if (ascii_ && !rest.empty() && is_line_end(rest.front())) rest.remove_prefix(line_end_of(rest).size());
+    result_ += rest;
+  }
+
+  SourceBytes source_;
+  const Mesh& mesh_;
+  const WriteOptions& options_;
+  const Layout& layout_;
+  Plan plan_;
+  std::vector<Fate> fates_;
+  std::vector<const Attribute*> held_;
+  bool ascii_;
+  bool swapped_;
+  std::string_view bytes_;  // of the source
+  std::string line_end_;
+  std::vector<std::vector<Column>> columns_;  // of each element
+  bool at_line_begin_ = true;
+  std::string result_;
+  std::size_t copied_ = 0;
+};
+
+}  // namespace
+
+std::string remeshed(const NewMesh& shape, const WriteOptions& options) { return Writer(shape, options).run(); }
+
+std::vector<std::string> remesh_losses(const ShapeFile& source) {
+  const Layout& layout = layout_of<Layout>(source);
+  const Plan plan = make_plan(layout, source.format);
+  const std::vector<Fate> fates = fates_of(layout, plan);
+  const std::vector<const Attribute*> held = held_attributes(plan, source.mesh, source.mesh);
+  std::vector<std::string> losses;
+  for (std::size_t e = 0; e < fates.size(); ++e) {
+    const Element& element = layout.elements[e];
+    if (fates[e] == Fate::rows) continue;
+    if (element.name == "tristrips") {
+      losses.emplace_back("strips of triangles become faces");
+    } else if (fates[e] == Fate::dropped && element.count > 0) {
+      losses.push_back("element '" + element.name + "' is left out");
+    }
+    for (std::size_t p = 0; p < element.properties.size() && fates[e] != Fate::dropped; ++p) {
+      const Sink& sink = plan.sinks[e][p];
+      const bool is_of_attribute = sink.kind == Sink::Kind::attribute || sink.kind == Sink::Kind::corner_uv;
+      const bool is_kept = is_of_attribute ? held[sink.attribute] != nullptr : sink.kind != Sink::Kind::skip;
+      const char* what = element.properties[p].is_list ? "list '" : "property '";
+      if (!is_kept) losses.push_back(what + element.properties[p].name + "' is left out");
+    }
+  }
+  append_row_losses(layout, losses);
+  return losses;
+}
+
+}  // namespace knead::io_detail::ply

@@ -1,7 +1,0 @@
-#include "knead/flow/kernel_jacobian.h"
-
-namespace knead::detail {
-
-JacobianKernels neon_jacobian_kernels() { return jacobian_kernels_of<Pack<double, xsimd::neon64>>(); }
-
-}  // namespace knead::detail

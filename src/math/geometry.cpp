@@ -1,0 +1,103 @@
+#include "math/geometry.h"
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace knead {
+namespace {
+
+// Inserts two zero bits before each of the lowest 21 bits.
+std::uint64_t spread(std::uint64_t x) {
+  x = (x | x << 32) & 0x1f00000000ffff;
+  x = (x | x << 16) & 0x1f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+}  // namespace
+
+std::uint64_t morton_code(const std::array<float, 3>& point) {
+  std::uint64_t code = 0;
+  for (const float x : point) {
+    constexpr float cells = 1 << 21;
+    const float place = (x * 0.5F + 0.5F) * cells;
+    code = code << 1 | spread(static_cast<std::uint64_t>(std::clamp(place, 0.0F, cells - 1)));
+  }
+  return code;
+}
+
+namespace {
+
+int sign_of(double x) { return x > 0 ? 1 : (x < 0 ? -1 : 0); }
+
+// Returns the exact sign of a b - c d. A fused multiply-add gives the rounding error of each product exactly. If the
+// rounded products are close, their difference is exact, and the errors complete it; otherwise it decides alone.
+int sign_of_difference(double a, double b, double c, double d) {
+  const double left = a * b;
+  const double right = c * d;
+  const double difference = left - right;
+  constexpr double bound = 8 * std::numeric_limits<double>::epsilon();
+  if (std::abs(difference) > bound * (std::abs(left) + std::abs(right))) return sign_of(difference);
+  const double left_error = std::fma(a, b, -left);
+  const double right_error = std::fma(c, d, -right);
+  const double errors = right_error - left_error;
+  if (difference != errors) return difference > errors ? 1 : -1;
+  // The rounding error of `errors`.
+  const double subtracted = right_error - errors;
+  const double lost = (right_error - (errors + subtracted)) + (subtracted - left_error);
+  return -sign_of(lost);
+}
+
+// Returns on which side of the z axis the edge from a to b passes: the sign of a x b. If that is zero, returns the sign
+// for an axis at (e, e^2) with an infinitesimal e > 0; zero only if a and b are at the same x and y.
+int side_of_axis(const Vec3d& a, const Vec3d& b) {
+  if (a.x == b.x && a.y == b.y) return 0;
+  if (const int sign = sign_of_difference(a.x, b.y, a.y, b.x); sign != 0) return sign;
+  if (a.y != b.y) return a.y > b.y ? 1 : -1;
+  return b.x > a.x ? 1 : -1;
+}
+
+// Returns 1 / x, or 1e300 for 0: a ray along a slab is then inside it exactly if its origin is.
+double inverse_of(double x) { return x == 0 ? 1e300 : 1 / x; }
+
+}  // namespace
+
+TriangleRay::TriangleRay(const Vec3d& origin, const Vec3d& direction)
+    : origin_(origin), inverse_{inverse_of(direction.x), inverse_of(direction.y), inverse_of(direction.z)} {
+  std::size_t z = 0;
+  for (std::size_t k = 1; k < 3; ++k) {
+    if (std::abs(direction[k]) > std::abs(direction[z])) z = k;
+  }
+  std::size_t x = (z + 1) % 3;
+  std::size_t y = (x + 1) % 3;
+  if (direction[z] < 0) std::swap(x, y);  // keeps the sheared space right-handed
+  axes_ = {x, y, z};
+  shear_ = {direction[x] / direction[z], direction[y] / direction[z], 1 / direction[z]};
+  rounding_ = 1e-14 * (std::abs(origin.x) + std::abs(origin.y) + std::abs(origin.z));
+}
+
+Vec3d TriangleRay::sheared(const Vec3d& p) const {
+  const Vec3d q = p - origin_;
+  const double height = q[axes_[2]];
+  const auto flushed = [](double x) { return std::abs(x) < 0x1p-250 ? 0.0 : x; };
+  return {flushed(q[axes_[0]] - shear_.x * height), flushed(q[axes_[1]] - shear_.y * height), shear_.z * height};
+}
+
+std::optional<TriangleRay::Meeting> TriangleRay::meet(const std::array<Vec3d, 3>& corners) const {
+  const Vec3d a = sheared(corners[0]);
+  const Vec3d b = sheared(corners[1]);
+  const Vec3d c = sheared(corners[2]);
+  const int side = side_of_axis(a, b);
+  if (side == 0 || side_of_axis(b, c) != side || side_of_axis(c, a) != side) return std::nullopt;
+  const auto weight = [&](const Vec3d& p, const Vec3d& q) { return std::max(0.0, side * (p.x * q.y - p.y * q.x)); };
+  const double u = weight(b, c);
+  const double v = weight(c, a);
+  const double w = weight(a, b);
+  const double sum = u + v + w;
+  const double t = sum > 0 ? (u * a.z + v * b.z + w * c.z) / sum : (a.z + b.z + c.z) / 3;
+  return Meeting{t, side > 0};
+}
+
+}  // namespace knead

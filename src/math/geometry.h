@@ -1,0 +1,88 @@
+// The order of points along a space-filling curve: points that are close in space are mostly close in this order.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "knead/vec.h"
+
+namespace knead {
+
+// Maps the points of a box to coordinates from -1 to 1, with the same scale along all axes. The box must not be empty.
+// Rounding never reverses the order of two coordinates, so boxes that overlap still overlap after the mapping.
+class ToUnit {
+ public:
+  explicit ToUnit(const Box& box) : center_(box.center()) {
+    const Vec3d half = (box.max - box.min) * 0.5;
+    const double largest = std::max({half.x, half.y, half.z});
+    if (largest > 0) scale_ = 1 / largest;
+  }
+
+  std::array<float, 3> operator()(const Vec3d& p) const {
+    const Vec3d q = (p - center_) * scale_;
+    return {static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z)};
+  }
+
+ private:
+  Vec3d center_;
+  double scale_ = 1;
+};
+
+// Returns the position on the Morton curve of a point with coordinates from -1 to 1 (21 bits for each coordinate).
+std::uint64_t morton_code(const std::array<float, 3>& point);
+
+// Intersects a ray with triangles; the decision whether they meet is exact.
+
+// A ray, prepared for tests against many triangles.
+//
+// Method: a shear maps the ray to the z axis. A corner always maps to the same point, whichever triangle it is asked
+// for. An exact sign then decides on which side of the axis each edge passes. An edge that meets the axis is treated as
+// if the axis were moved aside by an infinitesimal distance. So the ray meets the same triangles around an edge or a
+// vertex as a ray just beside it. S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1),
+// 2013, with exact signs instead of inclusive comparisons.
+//
+// Coordinates must be finite and either 0 or between 1e-75 and 1e75 in magnitude.
+class TriangleRay {
+ public:
+  TriangleRay(const Vec3d& origin, const Vec3d& direction);
+
+  // Where the ray meets a triangle.
+  struct Meeting {
+    double t = 0;         // the point is origin + t direction; t has any sign
+    bool leaves = false;  // the ray passes to the side that the triangle's normal points to
+  };
+  // Returns where the line of the ray meets the triangle; nothing if it does not.
+  std::optional<Meeting> meet(const std::array<Vec3d, 3>& corners) const;
+
+  // Returns the largest coordinate of the direction: the one that the shear maps to z.
+  std::size_t axis() const { return axes_[2]; }
+
+  // Returns the smallest t >= 0 at which the ray is in the box widened by slack; infinity if it misses the box or the
+  // box is empty.
+  double entry(const Box& box, double slack) const {
+    const double pad = slack + rounding_;
+    double first = 0;
+    double last = Box::kInfinity;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double low = (box.min[k] - origin_[k] - pad) * inverse_[k];
+      const double high = (box.max[k] - origin_[k] + pad) * inverse_[k];
+      first = std::max(first, inverse_[k] > 0 ? low : high);
+      last = std::min(last, inverse_[k] > 0 ? high : low);
+    }
+    return first <= last * (1 + 1e-14) ? first * (1 - 1e-14) : Box::kInfinity;
+  }
+
+ private:
+  Vec3d sheared(const Vec3d& p) const;
+
+  Vec3d origin_;
+  Vec3d inverse_;
+  std::array<std::size_t, 3> axes_{};  // which coordinates become x, y and z
+  Vec3d shear_;
+  double rounding_ = 0;  // a bound on rounding errors that the origin causes
+};
+
+}  // namespace knead

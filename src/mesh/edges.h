@@ -1,0 +1,70 @@
+// The edges of a mesh and the faces at them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "knead/mesh.h"
+
+namespace knead {
+
+// One use of an edge by a face: the face runs along the edge from corner `corner` to its next corner.
+struct EdgeUse {
+  std::uint32_t low = 0;   // the smaller vertex of the edge
+  std::uint32_t high = 0;  // the larger vertex of the edge
+  std::uint32_t corner = 0;
+  std::uint32_t next_corner = 0;
+  bool upward = false;  // the face runs from low to high
+};
+
+// Returns true if measure(mesh) is closed() and oriented(), in less time.
+bool is_closed_and_oriented(const Mesh& mesh);
+
+// Calls visit(uses) once for each edge, with all its uses in the order of corners; edges come in the order of their
+// smaller, then their larger vertex. A corner followed by the same vertex has no edge. Time: linear, plus a sort of the
+// few uses at each vertex. Memory: of an eighth of all uses, or of a million if that is more.
+void for_each_edge(const Mesh& mesh, const std::function<void(std::span<const EdgeUse>)>& visit);
+
+// Disjoint sets of the numbers from 0 to count - 1. Method: union by smaller number, path halving.
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0u); }
+
+  // Returns the smallest number in the set of i.
+  std::uint32_t find(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  // Unites the sets of a and b.
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = find(a);
+    b = find(b);
+    if (a < b) parent_[b] = a;
+    if (b < a) parent_[a] = b;
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+// Checks of meshes whose positions are given apart from them. Internal to the mesh room.
+
+// Throws InvalidInput, with the number of the first element at fault, unless the faces of the mesh are sound and there
+// is one finite position for each vertex. Does not look at attributes. Time: a pass over corners and positions.
+void require_sound(const Mesh& mesh, std::span<const Vec3d> positions);
+
+// The same, but the positions may be any numbers.
+void require_faces(const Mesh& mesh, std::span<const Vec3d> positions);
+
+// Normals of some vertices. Internal to the mesh room.
+
+// Returns the normals of these vertices, to the bit those of vertex_normals(); the numbers ascend. Memory: a bit for
+// each vertex of the mesh.
+std::vector<Vec3d> normals_of(const Mesh& mesh, std::span<const Vec3d> positions,
+                              std::span<const std::uint32_t> vertices);
+
+}  // namespace knead

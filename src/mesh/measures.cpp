@@ -1,0 +1,399 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <vector>
+
+#include "knead/mesh.h"
+#include "mesh/edges.h"
+
+namespace knead {
+namespace {
+
+constexpr double kFar = 10;            // in extents of the other points
+constexpr std::size_t kOneAmong = 20;  // points, the most that may lie astray on a side
+
+// Keeps the `most` least values, of which the first is the largest.
+void keep_least(std::vector<double>& heap, double value, std::size_t most) {
+  if (heap.size() == most) {
+    if (!(value < heap.front())) return;
+    std::pop_heap(heap.begin(), heap.end());
+    heap.pop_back();
+  }
+  heap.push_back(value);
+  std::push_heap(heap.begin(), heap.end());
+}
+
+std::vector<bool> used_vertices(const Mesh& mesh) {
+  std::vector<bool> used(mesh.vertex_count());
+  for (const std::uint32_t v : mesh.corner_vertex) used[v] = true;
+  return used;
+}
+
+}  // namespace
+
+void CloudBox::add(std::span<const Vec3d> points) {
+  points_ += points.size();
+  for (const Vec3d& p : points) {
+    whole_.extend(p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      keep_least(ends_[2 * axis], p[axis], kMost + 1);
+      keep_least(ends_[2 * axis + 1], -p[axis], kMost + 1);
+    }
+  }
+}
+
+Box CloudBox::box() const {
+  const std::size_t most = std::min(kMost, points_ / kOneAmong);
+  if (most == 0) return whole_;
+  std::array<std::vector<double>, 6> ends = ends_;
+  double extent = 0;  // of the points without `most` of them at each end
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t side : {0, 1}) std::sort(ends[2 * axis + side].begin(), ends[2 * axis + side].end());
+    extent = std::max(extent, -ends[2 * axis + 1][most] - ends[2 * axis][most]);
+  }
+  if (!(extent > 0)) return whole_;
+  // The end of a side: the outermost value that is not far from the one that `most` are beyond.
+  const auto end_of = [&](const std::vector<double>& values) {
+    return *std::lower_bound(values.begin(), values.end(), values[most] - kFar * extent);
+  };
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.min[axis] = end_of(ends[2 * axis]);
+    box.max[axis] = -end_of(ends[2 * axis + 1]);
+  }
+  return box;
+}
+
+Box shape_box(const Mesh& mesh) { return shape_box(mesh, mesh.positions); }
+
+Box shape_box(const Mesh& mesh, std::span<const Vec3d> positions) {
+  if (mesh.face_count() == 0) {
+    CloudBox cloud;
+    cloud.add(positions);
+    return cloud.box();
+  }
+  const std::vector<bool> used = used_vertices(mesh);
+  Box box;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (used[v]) box.extend(positions[v]);
+  }
+  return box;
+}
+
+std::string stray_note(const Mesh& mesh) {
+  Box box = shape_box(mesh);
+  const double margin = box.diagonal();
+  box.min -= Vec3d{margin, margin, margin};
+  box.max += Vec3d{margin, margin, margin};
+  std::size_t count = 0;
+  std::size_t first = 0;
+  for (std::size_t v = mesh.vertex_count(); v > 0; --v) {
+    if (contains(box, mesh.positions[v - 1])) continue;
+    ++count;
+    first = v - 1;
+  }
+  if (count == 0) return {};
+  const Vec3d& p = mesh.positions[first];
+  const std::string place = fmt::format("vertex {} at {:.6g} {:.6g} {:.6g}", first, p.x, p.y, p.z);
+  const std::string which = count == 1 ? place : fmt::format("{} vertices ({} is the first)", count, place);
+  const char* why = mesh.face_count() > 0 ? "far from the shape, in no face" : "far from all others";
+  const char* lie = count == 1 ? "lies" : "lie";
+  return fmt::format("{} {} {}; the box, and lengths that are relative to it, leave out such vertices", which, lie,
+                     why);
+}
+
+namespace {
+
+// Returns the tangent of the smallest angle of a triangle. That angle is at most 60 degrees and lies between the two
+// longest edges, whose dot product is the largest of the three.
+double smallest_tangent(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const Vec3d ab = b - a;
+  const Vec3d bc = c - b;
+  const Vec3d ca = a - c;
+  return norm(cross(ab, ca)) / std::max({-dot(ca, ab), -dot(ab, bc), -dot(bc, ca)});
+}
+
+void count_triangles(const Mesh& mesh, Measures& m) {
+  m.triangles = 0;
+  m.degenerate_triangles = 0;
+  m.smallest_angle_deg.reset();
+  double tangent = Box::kInfinity;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    ++m.triangles;
+    const Vec3d& a = mesh.positions[t[0]];
+    const Vec3d& b = mesh.positions[t[1]];
+    const Vec3d& c = mesh.positions[t[2]];
+    if (is_degenerate(a, b, c)) {
+      ++m.degenerate_triangles;
+    } else {
+      tangent = std::min(tangent, smallest_tangent(a, b, c));
+    }
+  });
+  if (m.degenerate_triangles < m.triangles) m.smallest_angle_deg = std::atan(tangent) * 180 / std::numbers::pi;
+}
+
+// Puts the corners at a vertex that belong to one fan into one set. A fan continues across edges that have two faces.
+void join_fans(std::span<const EdgeUse> edge, DisjointSets& fans) {
+  const auto corner_at_low = [](const EdgeUse& use) { return use.upward ? use.corner : use.next_corner; };
+  const auto corner_at_high = [](const EdgeUse& use) { return use.upward ? use.next_corner : use.corner; };
+  if (edge.size() != 2) return;
+  fans.join(corner_at_low(edge[0]), corner_at_low(edge[1]));
+  fans.join(corner_at_high(edge[0]), corner_at_high(edge[1]));
+}
+
+// Counts boundary loops: boundary edges that meet in one fan belong to the same loop.
+std::size_t count_boundary_loops(std::span<const EdgeUse> boundary, DisjointSets& fans) {
+  std::vector<std::uint32_t> ends;  // the fans that boundary edges meet
+  for (const EdgeUse& edge : boundary) {
+    ends.push_back(fans.find(edge.corner));
+    ends.push_back(fans.find(edge.next_corner));
+  }
+  std::vector<std::uint32_t> sorted = ends;
+  std::sort(sorted.begin(), sorted.end());
+  sorted.erase(std::unique(sorted.begin(), sorted.end()), sorted.end());
+  const auto place = [&](std::uint32_t fan) {
+    return static_cast<std::uint32_t>(std::lower_bound(sorted.begin(), sorted.end(), fan) - sorted.begin());
+  };
+  DisjointSets loops(sorted.size());
+  for (std::size_t i = 0; i < ends.size(); i += 2) loops.join(place(ends[i]), place(ends[i + 1]));
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < sorted.size(); ++i) count += loops.find(i) == i ? 1 : 0;
+  return count;
+}
+
+void count_edge(std::span<const EdgeUse> edge, Measures& m) {
+  ++m.edges;
+  if (edge.size() == 1) ++m.boundary_edges;
+  const std::ptrdiff_t upward = std::count_if(edge.begin(), edge.end(), [](const EdgeUse& use) { return use.upward; });
+  if (std::abs(2 * upward - std::ssize(edge)) > 1) ++m.misoriented_edges;
+  if (edge.size() > 2) ++m.nonmanifold_edges;
+}
+
+void count_vertices(const Mesh& mesh, DisjointSets& fans, Measures& m) {
+  constexpr std::uint32_t none = 0xffffffffu;
+  std::vector<std::uint32_t> first_fan(mesh.vertex_count(), none);
+  std::vector<bool> nonmanifold(mesh.vertex_count(), false);
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    const std::uint32_t v = mesh.corner_vertex[c];
+    const std::uint32_t fan = fans.find(static_cast<std::uint32_t>(c));
+    if (first_fan[v] == none) first_fan[v] = fan;
+    if (first_fan[v] != fan) nonmanifold[v] = true;
+  }
+  m.unused_vertices = static_cast<std::size_t>(std::count(first_fan.begin(), first_fan.end(), none));
+  m.nonmanifold_vertices = static_cast<std::size_t>(std::count(nonmanifold.begin(), nonmanifold.end(), true));
+}
+
+std::size_t count_components(const Mesh& mesh, std::size_t unused_vertices) {
+  DisjointSets sets(mesh.vertex_count());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    for (const std::uint32_t v : mesh.face(f)) sets.join(mesh.face(f)[0], v);
+  }
+  std::size_t roots = 0;
+  for (std::uint32_t v = 0; v < mesh.vertex_count(); ++v) roots += sets.find(v) == v ? 1 : 0;
+  return roots - unused_vertices;  // each unused vertex is a set of its own
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return std::to_string(count) + " " + (count == 1 ? one : many);
+}
+
+VolumeAndArea volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
+  const Box box = shape_box(mesh, positions);
+  const Vec3d origin = box.empty() ? Vec3d{} : box.center();
+  double volume6 = 0;
+  double area2 = 0;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    const Vec3d a = positions[t[0]] - origin;
+    const Vec3d b = positions[t[1]] - origin;
+    const Vec3d c = positions[t[2]] - origin;
+    volume6 += dot(a, cross(b, c));
+    area2 += norm(cross(b - a, c - a));
+  });
+  return {volume6 / 6, area2 / 2};
+}
+
+// Adds what depends on the positions to the measures of the faces.
+Measures with_sizes(const Mesh& mesh, Measures m) {
+  m.box = shape_box(mesh);
+  count_triangles(mesh, m);
+  const VolumeAndArea sums = volume_and_area(mesh, mesh.positions);
+  m.volume = sums.volume;
+  m.area = sums.area;
+  return m;
+}
+
+}  // namespace
+
+bool is_degenerate(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  const double longest2 = std::max({norm2(b - a), norm2(c - b), norm2(a - c)});
+  return !(norm(cross(b - a, c - a)) > 1e-12 * longest2);
+}
+
+Measures measure(const Mesh& mesh) {
+  validate(mesh);
+  Measures m;
+  m.vertices = mesh.vertex_count();
+  m.faces = mesh.face_count();
+  DisjointSets fans(mesh.corner_vertex.size());
+  std::vector<EdgeUse> boundary;
+  for_each_edge(mesh, [&](std::span<const EdgeUse> edge) {
+    count_edge(edge, m);
+    join_fans(edge, fans);
+    if (edge.size() == 1) boundary.push_back(edge[0]);
+  });
+  count_vertices(mesh, fans, m);
+  m.boundary_loops = count_boundary_loops(boundary, fans);
+  m.components = count_components(mesh, m.unused_vertices);
+  m.euler = static_cast<std::int64_t>(m.vertices - m.unused_vertices) - static_cast<std::int64_t>(m.edges) +
+            static_cast<std::int64_t>(m.faces);
+  return with_sizes(mesh, m);
+}
+
+Measures measure(const Mesh& mesh, const Measures& same_faces) {
+  require_sound(mesh, mesh.positions);
+  return with_sizes(mesh, same_faces);
+}
+
+VolumeAndArea measure_volume_and_area(const Mesh& mesh, std::span<const Vec3d> positions) {
+  require_sound(mesh, positions);
+  return volume_and_area(mesh, positions);
+}
+
+std::vector<std::string> describe_oddities(const Measures& m) {
+  std::vector<std::string> list;
+  const auto say = [&](std::size_t count, const char* one, const char* many) {
+    if (count > 0) list.push_back(counted(count, one, many));
+  };
+  if (m.faces > 0) say(m.unused_vertices, "vertex is in no face", "vertices are in no face");
+  say(m.boundary_edges, "edge has only one face (the mesh is open)", "edges have only one face (the mesh is open)");
+  say(m.nonmanifold_edges, "edge has more than two faces", "edges have more than two faces");
+  say(m.nonmanifold_vertices, "vertex joins several fans of faces", "vertices join several fans of faces");
+  say(m.misoriented_edges, "edge has faces that disagree which side is outside",
+      "edges have faces that disagree which side is outside");
+  say(m.degenerate_triangles, "triangle has no area", "triangles have no area");
+  return list;
+}
+
+namespace {
+
+bool opposes(const Triangle& t, std::span<const Vec3d> positions, const Vec3d& normals) {
+  const Vec3d& a = positions[t[0]];
+  return dot(cross(positions[t[1]] - a, positions[t[2]] - a), normals) < 0;
+}
+
+// Returns the triangles that oppose the normals of their vertices.
+std::vector<Triangle> opposing(const Mesh& mesh, std::span<const Triangle> triangles,
+                               std::span<const Vec3d> positions) {
+  std::vector<Triangle> result;
+  if (triangles.empty()) return result;
+  std::vector<std::uint32_t> vertices;
+  for (const Triangle& t : triangles) vertices.insert(vertices.end(), t.begin(), t.end());
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  const std::vector<Vec3d> normals = normals_of(mesh, positions, vertices);
+  const auto normal_of = [&](std::uint32_t v) {
+    return normals[static_cast<std::size_t>(std::lower_bound(vertices.begin(), vertices.end(), v) - vertices.begin())];
+  };
+  std::copy_if(triangles.begin(), triangles.end(), std::back_inserter(result), [&](const Triangle& t) {
+    return opposes(t, positions, normal_of(t[0]) + normal_of(t[1]) + normal_of(t[2]));
+  });
+  return result;
+}
+
+// Returns a flag for each vertex: true if all normals of faces and triangles around it are within 45 degrees of the
+// first one, less a margin far above rounding errors. A triangle with three such vertices cannot oppose their normals:
+// these are sums of face normals, each within 90 degrees of its own. Most vertices of most shapes have the flag and
+// need no normal, which would cost angles.
+class TameVertices {
+ public:
+  explicit TameVertices(std::size_t count) : first_(count), tame_(count, 1) {}
+
+  void add(const Vec3d& normal, std::span<const std::uint32_t> vertices) {
+    const double size2 = norm2(normal);
+    const bool sound = size2 > 1e-140;  // the area is not 0, and squares do not underflow
+    for (const std::uint32_t v : vertices) {
+      if (sound && first_[v] == Vec3f{}) first_[v] = Vec3f(normal / std::sqrt(size2));
+      const double along = dot(Vec3d(first_[v]), normal);
+      if (!(sound && along > 0 && along * along > 0.51 * size2)) tame_[v] = 0;
+    }
+  }
+
+  bool are_all(const Triangle& t) const { return tame_[t[0]] + tame_[t[1]] + tame_[t[2]] == 3; }
+
+ private:
+  std::vector<Vec3f> first_;  // unit normals
+  std::vector<unsigned char> tame_;
+};
+
+TameVertices find_tame(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  TameVertices tame(mesh.vertex_count());
+  std::vector<Triangle> parts;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const std::span<const std::uint32_t> face = mesh.face(f);
+    tame.add(polygon_normal(after, face), face);
+    if (face.size() <= 3) continue;
+    parts.clear();
+    triangulate_polygon(before, face, parts);
+    for (const Triangle& t : parts) tame.add(polygon_normal(after, t), t);
+  }
+  return tame;
+}
+
+// Returns the triangles that might oppose the normals of their vertices.
+std::vector<Triangle> suspects(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  const TameVertices tame = find_tame(mesh, before, after);
+  std::vector<Triangle> result;
+  for_each_triangle(mesh, before, [&](const Triangle& t) {
+    if (!tame.are_all(t)) result.push_back(t);
+  });
+  return result;
+}
+
+}  // namespace
+
+std::size_t count_flipped(const Mesh& mesh, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+  require_faces(mesh, before);
+  require_faces(mesh, after);
+  const std::vector<Triangle> candidates = opposing(mesh, suspects(mesh, before, after), after);
+  return candidates.size() - opposing(mesh, candidates, before).size();
+}
+
+// Counting folded edges.
+
+namespace {
+
+Mesh triangles_of(const Mesh& mesh) {
+  Mesh result;
+  result.positions = mesh.positions;
+  for (const Triangle& t : triangulate(mesh)) result.add_face(t);
+  return result;
+}
+
+// Returns a normal, not of unit length; zero for a triangle without area.
+Vec3d normal_of(const Mesh& mesh, std::uint32_t triangle) {
+  const std::span<const std::uint32_t> t = mesh.face(triangle);
+  const Vec3d& a = mesh.positions[t[0]];
+  const Vec3d& b = mesh.positions[t[1]];
+  const Vec3d& c = mesh.positions[t[2]];
+  return is_degenerate(a, b, c) ? Vec3d{} : cross(b - a, c - a);
+}
+
+}  // namespace
+
+std::size_t count_folded_edges(const Mesh& mesh) {
+  const double cosine = std::cos(170 * std::numbers::pi / 180);
+  const Mesh triangles = triangles_of(mesh);
+  std::size_t folded = 0;
+  for_each_edge(triangles, [&](std::span<const EdgeUse> edge) {
+    if (edge.size() != 2 || edge[0].upward == edge[1].upward) return;
+    const Vec3d n = normal_of(triangles, edge[0].corner / 3);
+    const Vec3d m = normal_of(triangles, edge[1].corner / 3);
+    if (dot(n, m) < cosine * norm(n) * norm(m)) ++folded;
+  });
+  return folded;
+}
+
+}  // namespace knead

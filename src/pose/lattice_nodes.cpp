@@ -1,0 +1,147 @@
+#include "pose/lattice_nodes.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "knead/error.h"
+
+namespace knead::detail {
+
+namespace {
+
+constexpr double kMaxBox = 16e6;        // nodes in the box
+constexpr std::size_t kUndivided = 24;  // so few nodes are not divided any more
+constexpr int kSeparator = 3;           // layers: nodes that share a cell are at most 3 apart
+
+bool before(const LatticeCell& a, const LatticeCell& b) {
+  return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
+}
+
+struct NodeBox {
+  LatticeCell low{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), std::numeric_limits<int>::max()};
+  LatticeCell high{std::numeric_limits<int>::min(), std::numeric_limits<int>::min(), std::numeric_limits<int>::min()};
+
+  void extend(const LatticeCell& node) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], node[axis]);
+      high[axis] = std::max(high[axis], node[axis]);
+    }
+  }
+};
+
+// One of the 64 nodes that count in a cell.
+LatticeCell node_of(const LatticeCell& cell, std::size_t i) {
+  return {cell[0] - 1 + static_cast<int>(i % 4), cell[1] - 1 + static_cast<int>(i / 4 % 4),
+          cell[2] - 1 + static_cast<int>(i / 16)};
+}
+
+// Orders nodes by nested dissection.
+void dissect(std::span<LatticeCell> nodes) {
+  NodeBox box;
+  for (const LatticeCell& node : nodes) box.extend(node);
+  std::size_t axis = 0;
+  for (std::size_t other = 1; other < 3; ++other) {
+    if (box.high[other] - box.low[other] > box.high[axis] - box.low[axis]) axis = other;
+  }
+  std::sort(nodes.begin(), nodes.end(), before);
+  if (nodes.size() <= kUndivided || box.high[axis] - box.low[axis] <= kSeparator) return;
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [=](const LatticeCell& a, const LatticeCell& b) { return a[axis] < b[axis]; });
+  const int middle = std::clamp(nodes[nodes.size() / 2][axis] - 1, box.low[axis] + 1, box.high[axis] - kSeparator);
+  const auto side = [=](const LatticeCell& node) {
+    return node[axis] < middle ? 0 : node[axis] < middle + kSeparator ? 2 : 1;
+  };
+  std::stable_sort(nodes.begin(), nodes.end(),
+                   [&](const LatticeCell& a, const LatticeCell& b) { return side(a) < side(b); });
+  const auto first_of = [&](int wanted) {
+    const auto found =
+        std::find_if(nodes.begin(), nodes.end(), [&](const LatticeCell& node) { return side(node) >= wanted; });
+    return static_cast<std::size_t>(found - nodes.begin());
+  };
+  const std::size_t right = first_of(1);
+  const std::size_t separator = first_of(2);
+  dissect(nodes.first(right));
+  dissect(nodes.subspan(right, separator - right));
+  std::sort(nodes.begin() + static_cast<std::ptrdiff_t>(separator), nodes.end(), before);
+}
+
+}  // namespace
+
+LatticeNodes::LatticeNodes(std::vector<LatticeCell> cells, const std::vector<LatticeCell>& others) {
+  std::sort(cells.begin(), cells.end(), before);
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  find_box(cells);
+  for (const LatticeCell& cell : cells) {
+    for (std::size_t i = 0; i < kCellNodes; ++i) {
+      const LatticeCell node = node_of(cell, i);
+      int& number = number_at_[index_of(node)];
+      if (number < 0) nodes_.push_back(node);
+      number = 0;
+    }
+  }
+  dissect(nodes_);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) number_at_[index_of(nodes_[i])] = static_cast<int>(i);
+  find_neighbors(cells, others);
+}
+
+void LatticeNodes::find_box(const std::vector<LatticeCell>& cells) {
+  NodeBox box;
+  for (const LatticeCell& cell : cells) box.extend(cell);
+  double size = 1;
+  for (std::size_t axis = 0; axis < 3 && !cells.empty(); ++axis) {
+    const double count = static_cast<double>(box.high[axis]) - box.low[axis] + 4;
+    size *= count;
+    low_[axis] = box.low[axis] - 1;
+    counts_[axis] = size <= kMaxBox ? static_cast<int>(count) : 0;
+  }
+  if (size > kMaxBox) throw InvalidInput("\"detail\" is too fine for a shape of this extent; make it larger");
+  number_at_.assign(static_cast<std::size_t>(counts_[0]) * static_cast<std::size_t>(counts_[1]) *
+                        static_cast<std::size_t>(counts_[2]),
+                    -1);
+}
+
+std::array<int, kCellNodes> LatticeNodes::of_cell(const LatticeCell& cell) const {
+  std::array<int, kCellNodes> numbers;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
+  for (std::size_t i = 0; i < kCellNodes; ++i) {
+    const LatticeCell node = node_of(cell, i);
+    numbers[i] = contains(node) ? number_at_[index_of(node)] : -1;
+  }
+  return numbers;
+}
+
+void LatticeNodes::find_neighbors(const std::vector<LatticeCell>& cells, const std::vector<LatticeCell>& others) {
+  rank_.assign(kOffsets * nodes_.size(), -1);
+  for (const auto* list : {&cells, &others}) {
+    for (const LatticeCell& cell : *list) add_ranks(of_cell(cell));
+  }
+  begin_.assign(1, 0);
+  for (std::size_t node = 0; node < nodes_.size(); ++node) {
+    int* const table = rank_.data() + kOffsets * node;
+    const std::size_t first = neighbors_.size();
+    for (std::size_t i = 0; i < kOffsets; ++i) {
+      if (table[i] >= 0) neighbors_.push_back(table[i]);
+    }
+    std::sort(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end());
+    for (std::size_t i = 0; i < kOffsets; ++i) {
+      if (table[i] < 0) continue;
+      const auto place =
+          std::lower_bound(neighbors_.begin() + static_cast<std::ptrdiff_t>(first), neighbors_.end(), table[i]);
+      table[i] = static_cast<int>(place - neighbors_.begin()) - static_cast<int>(first);
+    }
+    begin_.push_back(neighbors_.size());
+  }
+}
+
+// Of nodes that share a cell, each is a neighbour of those that are not after it.
+void LatticeNodes::add_ranks(const std::array<int, kCellNodes>& numbers) {
+  for (std::size_t a = 0; a < kCellNodes; ++a) {
+    for (std::size_t b = 0; b < kCellNodes && numbers[a] >= 0; ++b) {
+      if (numbers[b] >= numbers[a]) {
+        rank_[static_cast<std::size_t>(numbers[a]) * kOffsets + offset_between(a, b)] = numbers[b];
+      }
+    }
+  }
+}
+
+}  // namespace knead::detail

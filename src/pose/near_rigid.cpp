@@ -1,0 +1,470 @@
+#include "pose/near_rigid.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "knead/error.h"
+#include "pose/lattice_nodes.h"
+#include "pose/sparse_cholesky.h"
+
+namespace knead::detail {
+
+namespace {
+
+// Adding a gradient to A changes no v, so that one component of A is not needed: the last one is 0. With all three the
+// rms of log stretch is 3% to 5% less, and a factor takes three times as long.
+constexpr std::size_t kComponents = 2;
+constexpr int kOfNode = static_cast<int>(kComponents);
+constexpr std::size_t kMaxUnknowns = 15'000;
+constexpr std::size_t kRowNumbers = kComponents * kCellNodes;
+// The middle of each cell is a sample, too, so that the field goes on beyond the body as it is within it: the body may
+// move there, and nodes that reach hardly a sample would be free.
+constexpr double kStiffnessAround = 1e-3;
+constexpr std::uint32_t kCellMiddle = 1;  // in the place of a list
+constexpr std::size_t kRowsAtOnce = 6;    // those of a sample's strain
+// So many cells are assembled side by side before their sums are added up, in order.
+constexpr std::size_t kCellsAtOnce = 32;
+
+// A row over a cell's 64 nodes, each with its components.
+using DenseRow = std::array<double, kRowNumbers>;
+
+DenseRow dense(const SplineRow& row, double by) {
+  DenseRow result;  // NOLINT(cppcoreguidelines-pro-type-member-init): all are written below
+  for (std::size_t node = 0; node < kCellNodes; ++node) {
+    for (std::size_t axis = 0; axis < kComponents; ++axis) result[kComponents * node + axis] = row[axis][node] * by;
+  }
+  return result;
+}
+
+// Adds the products of each row's numbers to the upper triangle of a matrix.
+KNEAD_CLONES void add_products(const double* __restrict rows, double* __restrict products) {
+  for (std::size_t a = 0; a < kRowNumbers; ++a) {
+    double by[kRowsAtOnce];
+    for (std::size_t r = 0; r < kRowsAtOnce; ++r) by[r] = rows[r * kRowNumbers + a];
+    double* const to = products + a * kRowNumbers;
+    for (std::size_t b = a; b < kRowNumbers; ++b) {
+      double sum = to[b];
+      for (std::size_t r = 0; r < kRowsAtOnce; ++r) sum += by[r] * rows[r * kRowNumbers + b];
+      to[b] = sum;
+    }
+  }
+}
+
+// The upper triangle of a cell's sum of products.
+struct CellSum {
+  std::array<double, kRowNumbers * kRowNumbers> products;
+
+  void clear() { products.fill(0); }
+
+  // Adds the products of rows, in their order. Their number is a multiple of kRowsAtOnce.
+  void add(std::span<const DenseRow> rows) {
+    for (std::size_t r = 0; r < rows.size(); r += kRowsAtOnce) add_products(rows[r].data(), products.data());
+  }
+};
+
+// A point of one list, by its number there.
+struct CellPoint {
+  LatticeCell cell{};
+  std::uint32_t list = 0;
+  std::uint32_t number = 0;
+};
+
+// Points sorted by cells; of one cell, by list and number.
+std::vector<CellPoint> sorted_by_cells(std::vector<CellPoint> points) {
+  std::sort(points.begin(), points.end(), [](const CellPoint& a, const CellPoint& b) {
+    if (a.cell != b.cell)
+      return std::lexicographical_compare(a.cell.rbegin(), a.cell.rend(), b.cell.rbegin(), b.cell.rend());
+    return std::pair(a.list, a.number) < std::pair(b.list, b.number);
+  });
+  return points;
+}
+
+// The runs of points that share a cell.
+std::vector<std::span<const CellPoint>> runs_of(const std::vector<CellPoint>& points) {
+  std::vector<std::span<const CellPoint>> runs;
+  for (std::size_t begin = 0; begin < points.size();) {
+    std::size_t end = begin + 1;
+    while (end < points.size() && points[end].cell == points[begin].cell) ++end;
+    runs.emplace_back(points.data() + begin, end - begin);
+    begin = end;
+  }
+  return runs;
+}
+
+Vec3d mean_of(const std::vector<Vec3d>& points) {
+  Vec3d sum{0, 0, 0};
+  for (const Vec3d& p : points) sum += p - points.front();
+  return points.front() + sum / static_cast<double>(points.size());
+}
+
+}  // namespace
+
+struct NearRigidSystem::Equations {
+  Lattice lattice;
+  LatticeNodes nodes;
+  double mean_diagonal = 0;  // of the strain
+  SparseCholesky factor;
+};
+
+namespace {
+
+// Fills the matrix of NearRigidSystem::Equations.
+class Assembly {
+ public:
+  Assembly(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows, int threads,
+           const Progress* progress)
+      : lattice_(lattice), body_(body), rows_(rows), threads_(threads), progress_(progress) {
+    std::vector<CellPoint> samples;
+    std::vector<LatticeCell> resting;
+    for (std::size_t i = 0; i < body.points.size(); ++i) {
+      samples.push_back(point_at(body.points[i], 0, i));
+      (!body.held.empty() && body.held[i] ? resting : cells_).push_back(samples.back().cell);
+    }
+    std::vector<CellPoint> wanted;
+    for (std::size_t list = 0; list < rows.size(); ++list) {
+      for (std::size_t i = 0; i < rows[list].points.size(); ++i) {
+        wanted.push_back(point_at(rows[list].points[i], list, i));
+        (rows[list].rests ? resting : cells_).push_back(wanted.back().cell);
+      }
+    }
+    for (const Vec3d& p : body.around) cells_.push_back(point_at(p, 0, 0).cell);
+    sort_cells(cells_);
+    divide(std::move(resting));
+    std::vector<LatticeCell> all = cells_;
+    all.insert(all.end(), touched_.begin(), touched_.end());
+    std::sort(all.begin(), all.end());
+    drop_far(all, samples);
+    drop_far(all, wanted);
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      samples.push_back({cells_[i], kCellMiddle, static_cast<std::uint32_t>(i)});
+    }
+    samples_ = sorted_by_cells(std::move(samples));
+    wanted_ = sorted_by_cells(std::move(wanted));
+  }
+
+  LatticeNodes find_nodes() const { return LatticeNodes(cells_, touched_); }
+
+  // Returns the matrix without the ridge; sets the mean diagonal of the strain.
+  SymmetricMatrix fill(const LatticeNodes& nodes, double& mean_diagonal) {
+    nodes_ = &nodes;
+    spins_ = spin_numbers(rows_);
+    make_pattern();
+    add_runs(runs_of(samples_), [this](std::span<const CellPoint> run, std::vector<DenseRow>& rows) {
+      for (const CellPoint& point : run) append_strain(point, rows);
+    });
+    mean_diagonal = mean_of_diagonal();
+    unit_ = mean_diagonal * lattice_.spacing * lattice_.spacing;
+    add_runs(runs_of(wanted_), [this](std::span<const CellPoint> run, std::vector<DenseRow>& rows) {
+      for (const CellPoint& point : run) append_velocity(point, rows);
+    });
+    for (std::size_t list = 0; list < rows_.size(); ++list) {
+      if (rows_[list].spins) add_spin(list);
+    }
+    const double ridge = NearRigidSystem::kRidge * mean_diagonal;
+    for (std::size_t column = first_; column < matrix_.size(); ++column) matrix_.values[matrix_.begin[column]] += ridge;
+    return std::move(matrix_);
+  }
+
+  // Returns for each list the number of the first of its spin's unknowns, which come before the nodes'.
+  static std::vector<int> spin_numbers(std::span<const VelocityRows> rows) {
+    std::vector<int> numbers;
+    int next = 0;
+    for (const VelocityRows& list : rows) {
+      numbers.push_back(next);
+      next += list.spins ? 3 : 0;
+    }
+    numbers.push_back(next);
+    return numbers;
+  }
+
+ private:
+  CellPoint point_at(const Vec3d& p, std::size_t list, std::size_t number) const {
+    return {SplineBasis(p - lattice_.origin, lattice_.spacing).cell(), static_cast<std::uint32_t>(list),
+            static_cast<std::uint32_t>(number)};
+  }
+
+  static void sort_cells(std::vector<LatticeCell>& cells) {
+    std::sort(cells.begin(), cells.end());
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  }
+
+  // Cells in which all rests give way next to others, and get nodes, too; farther ones are touched by nodes.
+  void divide(std::vector<LatticeCell> resting) {
+    constexpr int kGiving = 1;  // cells
+    constexpr int kReach = 3;
+    sort_cells(resting);
+    const auto is_near = [](const LatticeCell& cell, const std::vector<LatticeCell>& others, int most) {
+      for (int x = -most; x <= most; ++x) {
+        for (int y = -most; y <= most; ++y) {
+          for (int z = -most; z <= most; ++z) {
+            const LatticeCell near{cell[0] + x, cell[1] + y, cell[2] + z};
+            if (std::binary_search(others.begin(), others.end(), near)) return true;
+          }
+        }
+      }
+      return false;
+    };
+    std::vector<LatticeCell> giving;
+    for (const LatticeCell& cell : resting) {
+      if (is_near(cell, cells_, kGiving)) giving.push_back(cell);
+    }
+    cells_.insert(cells_.end(), giving.begin(), giving.end());
+    sort_cells(cells_);
+    for (const LatticeCell& cell : resting) {
+      const bool has_nodes = std::binary_search(cells_.begin(), cells_.end(), cell);
+      if (!has_nodes && is_near(cell, cells_, kReach)) touched_.push_back(cell);
+    }
+  }
+
+  // Drops points in cells where no node counts.
+  static void drop_far(const std::vector<LatticeCell>& cells, std::vector<CellPoint>& points) {
+    std::erase_if(points, [&](const CellPoint& p) { return !std::binary_search(cells.begin(), cells.end(), p.cell); });
+  }
+
+  // The columns of spins hold their own 3 x 3 and the nodes about their patch; those of nodes the neighbours with
+  // greater numbers.
+  void make_pattern() {
+    first_ = static_cast<std::size_t>(spins_.back());
+    std::vector<int>& rows = matrix_.rows;
+    for (std::size_t list = 0; list < rows_.size(); ++list) {
+      if (!rows_[list].spins) continue;
+      const std::vector<int> near = nodes_about(rows_[list].points);
+      for (int q = 0; q < 3; ++q) {
+        for (int p = q; p < 3; ++p) rows.push_back(spins_[list] + p);
+        for (const int node : near) {
+          for (int p = 0; p < kOfNode; ++p) rows.push_back(static_cast<int>(first_) + kOfNode * node + p);
+        }
+        matrix_.begin.push_back(rows.size());
+      }
+    }
+    for (int node = 0; node < static_cast<int>(nodes_->size()); ++node) {
+      for (int q = 0; q < kOfNode; ++q) {
+        for (const int neighbor : nodes_->neighbors_after(node)) {
+          for (int p = neighbor == node ? q : 0; p < kOfNode; ++p)
+            rows.push_back(static_cast<int>(first_) + kOfNode * neighbor + p);
+        }
+        matrix_.begin.push_back(rows.size());
+      }
+    }
+    matrix_.values.assign(rows.size(), 0.0);
+  }
+
+  // The sorted numbers of all nodes that count at the points.
+  std::vector<int> nodes_about(const std::vector<Vec3d>& points) const {
+    std::vector<int> near;
+    for (const Vec3d& p : points) {
+      const auto of_cell = nodes_->of_cell(SplineBasis(p - lattice_.origin, lattice_.spacing).cell());
+      std::copy_if(of_cell.begin(), of_cell.end(), std::back_inserter(near), [](int node) { return node >= 0; });
+    }
+    std::sort(near.begin(), near.end());
+    near.erase(std::unique(near.begin(), near.end()), near.end());
+    return near;
+  }
+
+  void append_strain(const CellPoint& point, std::vector<DenseRow>& rows) const {
+    const bool is_middle = point.list == kCellMiddle;
+    const double stiffness = is_middle                 ? kStiffnessAround
+                             : body_.stiffness.empty() ? 1.0
+                                                       : body_.stiffness[point.number];
+    const double by = std::sqrt(stiffness / static_cast<double>(body_.points.size()));
+    const SplineBasis basis(is_middle ? middle_of(point.cell) : body_.points[point.number] - lattice_.origin,
+                            lattice_.spacing);
+    for (const SplineRow& row : basis.strain()) rows.push_back(dense(row, by));
+  }
+
+  Vec3d middle_of(const LatticeCell& cell) const {
+    return Vec3d(cell[0] + 0.5, cell[1] + 0.5, cell[2] + 0.5) * lattice_.spacing;
+  }
+
+  void append_velocity(const CellPoint& point, std::vector<DenseRow>& rows) const {
+    const VelocityRows& list = rows_[point.list];
+    const double by = std::sqrt(list.weight * unit_);
+    const std::array<SplineRow, 3> v =
+        SplineBasis(list.points[point.number] - lattice_.origin, lattice_.spacing).velocity();
+    if (list.normals.empty()) {
+      for (const SplineRow& row : v) rows.push_back(dense(row, by));
+      return;
+    }
+    const Vec3d& n = list.normals[point.number];
+    SplineRow along{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t node = 0; node < kCellNodes; ++node) {
+        along[axis][node] = n.x * v[0][axis][node] + n.y * v[1][axis][node] + n.z * v[2][axis][node];
+      }
+    }
+    rows.push_back(dense(along, by));
+  }
+
+  // Sums the products of each run's rows on all threads, and adds the sums to the matrix in order.
+  template <class Append>
+  void add_runs(const std::vector<std::span<const CellPoint>>& runs, const Append& append) {
+    std::vector<CellSum> sums(std::min(kCellsAtOnce, runs.size()));
+    for (std::size_t begin = 0; begin < runs.size(); begin += kCellsAtOnce) {
+      stop_if_cancelled(progress_);
+      const std::size_t count = std::min(kCellsAtOnce, runs.size() - begin);
+      parallel_for(count, 1, threads_, [&](std::size_t from, std::size_t to) {
+        std::vector<DenseRow> rows;
+        for (std::size_t i = from; i < to; ++i) {
+          rows.clear();
+          append(runs[begin + i], rows);
+          while (rows.size() % kRowsAtOnce != 0) rows.push_back(DenseRow{});
+          sums[i].clear();
+          sums[i].add(rows);
+        }
+      });
+      for (std::size_t i = 0; i < count; ++i) add(runs[begin + i].front().cell, sums[i]);
+    }
+  }
+
+  void add(const LatticeCell& cell, const CellSum& sum) {
+    const std::array<int, kCellNodes> numbers = nodes_->of_cell(cell);
+    for (std::size_t a = 0; a < kCellNodes; ++a) {
+      for (std::size_t b = a; b < kCellNodes; ++b) {
+        if (numbers[a] < 0 || numbers[b] < 0) continue;
+        const bool in_order = numbers[a] <= numbers[b];
+        const int column = in_order ? numbers[a] : numbers[b];
+        const std::size_t rank =
+            kComponents * static_cast<std::size_t>(nodes_->rank(in_order ? a : b, in_order ? b : a, column));
+        for (std::size_t p = 0; p < kComponents; ++p) {
+          for (std::size_t q = a == b ? p : 0; q < kComponents; ++q) {
+            // p and q are components of a and b.
+            const std::size_t of_column = in_order ? p : q;
+            const std::size_t of_row = in_order ? q : p;
+            const std::size_t start =
+                matrix_.begin[first_ + kComponents * static_cast<std::size_t>(column) + of_column];
+            matrix_.values[start + rank + of_row - of_column] +=
+                sum.products[(kComponents * a + p) * kRowNumbers + kComponents * b + q];
+          }
+        }
+      }
+    }
+  }
+
+  double mean_of_diagonal() const {
+    double sum = 0;
+    for (std::size_t column = first_; column < matrix_.size(); ++column) sum += matrix_.values[matrix_.begin[column]];
+    return sum / static_cast<double>(matrix_.size() - first_);
+  }
+
+  double& at(int row, std::size_t column) {
+    const auto begin = matrix_.rows.begin() + static_cast<std::ptrdiff_t>(matrix_.begin[column]);
+    const auto end = matrix_.rows.begin() + static_cast<std::ptrdiff_t>(matrix_.begin[column + 1]);
+    return matrix_.values[static_cast<std::size_t>(std::lower_bound(begin, end, row) - matrix_.rows.begin())];
+  }
+
+  // Of a patch with the velocity w x d besides that of its middle: the rows get -(w x d).
+  void add_spin(std::size_t list) {
+    const VelocityRows& patch = rows_[list];
+    const Vec3d middle = mean_of(patch.points);
+    for (const Vec3d& p : patch.points) {
+      const Vec3d d = p - middle;
+      const double weight = patch.weight * unit_;
+      // Row i of -(w x d) over w.
+      const std::array<Vec3d, 3> spin{Vec3d{0, -d.z, d.y}, Vec3d{d.z, 0, -d.x}, Vec3d{-d.y, d.x, 0}};
+      const SplineBasis basis(p - lattice_.origin, lattice_.spacing);
+      const std::array<SplineRow, 3> v = basis.velocity();
+      const std::array<int, kCellNodes> numbers = nodes_->of_cell(basis.cell());
+      for (std::size_t q = 0; q < 3; ++q) {
+        const std::size_t column = static_cast<std::size_t>(spins_[list]) + q;
+        for (std::size_t r = q; r < 3; ++r) {
+          for (const Vec3d& row : spin) at(spins_[list] + static_cast<int>(r), column) += weight * row[q] * row[r];
+        }
+        for (std::size_t node = 0; node < kCellNodes; ++node) {
+          for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
+            double sum = 0;
+            for (std::size_t i = 0; i < 3; ++i) sum += spin[i][q] * v[i][axis][node];
+            at(static_cast<int>(first_) + kOfNode * numbers[node] + static_cast<int>(axis), column) += weight * sum;
+          }
+        }
+      }
+    }
+  }
+
+  const Lattice& lattice_;
+  const BodySamples& body_;
+  std::span<const VelocityRows> rows_;
+  int threads_;
+  const Progress* progress_;
+  std::vector<LatticeCell> cells_;    // whose nodes are unknown, ascending
+  std::vector<LatticeCell> touched_;  // others of the body, in which some of these nodes count, ascending
+  std::vector<CellPoint> samples_;
+  std::vector<CellPoint> wanted_;
+  const LatticeNodes* nodes_ = nullptr;
+  std::vector<int> spins_;
+  std::size_t first_ = 0;  // unknown of the nodes
+  double unit_ = 0;        // of the rows' weights
+  SymmetricMatrix matrix_;
+};
+
+}  // namespace
+
+std::size_t count_unknowns(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows) {
+  return kComponents * Assembly(lattice, body, rows, 1, nullptr).find_nodes().size();
+}
+
+NearRigidSystem::NearRigidSystem(const Lattice& lattice, const BodySamples& body, std::span<const VelocityRows> rows,
+                                 int threads, const Progress* progress) {
+  auto equations = std::make_unique<Equations>();
+  equations->lattice = lattice;
+  Assembly assembly(lattice, body, rows, threads, progress);
+  equations->nodes = assembly.find_nodes();
+  const std::size_t unknowns = kComponents * equations->nodes.size();
+  if (unknowns > kMaxUnknowns) {
+    throw InvalidInput(
+        fmt::format("\"detail\" is too fine: the field has {} unknowns, and {} at most can be solved; "
+                    "make it larger, or move the parts less",
+                    unknowns, kMaxUnknowns));
+  }
+  const SymmetricMatrix matrix = assembly.fill(equations->nodes, equations->mean_diagonal);
+  if (!equations->factor.factorize(matrix, threads, progress)) {
+    throw InvalidInput("the pose cannot be solved: its equations are singular; make \"detail\" larger");
+  }
+  equations_ = std::move(equations);
+}
+
+NearRigidSystem::NearRigidSystem(NearRigidSystem&&) noexcept = default;
+NearRigidSystem& NearRigidSystem::operator=(NearRigidSystem&&) noexcept = default;
+NearRigidSystem::~NearRigidSystem() = default;
+
+std::size_t NearRigidSystem::unknowns() const { return kComponents * equations_->nodes.size(); }
+
+PotentialGrid NearRigidSystem::solve(std::span<const VelocityRows> rows) const {
+  const Equations& e = *equations_;
+  const std::vector<int> spins = Assembly::spin_numbers(rows);
+  const auto first = static_cast<std::size_t>(spins.back());
+  const double unit = e.mean_diagonal * e.lattice.spacing * e.lattice.spacing;
+  std::vector<double> right(first + kComponents * e.nodes.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const VelocityRows& list = rows[k];
+    const Vec3d middle = list.spins ? mean_of(list.points) : Vec3d{};
+    for (std::size_t i = 0; i < list.points.size(); ++i) {
+      const SplineBasis basis(list.points[i] - e.lattice.origin, e.lattice.spacing);
+      const std::array<SplineRow, 3> v = basis.velocity();
+      const std::array<int, kCellNodes> numbers = e.nodes.of_cell(basis.cell());
+      Vec3d wanted = list.wanted[i];
+      if (!list.normals.empty()) wanted = list.normals[i] * dot(list.normals[i], wanted);
+      wanted *= list.weight * unit;
+      for (std::size_t node = 0; node < kCellNodes; ++node) {
+        for (std::size_t axis = 0; axis < kComponents && numbers[node] >= 0; ++axis) {
+          right[first + kComponents * static_cast<std::size_t>(numbers[node]) + axis] +=
+              v[0][axis][node] * wanted.x + v[1][axis][node] * wanted.y + v[2][axis][node] * wanted.z;
+        }
+      }
+      if (!list.spins) continue;
+      const Vec3d torque = cross(list.points[i] - middle, wanted);
+      for (std::size_t axis = 0; axis < 3; ++axis) right[static_cast<std::size_t>(spins[k]) + axis] -= torque[axis];
+    }
+  }
+  e.factor.solve(right);
+  return e.nodes.grid(e.lattice.origin, e.lattice.spacing, [&](int node) {
+    const std::size_t number = first + kComponents * static_cast<std::size_t>(node);
+    return Vec3d{right[number], right[number + 1], 0};
+  });
+}
+
+}  // namespace knead::detail

@@ -1,0 +1,61 @@
+// Functions that the compiler makes for several instruction sets. Internal to the pose module.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "knead/error.h"
+
+// Marks a function whose loops are vectorised by the compiler: one copy for each instruction set, chosen when the
+// program starts. Nothing is contracted or reassociated, so all copies return the same bits. Not under sanitizers,
+// which are not ready when the choice is made, and only where the linker knows such functions.
+#if defined(__x86_64__) && defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
+    defined(__GNUC__) && !defined(__clang__)
+#define KNEAD_CLONES [[gnu::target_clones("default", "avx2", "avx512f")]]
+#else
+#define KNEAD_CLONES
+#endif
+
+// A Cholesky factor of a sparse matrix, in dense blocks. Internal to the pose module.
+//
+// Eigen's factor of the same matrix takes five times as long, because it sums one number at a time; CHOLMOD's is as
+// fast, but its bits depend on the machine's BLAS (docs/decisions/0029-poses.md).
+namespace knead::detail {
+
+// The lower triangle of a symmetric matrix, by columns. The rows of a column ascend, and begin with the diagonal.
+struct SymmetricMatrix {
+  std::vector<std::size_t> begin{0};  // of each column, and the end of the last
+  std::vector<int> rows;
+  std::vector<double> values;
+
+  std::size_t size() const { return begin.size() - 1; }
+};
+
+// The factor L of A = L L^T, by the multifrontal method (Duff and Reid 1983): columns with the same rows are factorised
+// together, as a dense matrix. The columns must be in an order that leaves few entries, such as nested dissection.
+// Sums run in one order: the same bits for every instruction set.
+class SparseCholesky {
+ public:
+  // Returns false if the matrix is not positive definite. Time: 0.02 s for 1800 unknowns. threads as for parallel_for;
+  // the bits do not depend on them. Throws Cancelled.
+  bool factorize(const SymmetricMatrix& matrix, int threads = 0, const Progress* progress = nullptr);
+
+  // Replaces b, one number for each column, by the solution of A x = b.
+  void solve(std::vector<double>& b) const;
+
+ private:
+  // Columns from `first` on that share their rows.
+  struct Front {
+    int first = 0;
+    int width = 0;
+    std::vector<int> rows;        // first to first + width - 1, and those below, ascending
+    std::vector<double> columns;  // of L: `width` columns of rows.size() numbers
+    std::vector<std::size_t> children;
+  };
+
+  void find_fronts(const SymmetricMatrix& matrix);
+
+  std::vector<Front> fronts_;
+};
+
+}  // namespace knead::detail

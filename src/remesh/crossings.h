@@ -1,0 +1,145 @@
+// Finds where the surface of a patch crosses itself or the mesh around it. Internal to the remesh room.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "knead/vec.h"
+#include "mesh/box_tree.h"
+#include "mesh/predicates.h"
+#include "remesh/patch.h"
+
+namespace knead::remesh_detail {
+
+// A face of a surface as it is or would be.
+struct PlacedFace {
+  Triangle vertices{};
+  std::array<Vec3d, 3> corners{};
+};
+
+inline PlacedFace placed(const Surface& s, const Triangle& vertices) {
+  return {vertices, {s.after[vertices[0]], s.after[vertices[1]], s.after[vertices[2]]}};
+}
+
+struct Crossings {
+  std::size_t pairs = 0;
+  std::vector<std::uint32_t> faces;  // of the patch, ascending
+};
+
+// Searches the crossings of a patch while it changes. The mesh around the patch is prepared once.
+class CrossingSearch {
+ public:
+  // Stores the triangles of the mesh that are outside the patch and near it.
+  CrossingSearch(const Mesh& before, const Patch& patch, bool single_precision, int threads,
+                 const Progress* progress = nullptr);
+
+  // Returns the pairs of triangles that cross with vertices at `after`. Pairs of two unchanged triangles do not count.
+  Crossings find(const Patch& patch) const;
+
+  // What is searched: the triangles outside, then the living faces. Their vertices are numbered in this order: the
+  // original vertices of the patch, the vertices outside, then those that splits have made.
+  struct Triangles {
+    std::vector<Triangle> triangles;
+    std::vector<Vec3d> positions;      // as written
+    std::vector<std::uint32_t> faces;  // of the surface
+
+    PlacedFace placed(std::uint32_t t) const {
+      const Triangle& v = triangles[t];
+      return {v, {positions[v[0]], positions[v[1]], positions[v[2]]}};
+    }
+  };
+  Triangles triangles(const Surface& surface) const;
+  std::size_t outside_count() const { return outside_.size(); }
+  // Returns the face with its vertices numbered so, and its corners as they are written.
+  PlacedFace as_written(PlacedFace face) const;
+
+ private:
+  Vec3d as_written(const Vec3d& p) const;
+  std::uint32_t number(std::uint32_t v) const {
+    return v < first_ ? v : v + static_cast<std::uint32_t>(outside_positions_.size());
+  }
+
+  std::uint32_t first_ = 0;        // vertex of the patch that a split has made
+  std::vector<Triangle> outside_;  // numbered after the patch's vertices
+  std::vector<Vec3d> outside_positions_;
+  bool single_precision_ = true;
+  int threads_ = 0;
+  const Progress* progress_ = nullptr;
+};
+
+// Refuses changes of a surface that would make triangles cross. Internal to the remesh room.
+
+// Watches over places of a surface whose faces change one after the other. Only the triangles near a change are tested,
+// so a change costs as much as its neighbourhood. Whoever changes the surface must tell the guard.
+class CrossingGuard {
+ public:
+  // The surface of the patch and the search must outlive the guard. It watches nothing yet.
+  CrossingGuard(const Surface& surface, const CrossingSearch& search);
+
+  // Watches the vertices of all faces whose boxes overlap one of these, and every vertex that a split makes.
+  void watch(std::span<const Box> places);
+  void watch_everything() { watched_.clear(); }
+
+  // Returns true if the proposed faces may take the place of `faces`: if no vertex of `faces` is watched, if no
+  // proposed face crosses another triangle, or if the proposed ones cross fewer than `faces` do. A face without area
+  // counts as a pair.
+  bool allows(std::span<const std::uint32_t> faces, std::span<const PlacedFace> proposed);
+  // Likewise for the faces around vertices that move by d.
+  bool allows_move(std::span<const std::uint32_t> vertices, const Vec3d& d);
+
+  // Returns whether the face is alive and crosses another triangle.
+  bool crosses(std::uint32_t face);
+
+  // Returns whether so many pairs of triangles were tested that the faces must lie in a heap, where nearly every pair
+  // overlaps. Improving it further would take long and not help.
+  bool is_spent() const { return tests_ > most_tests_; }
+
+  // To be called after a face, or those around a vertex, have changed.
+  void update(std::uint32_t face);
+  void update_around(std::uint32_t v);
+  // To be called first for a face that a split has made of another.
+  void add(std::uint32_t face, std::uint32_t from);
+  // To be called for a face before it is removed.
+  void remove(std::uint32_t face);
+
+ private:
+  CrossingGuard(const Surface& surface, const CrossingSearch& search, const CrossingSearch::Triangles& all);
+
+  // A triangle that others may cross: outside the patch, or a face.
+  struct Obstacle {
+    FloatBox box;                // empty: removed, or without area
+    std::uint32_t next = kNone;  // the next one that the same place of the tree holds
+    std::uint32_t mark = 0;      // the number of the last mark() with this one
+  };
+  struct Boxed {
+    PlacedFace triangle;
+    FloatBox box;
+  };
+
+  bool is_watched(std::uint32_t v) const { return v >= watched_.size() || watched_[v]; }
+  void set(std::uint32_t obstacle, const PlacedFace& written);
+  void mark(std::span<const std::uint32_t> faces);
+  // Returns the number of pairs of the faces with each other and with all that are not marked; stops at `enough`.
+  std::size_t count_pairs(std::span<const PlacedFace> faces, std::size_t enough);
+  bool cross(const Boxed& face, const FloatBox& box, const PlacedFace& triangle);
+
+  const Surface& s_;
+  const CrossingSearch& search_;
+  BoxTree tree_;
+  // Those that were there when the guard was made are in the order of their places in the tree, so that what is near
+  // in space is near in memory.
+  std::vector<Obstacle> obstacles_;
+  std::vector<PlacedFace> written_;         // as they are written, numbered as by the search
+  std::vector<std::uint32_t> place_;        // of each obstacle in the tree
+  std::vector<std::uint32_t> face_;         // of each place in the tree, or kNone
+  std::vector<std::uint32_t> obstacle_of_;  // of each face
+  std::vector<bool> watched_;               // of each vertex when the guard was made; later ones are watched
+  std::uint32_t mark_ = 0;
+  std::vector<Boxed> faces_;
+  std::uint64_t tests_ = 0;  // of pairs whose boxes overlap
+  std::uint64_t most_tests_;
+};
+
+}  // namespace knead::remesh_detail

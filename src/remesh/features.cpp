@@ -1,0 +1,352 @@
+#include "remesh/features.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+
+#include "knead/mesh.h"
+#include "mesh/edges.h"
+#include "remesh/patch.h"
+#include "remesh/surface.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+constexpr int kDeepest = 8;               // how often a face is divided into four
+constexpr double kMostSamples = 1 << 20;  // 50 MB
+constexpr std::size_t kFirstBatch = 16;   // tells what carrying the others costs
+
+std::array<std::array<Vec3d, 3>, 4> quarters(const std::array<Vec3d, 3>& corners) {
+  const auto& [a, b, c] = corners;
+  const Vec3d ab = (a + b) * 0.5;
+  const Vec3d bc = (b + c) * 0.5;
+  const Vec3d ca = (c + a) * 0.5;
+  return {{{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}};
+}
+
+Vec3d center_of(const std::array<Vec3d, 3>& corners) { return (corners[0] + corners[1] + corners[2]) / 3.0; }
+
+}  // namespace
+
+FaceSamples::FaceSamples(const Deformation& deformation, const Progress* progress)
+    : deformation_(deformation), progress_(progress), most_(std::min(kMostSamples, points_left())) {}
+
+double FaceSamples::points_left() const {
+  return deformation_.points_left ? deformation_.points_left() : std::numeric_limits<double>::infinity();
+}
+
+void FaceSamples::refuse(std::size_t max_vertices) const {
+  throw RemeshLimit(fmt::format(
+      "the faces are large beside the smallest detail of this stroke ({:.2g}): to look for it inside them is more work "
+      "than \"max_vertices\" ({}) allows; refine the shape first (knead remesh --max-edge), or use a larger "
+      "\"max_vertices\"",
+      deformation_.feature, max_vertices));
+}
+
+void FaceSamples::add(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after) {
+  const double limit = 0.5 * deformation_.feature;
+  const double longest2 =
+      std::max({norm2(before[1] - before[0]), norm2(before[2] - before[1]), norm2(before[0] - before[2])});
+  if (longest2 > limit * limit) divide(face, before, after, 0);
+}
+
+void FaceSamples::divide(std::uint32_t face, const std::array<Vec3d, 3>& before, const std::array<Vec3d, 3>& after,
+                         int depth) {
+  stop_if_cancelled(progress_);
+  if (static_cast<double>(before_.size()) > most_) return;
+  const Vec3d center = center_of(before);
+  const double radius =
+      std::sqrt(std::max({norm2(before[0] - center), norm2(before[1] - center), norm2(before[2] - center)}));
+  if (deformation_.may_move && !deformation_.may_move(center, radius)) return;
+  if (radius < 0.25 * deformation_.feature || depth == kDeepest) {
+    faces_.push_back(face);
+    before_.push_back(center);
+    after_.push_back(center_of(after));
+    return;
+  }
+  const auto parts_before = quarters(before);
+  const auto parts_after = quarters(after);
+  for (std::size_t i = 0; i < 4; ++i) divide(face, parts_before[i], parts_after[i], depth + 1);
+}
+
+std::optional<std::vector<std::uint32_t>> FaceSamples::deviating_faces(double distance) const {
+  if (static_cast<double>(before_.size()) > most_) return std::nullopt;
+  std::vector<Vec3d> carried = before_;
+  std::size_t batch = kFirstBatch;
+  for (std::span<Vec3d> left = carried; !left.empty(); batch *= 2) {
+    if (static_cast<double>(left.size()) > points_left()) return std::nullopt;
+    const std::size_t count = std::min(batch, left.size());
+    deformation_.carry(left.first(count));
+    left = left.subspan(count);
+  }
+  std::vector<std::uint32_t> found;
+  for (std::size_t i = 0; i < carried.size(); ++i) {
+    // A sample that does not move is right, whatever the rounding of the centre of the face.
+    const bool rests = carried[i] == before_[i] && norm(after_[i] - before_[i]) <= distance;
+    if (rests || norm(carried[i] - after_[i]) <= distance) continue;
+    if (found.empty() || found.back() != faces_[i]) found.push_back(faces_[i]);
+  }
+  return found;
+}
+
+namespace {
+
+struct Column {
+  Domain domain = Domain::vertex;
+  std::size_t offset = 0;  // in a row of the values of the surface
+};
+
+std::optional<Column> find_normals(const Mesh& mesh) {
+  std::size_t vertex_offset = 0;
+  std::size_t corner_offset = 0;
+  for (const Attribute& attribute : mesh.attributes) {
+    std::size_t& offset = attribute.domain == Domain::vertex ? vertex_offset : corner_offset;
+    if (attribute.domain == Domain::face) continue;
+    if (attribute.name == "normal" && attribute.components == 3) return Column{attribute.domain, offset};
+    offset += static_cast<std::size_t>(attribute.components);
+  }
+  return std::nullopt;
+}
+
+Vec3d normal_of(const Values& values, std::size_t i, std::size_t offset) {
+  const auto row = values.of(i);
+  return {row[offset], row[offset + 1], row[offset + 2]};
+}
+
+void set_normal(Values& values, std::size_t i, std::size_t offset, const Vec3d& n) {
+  const auto row = values.of(i);
+  for (std::size_t axis = 0; axis < 3; ++axis) row[offset + axis] = n[axis];
+}
+
+// Gives one number to all corners at a vertex that have the same normal.
+void share_corner_normals(const Surface& s, std::size_t offset, std::vector<Vec3d>& normals,
+                          std::vector<std::uint32_t>& corner_normal) {
+  std::vector<std::vector<std::uint32_t>> of_vertex(s.vertex_count());
+  corner_normal.assign(s.corner.size(), kNoNormal);
+  for (std::uint32_t c = 0; c < s.corner.size(); ++c) {
+    const Vec3d n = normal_of(s.corner_values, c, offset);
+    std::vector<std::uint32_t>& known = of_vertex[s.corner[c]];
+    const auto found = std::find_if(known.begin(), known.end(), [&](std::uint32_t i) { return normals[i] == n; });
+    if (found != known.end()) {
+      corner_normal[c] = *found;
+      continue;
+    }
+    corner_normal[c] = static_cast<std::uint32_t>(normals.size());
+    known.push_back(corner_normal[c]);
+    normals.push_back(n);
+  }
+}
+
+}  // namespace
+
+void turn_normals(const Mesh& mesh, Surface& s) {
+  const std::optional<Column> column = find_normals(mesh);
+  if (!column) return;
+  Mesh refined;
+  refined.positions = s.before;
+  refined.corner_vertex = s.corner;
+  refined.face_begin.resize(s.face_count() + 1);
+  for (std::size_t f = 0; f <= s.face_count(); ++f) refined.face_begin[f] = static_cast<std::uint32_t>(3 * f);
+  std::vector<Vec3d> normals;
+  std::vector<std::uint32_t> corner_normal = s.corner;
+  if (column->domain == Domain::vertex) {
+    for (std::size_t v = 0; v < s.vertex_count(); ++v) normals.push_back(normal_of(s.vertex_values, v, column->offset));
+  } else {
+    share_corner_normals(s, column->offset, normals, corner_normal);
+  }
+  normals = transport_normals(refined, s.after, normals, corner_normal);
+  if (column->domain == Domain::vertex) {
+    for (std::size_t v = 0; v < s.vertex_count(); ++v) set_normal(s.vertex_values, v, column->offset, normals[v]);
+  } else {
+    for (std::size_t c = 0; c < s.corner.size(); ++c) {
+      set_normal(s.corner_values, c, column->offset, normals[corner_normal[c]]);
+    }
+  }
+}
+
+void normalise_normals(const Mesh& mesh, Surface& s) {
+  const std::optional<Column> column = find_normals(mesh);
+  if (!column) return;
+  Values& values = column->domain == Domain::vertex ? s.vertex_values : s.corner_values;
+  const std::size_t count = values.stride > 0 ? values.numbers.size() / values.stride : 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d n = normal_of(values, i, column->offset);
+    const double length = norm(n);
+    // Lengths that are 1 to the rounding of float stay.
+    if (length > 0 && std::abs(length - 1) > 1e-5) set_normal(values, i, column->offset, n / length);
+  }
+}
+
+}  // namespace knead::remesh_detail
+
+namespace knead::remesh_detail {
+
+namespace {
+
+constexpr std::size_t kFewestEdges = 5;                         // smallest number of edges of a crease
+const double kClearlySharpCosine = 0.5;                         // of 60 degrees between normals
+const double kStraightCosine = std::cos(std::numbers::pi / 4);  // the largest turn of a crease at a vertex
+
+// Returns the normal of each face; for a thin face, the normal of its neighbour at the longest edge.
+std::vector<Vec3d> reliable_normals(const Surface& s, const Progress* progress) {
+  std::vector<Vec3d> normals(s.face_count());
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    stop_if_cancelled(progress);
+    std::size_t face = f;
+    if (quality(s, face, s.before) < kThin) {
+      const std::uint32_t beyond = s.opposite[longest_edge(s, face, s.before)];
+      if (beyond != kNone) face = beyond / 3;
+    }
+    const Vec3d n = area_vector(s, face, s.before);
+    const double size = norm(n);
+    if (size > 0) normals[f] = n / size;
+  }
+  return normals;
+}
+
+bool differ_at_corners(const Surface& s, std::uint32_t h, std::uint32_t o) {
+  const auto same = [&](std::uint32_t a, std::uint32_t b) {
+    const auto x = s.corner_values.of(a);
+    return std::equal(x.begin(), x.end(), s.corner_values.of(b).begin());
+  };
+  return !same(h, Surface::next(o)) || !same(Surface::next(h), o);
+}
+
+// Returns true if the faces have different labels: those in the options, or integer attributes.
+bool differ_in_label(const Mesh& mesh, const RemeshOptions& options, std::uint32_t f, std::uint32_t g) {
+  if (f == g) return false;
+  if (!options.face_labels.empty() && options.face_labels[f] != options.face_labels[g]) return true;
+  for (const Attribute& attribute : mesh.attributes) {
+    const bool is_label = attribute.domain == Domain::face && attribute.type != NumberType::float32 &&
+                          attribute.type != NumberType::float64;
+    const auto n = static_cast<std::ptrdiff_t>(attribute.components);
+    if (is_label && !std::equal(attribute.values.begin() + f * n, attribute.values.begin() + (f + 1) * n,
+                                attribute.values.begin() + g * n)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// Returns true if another sharp edge at v continues the edge of h about straight.
+bool is_continued(const Surface& s, const std::vector<bool>& sharp, std::uint32_t h, std::uint32_t v) {
+  const std::uint32_t w = s.origin(h) == v ? s.target(h) : s.origin(h);
+  const Vec3d along = s.before[v] - s.before[w];
+  bool found = false;
+  s.for_each_outgoing(v, [&](std::uint32_t e) {
+    const std::uint32_t x = s.target(e);
+    if (!sharp[s.edge[e]] || x == w) return;
+    const Vec3d on = s.before[x] - s.before[v];
+    found = found || dot(along, on) >= kStraightCosine * norm(along) * norm(on);
+  });
+  return found;
+}
+
+// Returns one half-edge for each edge of a crease: a sharp edge that another one continues at one end at least, in a
+// connected set of enough edges, a third of them clearly sharp. Other sharp edges are noise of a rough surface.
+std::vector<std::uint32_t> find_crease_halfedges(const Surface& s, double angle_deg, const Progress* progress) {
+  const std::vector<Vec3d> normals = reliable_normals(s, progress);
+  const auto cosine = [&](std::uint32_t h) { return dot(normals[h / 3], normals[s.opposite[h] / 3]); };
+  const double most = std::cos(angle_deg * std::numbers::pi / 180);
+  std::vector<bool> sharp(s.halfedge.size(), false);
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    stop_if_cancelled(progress);
+    if (s.opposite[h] == kNone || s.opposite[h] < h || cosine(h) >= most) continue;
+    found.push_back(h);
+    sharp[s.edge[h]] = true;
+  }
+  std::erase_if(found, [&](std::uint32_t h) {
+    return !is_continued(s, sharp, h, s.origin(h)) && !is_continued(s, sharp, h, s.target(h));
+  });
+  DisjointSets sets(s.vertex_count());
+  for (const std::uint32_t h : found) sets.join(s.origin(h), s.target(h));
+  std::vector<std::size_t> size(s.vertex_count(), 0);
+  std::vector<std::size_t> clear(s.vertex_count(), 0);
+  for (const std::uint32_t h : found) {
+    ++size[sets.find(s.origin(h))];
+    if (cosine(h) < kClearlySharpCosine) ++clear[sets.find(s.origin(h))];
+  }
+  std::erase_if(found, [&](std::uint32_t h) {
+    const std::uint32_t set = sets.find(s.origin(h));
+    return size[set] < kFewestEdges || 3 * clear[set] < size[set];
+  });
+  return found;
+}
+
+// Returns the half-edge from v to w, or kNone.
+std::uint32_t halfedge_between(const Surface& s, std::uint32_t v, std::uint32_t w) {
+  std::uint32_t found = kNone;
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (s.target(h) == w) found = h;
+    if (s.apex(h) == w && s.opposite[Surface::previous(h)] == kNone) found = Surface::previous(h);
+  });
+  return found;
+}
+
+}  // namespace
+
+std::vector<MeshEdge> find_crease_edges(const Surface& s, double angle_deg, const Progress* progress) {
+  std::vector<MeshEdge> edges;
+  for (const std::uint32_t h : find_crease_halfedges(s, angle_deg, progress)) {
+    edges.push_back({std::min(s.origin(h), s.target(h)), std::max(s.origin(h), s.target(h))});
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
+                   Patch& patch) {
+  Surface& s = patch.surface;
+  for (const MeshEdge& edge : options.creases) {
+    const std::uint32_t v = patch_number[edge[0]];
+    const std::uint32_t w = patch_number[edge[1]];
+    const std::uint32_t h = v == kNone || w == kNone ? kNone : halfedge_between(s, v, w);
+    if (h == kNone) {
+      patch.other_creases.push_back(edge);
+    } else {
+      s.set_edge(h, kFeature);
+      s.set_edge(h, kCrease);
+    }
+  }
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    const std::uint32_t o = s.opposite[h];
+    if (o == kNone || o < h) continue;
+    if (differ_at_corners(s, h, o) || differ_in_label(mesh, options, s.face_source[h / 3], s.face_source[o / 3])) {
+      s.set_edge(h, kFeature);
+      s.set_edge(h, kSeam);
+    }
+  }
+}
+
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress) {
+  Surface surface;
+  surface.before = mesh.positions;
+  surface.after = mesh.positions;
+  for_each_triangle(mesh, mesh.positions, [&](const Triangle& t) {
+    stop_if_cancelled(progress);
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) return;
+    surface.corner.insert(surface.corner.end(), t.begin(), t.end());
+    surface.face_source.push_back(0);
+  });
+  connect(surface, progress);
+  return find_crease_edges(surface, angle_deg, progress);
+}
+
+}  // namespace knead::remesh_detail
+
+namespace knead {
+
+std::vector<MeshEdge> find_creases(const Mesh& mesh, double angle_deg) {
+  validate(mesh);
+  return remesh_detail::find_creases_unless_cancelled(mesh, angle_deg, nullptr);
+}
+
+}  // namespace knead

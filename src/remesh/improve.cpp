@@ -1,0 +1,469 @@
+#include "remesh/improve.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "remesh/improver.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+constexpr std::size_t kMost = 5;  // four that count, and one that comes in
+using Row = std::array<double, kMost>;
+
+// A symmetric positive definite matrix as the product of a lower triangle and its transpose.
+class Triangle {
+ public:
+  explicit Triangle(std::size_t size) : size_(size) {}
+
+  // Rows must be set in order. A pivot below `least` is raised to it.
+  void set_row(std::size_t i, Row row, double least) {
+    for (std::size_t j = 0; j <= i; ++j) {
+      for (std::size_t k = 0; k < j; ++k) row[j] -= rows_[i][k] * rows_[j][k];
+      rows_[i][j] = i == j ? std::sqrt(std::max(row[j], least)) : row[j] / rows_[j][j];
+    }
+  }
+
+  Row solve(Row x) const {
+    for (std::size_t i = 0; i < size_; ++i) {
+      for (std::size_t k = 0; k < i; ++k) x[i] -= rows_[i][k] * x[k];
+      x[i] /= rows_[i][i];
+    }
+    for (std::size_t i = size_; i-- > 0;) {
+      for (std::size_t k = i + 1; k < size_; ++k) x[i] -= rows_[k][i] * x[k];
+      x[i] /= rows_[i][i];
+    }
+    return x;
+  }
+
+ private:
+  std::size_t size_;
+  std::array<Row, kMost> rows_{};
+};
+
+class Search {
+ public:
+  Search(std::span<const double> values, std::span<const Vec3d> gradients, double reach)
+      : values_(values), gradients_(gradients), reach_(reach) {
+    add(static_cast<std::size_t>(std::min_element(values.begin(), values.end()) - values.begin()), 1);
+  }
+
+  Vec3d run() {
+    constexpr int most_rounds = 30;
+    constexpr double negligible = 1e-4;
+    for (int round = 0; round < most_rounds && count_ < kMost; ++round) {
+      const Vec3d d = step();
+      const auto there = [&](std::size_t i) { return values_[i] + dot(gradients_[i], d); };
+      std::size_t low = 0;
+      double lowest = there(0);
+      for (std::size_t i = 1; i < values_.size(); ++i) {
+        const double value = there(i);
+        if (!(value < lowest)) continue;
+        low = i;
+        lowest = value;
+      }
+      double held = 0;
+      for (std::size_t k = 0; k < count_; ++k) held += weights_[k] * there(members_[k]);
+      if (!(held - lowest > negligible)) break;
+      add(low, 0);
+      settle();
+    }
+    return step();
+  }
+
+ private:
+  void add(std::size_t member, double weight) {
+    members_[count_] = member;
+    weights_[count_++] = weight;
+  }
+
+  Vec3d step() const {
+    Vec3d sum{0, 0, 0};
+    for (std::size_t k = 0; k < count_; ++k) sum += gradients_[members_[k]] * weights_[k];
+    return sum * reach_;
+  }
+
+  // Returns the weights of sum 1, also negative ones, with which all members reach the same value.
+  Row levelling() const {
+    Triangle triangle(count_);
+    Row ones{};
+    Row values{};
+    for (std::size_t i = 0; i < count_; ++i) {
+      Row row{};
+      for (std::size_t j = 0; j <= i; ++j) row[j] = reach_ * dot(gradients_[members_[i]], gradients_[members_[j]]);
+      // Gradients may depend on each other.
+      const double least = 1e-9 * row[i] + 1e-14;
+      row[i] += least;
+      triangle.set_row(i, row, least);
+      ones[i] = 1;
+      values[i] = values_[members_[i]];
+    }
+    const Row of_ones = triangle.solve(ones);
+    Row result = triangle.solve(values);
+    double sum = 1;
+    double slope = 0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      sum += result[i];
+      slope += of_ones[i];
+    }
+    for (std::size_t i = 0; i < count_; ++i) result[i] = sum / slope * of_ones[i] - result[i];
+    return result;
+  }
+
+  // Goes to the levelling weights, and leaves out members whose weight falls to 0 on that line.
+  void settle() {
+    for (std::size_t before = count_ + 1; count_ < before && count_ > 1;) {
+      before = count_;
+      const Row wanted = levelling();
+      double part = 1;
+      for (std::size_t k = 0; k < count_; ++k) {
+        if (wanted[k] < 0) part = std::min(part, weights_[k] / (weights_[k] - wanted[k]));
+      }
+      count_ = 0;
+      for (std::size_t k = 0; k < before; ++k) {
+        const double weight = weights_[k] + part * (wanted[k] - weights_[k]);
+        if (weight > 1e-12) add(members_[k], weight);
+      }
+    }
+  }
+
+  std::span<const double> values_;
+  std::span<const Vec3d> gradients_;
+  double reach_;
+  std::array<std::size_t, kMost> members_{};
+  Row weights_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace
+
+Vec3d best_step(std::span<const double> values, std::span<const Vec3d> gradients, double reach) {
+  return Search(values, gradients, reach).run();
+}
+
+namespace {
+
+constexpr double kMostOffset = 1.5;  // largest motion of a vertex, relative to the largest deviation around it
+constexpr double kMostScale = 0.25;  // largest difference of the common factor from 1
+constexpr int kRounds = 4;
+
+// Returns a flag for each vertex: true if it may move.
+std::vector<bool> find_open(const Surface& s, const std::vector<bool>& locked) {
+  std::vector<bool> open(s.vertex_count());
+  for (std::uint32_t v = 0; v < open.size(); ++v) {
+    open[v] = s.has(v, kMoved) && !s.has(v, kFixed) && !(v < locked.size() && locked[v]);
+  }
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    if (!s.edge_has(h, kFeature)) continue;
+    open[s.origin(h)] = false;
+    open[s.target(h)] = false;
+  }
+  return open;
+}
+
+// Returns the displacement of each vertex.
+std::vector<Vec3d> offsets(const Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& open) {
+  std::vector<Vec3d> star(s.vertex_count());
+  std::vector<double> share(s.vertex_count(), 0.0);  // six times the volume
+  std::vector<double> most(s.vertex_count(), 0.0);
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    const Vec3d n = area_vector(s, f, s.after);
+    for (const std::uint32_t v : s.triangle(f)) star[v] += n;
+    for (std::uint32_t h = static_cast<std::uint32_t>(3 * f); h < 3 * f + 3; ++h) {
+      const Vec3d& d = deviations[s.edge[h]];
+      const std::uint32_t a = s.origin(h);
+      const std::uint32_t b = s.target(h);
+      const double both = (open[a] ? 1 : 0) + (open[b] ? 1 : 0);
+      for (const std::uint32_t v : {a, b}) {
+        if (!open[v]) continue;
+        share[v] += dot(n, d) / both;
+        most[v] = std::max(most[v], norm(d));
+      }
+    }
+  }
+  std::vector<Vec3d> result(s.vertex_count());
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    const double size = norm(star[v]);
+    if (!open[v] || !(size > 0)) continue;
+    const double limit = kMostOffset * most[v];
+    result[v] = star[v] * (std::clamp(share[v] / size, -limit, limit) / size);
+  }
+  return result;
+}
+
+}  // namespace
+
+double estimate_missing_volume(const Surface& s, const std::vector<Vec3d>& deviations) {
+  double sum = 0;
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    sum += dot(area_vector(s, h / 3, s.after), deviations[s.edge[h]]);
+  }
+  return sum / 6;
+}
+
+double enclosed_volume(const Surface& s, const std::vector<Vec3d>& positions) {
+  Vec3d center{};
+  for (const Vec3d& p : s.before) center += p;
+  if (!s.before.empty()) center = center / static_cast<double>(s.before.size());
+  double sum = 0;
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f)) continue;
+    const auto [a, b, c] = s.triangle(f);
+    sum += dot(positions[a] - center, cross(positions[b] - center, positions[c] - center));
+  }
+  return sum / 6;
+}
+
+double compensate(Surface& s, const std::vector<Vec3d>& deviations, const std::vector<bool>& locked, double missing) {
+  const std::vector<Vec3d> d = offsets(s, deviations, find_open(s, locked));
+  const std::vector<Vec3d> from = s.after;
+  const double was = enclosed_volume(s, from);
+  double scale = 1;
+  double grown = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    for (std::size_t v = 0; v < from.size(); ++v) s.after[v] = from[v] + d[v] * scale;
+    grown = enclosed_volume(s, s.after) - was;
+    const double next = grown != 0 ? std::clamp(scale * missing / grown, 1 - kMostScale, 1 + kMostScale) : 1;
+    if (std::abs(next - scale) < 1e-9) break;
+    if (round + 1 < kRounds) scale = next;
+  }
+  return grown;
+}
+
+namespace {
+
+double tangent_of(double degrees) { return std::tan(degrees * std::numbers::pi / 180); }
+
+// A triangle is changed only if its quality, the tangent of its smallest angle, is below one of these thresholds.
+//
+// The result should have no angle below 5 degrees: that is what tests/acceptance/remesh_survey.cpp asks for and 97% of
+// its random sessions reach (docs/mathematics.md, "Random sessions"). The thresholds of mend() therefore end at 6 and 7
+// degrees, a little above; those of earlier levels are higher, because a change within narrow bounds costs little. No
+// vertex is moved for a triangle above 28 degrees, so details that a stroke did not stretch are not smoothed.
+const double kFlipBelow = tangent_of(35);      // improve(): try to flip an edge
+const double kMoveBelow = tangent_of(28);      // improve(): try to move the vertices
+const double kMendBelow = tangent_of(15);      // mend(), level 0: any change, within the bounds of improve()
+const double kMendMoreBelow = tangent_of(10);  // levels 1 and 2: within wider bounds
+const double kMendMostBelow = tangent_of(7);   // level 3: distances up to kEdgeShare of the longest edge; also split it
+const double kBendCreasesBelow = tangent_of(6);  // level 4: creases may move as well
+const double kLeastUntangled = tangent_of(10);   // untangle(): least quality around a collapsed edge
+constexpr double kEdgeShare = 0.06;              // of the longest edge of a triangle
+constexpr double kShortEdgeShare = 0.1;  // of max_chord: bound for collapses of short edges, which no triangle needs
+constexpr int kMendRounds = 6;           // rounds over the worst triangles, on each level
+
+double cosine_of(double degrees) { return std::cos(degrees * std::numbers::pi / 180); }
+
+Bounds bounds_of(double distance, double turn_deg, double fold_deg, double reliable_deg) {
+  return {distance, {cosine_of(turn_deg), tangent_of(reliable_deg)}, distance / 6, cosine_of(fold_deg)};
+}
+
+double edge_quality(const Surface& s, std::uint32_t h) {
+  const double q = quality(s, h / 3, s.after);
+  const std::uint32_t o = s.opposite[h];
+  return o == kNone ? q : std::min(q, quality(s, o / 3, s.after));
+}
+
+void flip_round(Improver& improver, const Bounds& bounds) {
+  Surface& s = improver.surface();
+  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    if (improver.must_end()) break;
+    const std::uint32_t h = s.halfedge[e];
+    if (h != kNone && edge_quality(s, h) <= kFlipBelow) improver.flip_edge(h, bounds);
+  }
+}
+
+void collapse_short_edges(Improver& improver, double shortest, const Bounds& bounds) {
+  Surface& s = improver.surface();
+  std::vector<std::pair<double, std::uint32_t>> shortest_first;
+  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone) continue;
+    const double length2 = norm2(s.after[s.target(h)] - s.after[s.origin(h)]);
+    if (length2 < shortest * shortest) shortest_first.emplace_back(length2, e);
+  }
+  std::sort(shortest_first.begin(), shortest_first.end());
+  for (const auto& [length, e] : shortest_first) {
+    if (improver.must_end()) break;
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone || norm2(s.after[s.target(h)] - s.after[s.origin(h)]) >= shortest * shortest) continue;
+    improver.collapse_edge(h, std::min(kMoveBelow, edge_quality(s, h)), bounds);
+  }
+}
+
+void move_round(Improver& improver, const Bounds& bounds) {
+  Surface& s = improver.surface();
+  std::vector<bool> poor(s.vertex_count(), false);
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f) || quality(s, f, s.after) > kMoveBelow) continue;
+    for (const std::uint32_t v : s.triangle(f)) poor[v] = true;
+  }
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if (improver.must_end()) break;
+    if (poor[v]) improver.move_vertex(v, bounds);
+  }
+}
+
+// Returns the edges of a face, shortest first.
+std::array<std::uint32_t, 3> edges_by_length(const Surface& s, std::uint32_t f) {
+  std::array<std::uint32_t, 3> edges{3 * f, 3 * f + 1, 3 * f + 2};
+  const auto length2 = [&](std::uint32_t h) { return norm2(s.after[s.target(h)] - s.after[s.origin(h)]); };
+  std::sort(edges.begin(), edges.end(), [&](std::uint32_t a, std::uint32_t b) { return length2(a) < length2(b); });
+  return edges;
+}
+
+double longest_length(const Surface& s, std::uint32_t f) {
+  const std::uint32_t h = longest_edge(s, f, s.after);
+  return norm(s.after[s.target(h)] - s.after[s.origin(h)]);
+}
+
+// Tries to flip the longest edge, to collapse an edge, then to move a vertex. Returns true after the first change.
+bool mend_face(Improver& improver, std::uint32_t f, const Bounds& bounds) {
+  Surface& s = improver.surface();
+  const double was = quality(s, f, s.after);
+  for (const std::uint32_t v : s.triangle(f)) {
+    if (is_crowded(s, v)) return false;
+  }
+  const std::array<std::uint32_t, 3> edges = edges_by_length(s, f);
+  if (improver.flip_edge(edges[2], bounds)) return true;
+  std::array<double, 3> stars{};  // of the origins of half-edges 3 f to 3 f + 2
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::uint32_t v = s.corner[3 * static_cast<std::size_t>(f) + i];
+    stars[i] = star_quality(s, v, s.after[v], {});
+  }
+  for (const std::uint32_t h : edges) {
+    // If other triangles around are worse, removing two faces is an improvement.
+    const double around = std::min(stars[h % 3], stars[(h + 1) % 3]);
+    if (improver.collapse_edge(h, std::min(std::max(1.5 * was, 1e-3), around), bounds)) return true;
+  }
+  for (const std::uint32_t v : s.triangle(f)) {
+    if (improver.move_vertex(v, bounds) || improver.search_vertex(v, bounds)) return true;
+  }
+  return improver.merge_apex_into_crease(edges[2], bounds);
+}
+
+using PoorFaces = std::vector<std::pair<double, std::uint32_t>>;  // quality and face, worst first
+
+PoorFaces find_poor_faces(const Surface& s, double below) {
+  PoorFaces poor;
+  for (std::uint32_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f)) continue;
+    const double q = quality(s, f, s.after);
+    if (q < below) poor.emplace_back(q, f);
+  }
+  std::sort(poor.begin(), poor.end());
+  return poor;
+}
+
+// One level of mend().
+struct Level {
+  double below = 0;  // mends the faces of less quality
+  Bounds bounds;
+  double edge_share = 0;  // distances may reach at least this share of a face's longest edge
+  bool bend_creases = false;
+};
+
+// Mends the poor faces. Those that no other change mends are split, if they may be. Returns true if a face was changed.
+bool mend_round(Improver& improver, const PoorFaces& poor, const Level& level, bool may_split) {
+  Surface& s = improver.surface();
+  bool changed = false;
+  for (const auto& [q, f] : poor) {
+    if (improver.must_end()) break;
+    if (!s.is_alive(f) || quality(s, f, s.after) >= level.below) continue;
+    Bounds own = level.bounds;
+    own.distance = std::max(own.distance, level.edge_share * longest_length(s, f));
+    if (level.edge_share > 0) own.crease *= 1.5;
+    const bool is_mended =
+        mend_face(improver, f, own) || (may_split && improver.split_chord(longest_edge(s, f, s.after)));
+    changed = is_mended || changed;
+  }
+  return changed;
+}
+
+Bounds widest_bounds(double chord) {
+  Bounds bounds = bounds_of(2 * chord, 80, 80, 20);
+  bounds.crease = chord / 3;
+  return bounds;
+}
+
+}  // namespace
+
+ImprovementCounts& ImprovementCounts::operator+=(const ImprovementCounts& more) {
+  splits += more.splits;
+  flips += more.flips;
+  collapses += more.collapses;
+  volume += more.volume;
+  return *this;
+}
+
+void spread_volume(Surface& s, double volume, const std::vector<bool>& locked) {
+  if (volume == 0) return;
+  const Improver improver(s, {});
+  std::vector<std::pair<std::uint32_t, Vec3d>> free;  // with the sum of the area vectors around it
+  double area = 0;
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if ((v < locked.size() && locked[v]) || !s.has(v, kMoved) || improver.freedom(v) != Freedom::free) continue;
+    free.emplace_back(v, star_vector(s, v));
+    area += norm(free.back().second);
+  }
+  for (const auto& [v, star] : free) {
+    if (norm2(star) > 0) s.after[v] += star * (6 * volume / (area * norm(star)));
+  }
+}
+
+ImprovementCounts untangle(Surface& surface, const Improvement& improvement, std::span<const std::uint32_t> faces) {
+  Improver improver(surface, improvement);
+  const Bounds bounds = widest_bounds(improvement.targets.max_chord);
+  for (const std::uint32_t f : faces) {
+    if (improver.must_end()) break;
+    if (!surface.is_alive(f)) continue;
+    const std::array<std::uint32_t, 3> edges = edges_by_length(surface, f);
+    if (improver.collapse_edge(edges[0], kLeastUntangled, bounds)) continue;
+    if (improver.collapse_edge(edges[1], kLeastUntangled, bounds)) continue;
+    if (improver.flip_edge(edges[2], bounds) || improver.flip_edge(edges[1], bounds)) continue;
+    for (const std::uint32_t v : surface.triangle(f)) improver.move_vertex(v, bounds);
+  }
+  return improver.counts();
+}
+
+ImprovementCounts improve(Surface& surface, const Improvement& improvement) {
+  Improver improver(surface, improvement);
+  const double chord = improvement.targets.max_chord;
+  const Bounds bounds = bounds_of(0.5 * chord, 30, 40, 3);
+  const Bounds collapse_bounds = bounds_of(kShortEdgeShare * chord, 30, 40, 3);
+  for (int i = 0; i < improvement.targets.iterations && !improver.must_end(); ++i) {
+    flip_round(improver, bounds);
+    if (i % 2 == 0) collapse_short_edges(improver, improvement.targets.min_edge, collapse_bounds);
+    move_round(improver, bounds);
+  }
+  return improver.counts();
+}
+
+ImprovementCounts mend(Surface& surface, const Improvement& improvement, int level) {
+  const double chord = improvement.targets.max_chord;
+  // Worse triangles justify larger changes: they are few and small.
+  const std::array<Level, kGuardedLevels> levels{{{kMendBelow, bounds_of(0.5 * chord, 30, 40, 3), 0, false},
+                                                  {kMendMoreBelow, bounds_of(chord, 50, 60, 10), 0, false},
+                                                  {kMendMoreBelow, widest_bounds(chord), 0, false},
+                                                  {kMendMostBelow, widest_bounds(chord), kEdgeShare, false},
+                                                  {kBendCreasesBelow, widest_bounds(chord), kEdgeShare, true},
+                                                  {kMendMostBelow, bounds_of(0.7 * chord, 80, 80, 20), 0, false},
+                                                  {kMendMostBelow, bounds_of(0.25 * chord, 80, 80, 20), 0, false},
+                                                  {kMendMostBelow, bounds_of(0.08 * chord, 80, 80, 20), 0, false},
+                                                  {kMendMostBelow, bounds_of(0.02 * chord, 80, 80, 20), 0, false}}};
+  const Level& at = levels.at(static_cast<std::size_t>(level));
+  Improver improver(surface, improvement, at.bend_creases);
+  const int rounds = at.edge_share > 0 ? 2 * kMendRounds : kMendRounds;
+  PoorFaces poor = find_poor_faces(surface, at.below);
+  // Splitting serves few faces between better ones. More come of edges that may not be split, and would come for ever.
+  const std::size_t few = std::min(2 * poor.size(), surface.face_count() / 4);
+  for (int i = 0; i < rounds && !improver.must_end(); ++i) {
+    if (!mend_round(improver, poor, at, at.edge_share > 0 && poor.size() <= few)) break;
+    poor = find_poor_faces(surface, at.below);
+  }
+  return improver.counts();
+}
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,59 @@
+// The part of a mesh that a deformation touches; remesh() takes it out, changes it and puts it back. Internal to the
+// remesh room.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "remesh/improve.h"
+#include "remesh/surface.h"
+
+namespace knead::remesh_detail {
+
+// The faces with a moved vertex or a moved interior, and the faces around them, as triangles. Vertices that also belong
+// to the rest of the mesh are fixed, and the edges between them are locked.
+struct Patch {
+  Surface surface;                           // its face_source holds faces of the mesh
+  std::vector<std::uint32_t> vertex_source;  // for the first vertices: their numbers in the mesh, ascending
+  std::vector<Triangle> triangles;           // the first faces in their original state
+  std::vector<bool> holds_face;              // for each face of the mesh: true if the patch holds it
+  std::vector<MeshEdge> other_creases;       // creases of the mesh outside the patch, by vertices of the mesh
+
+  bool is_new_vertex(std::size_t v) const { return v >= vertex_source.size(); }
+  // Returns true if face f still has its original vertices.
+  bool is_unchanged(std::size_t f) const { return f < triangles.size() && surface.triangle(f) == triangles[f]; }
+};
+
+// Returns the part of the mesh that the deformation touches.
+Patch take_patch(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                 const RemeshOptions& options);
+
+// Returns the mesh with the patch in place of the faces that were taken out.
+Remeshed put_back(const Mesh& before, std::span<const Vec3d> after, const Patch& patch,
+                  const Progress* progress = nullptr);
+
+// Returns the creases of a surface with positions `before`, as find_creases(). `progress` cancels.
+std::vector<MeshEdge> find_crease_edges(const Surface& surface, double angle_deg, const Progress* progress = nullptr);
+
+// As find_creases(mesh), but throws Cancelled when `progress` is cancelled.
+std::vector<MeshEdge> find_creases_unless_cancelled(const Mesh& mesh, double angle_deg, const Progress* progress);
+
+// Marks creases and seams (of corner values and of labels) as features. Creases outside the patch go to
+// patch.other_creases.
+void mark_features(const Mesh& mesh, const RemeshOptions& options, std::span<const std::uint32_t> patch_number,
+                   Patch& patch);
+
+// A remesh with another improvement of the triangles, for comparisons. Internal to the remesh room.
+
+// Improves the triangles of a refined surface. Called again, on the refined surface, where its result has crossings.
+using Improve = std::function<ImprovementCounts(Surface& surface, const Improvement& improvement)>;
+
+// Does what remesh() does, with `improve` in place of its compensation and improvement.
+Remeshed remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                     const RemeshOptions& options, const Improve& improve);
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,130 @@
+// The moment at which a remesh ends with what it has. Internal to the remesh room.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/remesh.h"
+#include "remesh/surface.h"
+
+namespace knead::remesh_detail {
+
+// Counts from when it is made. Loops ask it and end early.
+class Deadline {
+ public:
+  // Infinity: never.
+  explicit Deadline(double seconds) : seconds_(seconds) {}
+
+  // Returns whether the time is over.
+  bool is_over() {
+    if (seconds_ > kLongest) return false;
+    const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - begin_;
+    if (passed.count() >= seconds_) has_ended_work_ = true;
+    return has_ended_work_;
+  }
+
+  // Returns whether is_over() has ever been true: then somebody has ended early.
+  bool has_ended_work() const { return has_ended_work_; }
+
+ private:
+  static constexpr double kLongest = 1e9;  // 30 years
+
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  double seconds_;
+  bool has_ended_work_ = false;
+};
+
+// Splits the edges that are longer than their limit after the triangles have been improved. Internal to the remesh
+// room.
+
+struct LimitedEdges {
+  std::size_t splits = 0;
+  bool met = true;  // no edge is longer than the limit
+};
+
+// Splits edges with a moved end, or with `whole` all edges, in their middle until none is longer than
+// targets.max_edge, the longest first. The surface keeps its form. Locked edges stay as they are, and so does the rest
+// when there are targets.max_vertices less `outside` vertices.
+LimitedEdges limit_edges(Surface& surface, const RemeshTargets& targets, bool whole, std::size_t outside,
+                         const Progress* progress);
+
+// Splits edges until a mesh can follow a deformation. Internal to the remesh room.
+
+// Splits edges of a surface. It keeps, for every edge, where the deformation moves its middle.
+class Refinement {
+ public:
+  // Of the options: `targets`; `whole`, by which edges that do not move must also be shorter than targets.max_edge; and
+  // `progress`, which cancels. `outside`: vertices of the mesh outside the surface, which count towards
+  // targets.max_vertices. No round begins after the deadline.
+  Refinement(Surface& surface, const Deformation& deformation, const RemeshOptions& options, std::size_t outside,
+             Deadline& deadline);
+
+  // Splits edges until all meet the targets, or a limit on rounds or the deadline is reached. Returns true if all do.
+  // Throws RemeshLimit before a round if that would exceed the limits on vertices or work, or if all rounds probably
+  // would.
+  bool refine();
+
+  // Splits the edges of these faces once, whatever their length, then continues as refine(), but stops at the limits.
+  bool refine_faces(std::span<const std::uint32_t> faces);
+
+  // Returns for each edge the vector from the middle of its chord to the moved middle of the edge; zero if locked.
+  const std::vector<Vec3d>& deviations() const { return deviation_; }
+
+  // Restores the deviations after the caller has restored the surface that they belong to.
+  void put_back(std::vector<Vec3d> deviations) { deviation_ = std::move(deviations); }
+
+  std::size_t splits() const { return splits_; }
+
+ private:
+  // How a round ended.
+  enum class Round { split, met, stopped };
+  // The estimate counts edges and chords as if the targets were so many times as long.
+  struct Slack {
+    double edge = 1;
+    double chord = 1;
+  };
+
+  bool carry_middles();
+  Round split_round(const std::vector<bool>& forced);
+  bool split_rounds();
+  bool has_room(std::span<const std::uint32_t> marked);
+  double room() const;
+  double points_left() const;
+  double pieces(std::uint32_t e, const Slack& slack) const;
+  double estimate(std::span<const std::uint32_t> edges, const Slack& slack) const;
+  std::string remedy(std::span<const std::uint32_t> edges, double most) const;
+  [[noreturn]] void refuse(std::span<const std::uint32_t> edges, double needed) const;
+  std::vector<std::uint32_t> find_marked(const std::vector<bool>& forced);
+  std::optional<std::vector<std::uint32_t>> find_edges_of_large_faces() const;
+  bool is_moved(std::uint32_t e) const;
+  bool needs_split(std::uint32_t e, const std::vector<Vec3d>& normals_before,
+                   const std::vector<Vec3d>& normals_after) const;
+  std::vector<std::uint32_t> with_longest_of_caps(const std::vector<std::uint32_t>& marked) const;
+  void split_edge(std::uint32_t e);
+  bool is_open(std::uint32_t e) const;
+  double length2(std::uint32_t e, const std::vector<Vec3d>& positions) const;
+
+  Surface& s_;
+  const Deformation& deformation_;
+  RemeshTargets targets_;
+  bool whole_;
+  const Progress* progress_;
+  Deadline& deadline_;
+  double shortest_;         // edges shorter than twice this length are not split
+  double outside_;          // vertices of the mesh outside the surface
+  bool may_refuse_ = true;  // else stops at the limits
+  double carried_ = 0;      // middles
+  std::vector<Vec3d> deviation_;
+  std::vector<std::uint32_t> uncarried_;  // edges whose middle has not been moved yet
+  std::vector<std::uint32_t> untested_;   // edges whose middle has been moved, not yet compared with the targets
+  std::size_t splits_ = 0;
+};
+
+}  // namespace knead::remesh_detail

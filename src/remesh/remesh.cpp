@@ -1,0 +1,479 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/remesh.h"
+#include "mesh/edges.h"
+#include "remesh/crossings.h"
+#include "remesh/features.h"
+#include "remesh/improve.h"
+#include "remesh/patch.h"
+#include "remesh/refine.h"
+#include "remesh/surface.h"
+
+namespace knead {
+
+namespace {
+
+void require(bool good, const char* key, const std::string& expected, double value) {
+  if (good) return;
+  throw InvalidInput("\"" + std::string(key) + "\" must be " + expected + ", got " + std::to_string(value));
+}
+
+void require_length(const std::optional<double>& value, const char* key) {
+  if (value) require(std::isfinite(*value) && *value > 0, key, "a length greater than 0", *value);
+}
+
+// Returns the lengths of all edges, ascending.
+std::vector<double> edge_lengths(const Mesh& mesh) {
+  std::vector<double> lengths;
+  for_each_edge(mesh, [&](std::span<const EdgeUse> uses) {
+    lengths.push_back(norm(mesh.positions[uses[0].high] - mesh.positions[uses[0].low]));
+  });
+  std::sort(lengths.begin(), lengths.end());
+  return lengths;
+}
+
+}  // namespace
+
+void validate(const RemeshSettings& settings) {
+  require_length(settings.max_edge, "max_edge");
+  if (settings.max_angle_deg) {
+    const double angle = *settings.max_angle_deg;
+    require(angle > 0 && angle <= 180, "max_angle_deg", "an angle greater than 0 and at most 180", angle);
+  }
+  if (settings.max_chord) {
+    const double chord = *settings.max_chord;
+    require(chord > 0 && chord < 1, "max_chord", "a fraction of the box diagonal between 0 and 1", chord);
+  }
+  if (settings.min_edge) {
+    require(std::isfinite(*settings.min_edge) && *settings.min_edge >= 0, "min_edge", "a length of 0 or more",
+            *settings.min_edge);
+  }
+  if (settings.iterations) {
+    require(*settings.iterations >= 0 && *settings.iterations <= 100, "iterations", "a whole number from 0 to 100",
+            *settings.iterations);
+  }
+  if (settings.max_vertices) {
+    require(*settings.max_vertices >= 1 && *settings.max_vertices <= kMostVertices, "max_vertices",
+            "a whole number from 1 to " + std::to_string(kMostVertices), static_cast<double>(*settings.max_vertices));
+  }
+  if (settings.min_edge && settings.max_edge) {
+    require(*settings.min_edge <= 0.5 * *settings.max_edge, "min_edge", "at most half of \"max_edge\"",
+            *settings.min_edge);
+  }
+}
+
+RemeshTargets resolve(const RemeshSettings& settings, const Mesh& mesh) {
+  validate(settings);
+  validate(mesh);
+  const double diagonal = shape_box(mesh).diagonal();
+  RemeshTargets targets;
+  targets.max_angle = settings.max_angle_deg.value_or(kDefaultMaxAngleDeg) * std::numbers::pi / 180;
+  targets.max_chord = settings.max_chord.value_or(kDefaultMaxChord) * diagonal;
+  targets.iterations = settings.iterations.value_or(kDefaultRemeshIterations);
+  targets.max_vertices = settings.max_vertices.value_or(
+      std::clamp(kDefaultGrowth * mesh.vertex_count(), kDefaultMaxVertices, kMostVertices));
+  targets.diagonal = diagonal;
+  double mean = diagonal;
+  double long_one = diagonal;
+  if (const std::vector<double> lengths = edge_lengths(mesh); !lengths.empty()) {
+    mean = 0;
+    for (const double length : lengths) mean += length / static_cast<double>(lengths.size());
+    long_one = lengths[lengths.size() - 1 - lengths.size() / 20];
+  }
+  targets.max_edge = settings.max_edge.value_or(2 * long_one);
+  targets.min_edge = settings.min_edge.value_or(std::min(mean, targets.max_edge) / 4);
+  if (!settings.max_edge) targets.max_edge = std::max(targets.max_edge, 2 * targets.min_edge);
+  return targets;
+}
+
+namespace {
+
+using namespace remesh_detail;
+
+constexpr int kMostRefinements = 8;  // rounds of splitting crossing faces
+constexpr int kMostUntanglings = 4;
+constexpr std::size_t kFewPairs = 5;     // that improving may end although splitting did not
+constexpr double kPlaceMargin = 0.1;     // of the diagonal of the box of a crossing face: the place around it
+constexpr int kSteps = 2 + kMendLevels;  // compensate, improve, then the levels of mend
+constexpr int kGuardedSteps = 2 + kGuardedLevels;
+constexpr int kMostGuards = 3;            // attempts to improve with a guard
+constexpr int kMostAttempts = 5;          // attempts to move all vertices without new crossings
+constexpr std::size_t kManyThin = 2000;   // triangles with an angle below 3 degrees
+constexpr std::size_t kMostPairs = 5000;  // with more, refining crossing faces diverges (method, section 5)
+
+class Remesher {
+ public:
+  Remesher(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+           const RemeshOptions& options, Improve improve)
+      : deadline_(options.seconds),
+        before_(before),
+        after_(after),
+        options_(options),
+        improve_(std::move(improve)),
+        patch_(take_patch(before, after, deformation, options)),
+        search_(before, patch_, options.single_precision, options.threads, options.progress),
+        refinement_(patch_.surface, deformation, options, before.vertex_count() - patch_.vertex_source.size(),
+                    deadline_) {}
+
+  Remeshed run() {
+    counts_steps_ = options_.progress != nullptr && options_.progress->total == 0;
+    begin_steps(2 + kSteps);
+    counts_.complete = refinement_.refine();
+    end_step();
+    improve_without_crossings();
+    counts_.splits += refinement_.splits();
+    limit_edges_of_result();
+    stop_if_cancelled(options_.progress);
+    normalise_normals(before_, patch_.surface);
+    counts_.out_of_time = deadline_.has_ended_work();
+    Remeshed result = put_back(before_, after_, patch_, options_.progress);
+    result.counts = counts_;
+    result.crossing_places = std::move(crossing_places_);
+    return result;
+  }
+
+ private:
+  // Splits edges that improving has made longer than the limit. Takes that back if it makes triangles cross, as the
+  // rounding of the new vertices may.
+  void limit_edges_of_result() {
+    if (!counts_.complete || deadline_.is_over()) return;
+    Surface saved = surface();
+    const std::size_t outside = before_.vertex_count() - patch_.vertex_source.size();
+    const LimitedEdges done = limit_edges(surface(), options_.targets, options_.whole, outside, options_.progress);
+    counts_.complete = done.met;
+    if (done.splits == 0) return;
+    const Crossings found = search_.find(patch_);
+    if (found.pairs > counts_.crossings) {
+      surface() = std::move(saved);
+      counts_.complete = false;
+    } else {
+      counts_.splits += done.splits;
+    }
+  }
+
+  Surface& surface() { return patch_.surface; }
+
+  // More steps are counted where crossings must be avoided: the fraction then begins again.
+  void begin_steps(std::uint64_t steps) const {
+    if (!counts_steps_) return;
+    options_.progress->done = 0;
+    options_.progress->total = steps;
+  }
+  void end_step() const {
+    if (counts_steps_) ++options_.progress->done;
+  }
+
+  // Runs all steps, then searches for crossings. If there are new ones that do not go away where they are, starts again
+  // from the refined surface: splits the faces that cross there, then runs the steps with a guard.
+  void improve_without_crossings() {
+    const bool hopeless = is_hopeless();
+    const Surface refined = surface();
+    const int steps = hopeless || options_.targets.iterations == 0 ? 1 : kSteps;
+    start();
+    for (int step = 0; step < steps; ++step) {
+      improve_once(step, nullptr);  // the first keeps the volume, which takes no time worth saving
+      end_step();
+      if (deadline_.is_over()) break;
+    }
+    spread_volume(surface(), std::exchange(volume_, 0), {});
+    Crossings found = search_.find(patch_);
+    end_step();
+    if (found.pairs > 0) counts_.crossings_before = crossings_before(refined);
+    if (!hopeless && found.pairs > counts_.crossings_before) found = end_crossings(std::move(found), refined);
+    counts_.crossings = found.pairs;
+    for (const std::uint32_t f : found.faces) crossing_places_.push_back(centre_of(f));
+  }
+
+  // Ends crossings where they are, until no more pairs cross than before the deformation; else starts again.
+  Crossings end_crossings(Crossings found, const Surface& refined) {
+    if (deadline_.is_over()) return fewest_of(std::move(found), refined);
+    std::vector<Box> places = places_of(found);
+    found = untangle_faces(std::move(found));
+    if (found.pairs <= counts_.crossings_before) return give_volume_back(std::move(found));
+    return deadline_.is_over() ? fewest_of(std::move(found), refined) : improve_guarded(refined, std::move(places));
+  }
+
+  // Where no time is left: goes back to the refined surface if fewer triangles cross there.
+  Crossings fewest_of(Crossings found, const Surface& refined) {
+    const Surface improved = std::exchange(surface(), refined);
+    const RemeshCounts counts = counts_;
+    start();
+    Crossings before = search_.find(patch_);
+    if (before.pairs < found.pairs) return before;
+    surface() = improved;
+    counts_ = counts;
+    return found;
+  }
+
+  // Runs the steps on the refined surface again, with a guard at the places where triangles crossed. Where others cross
+  // afterwards, guards these places, too, and starts again.
+  Crossings improve_guarded(const Surface& refined, std::vector<Box> places) {
+    surface() = refined;
+    Crossings found = refine_crossings();
+    if (options_.stop_where_crossed && found.pairs > counts_.crossings_before + kFewPairs) {
+      counts_.stopped = true;
+      return found;
+    }
+    begin_steps(2 + kMostGuards);
+    end_step();
+    start();
+    if (!improve_) {
+      found = move_all(std::move(found), [&](const std::vector<bool>& locked) {
+        counts_.compensated_volume = compensate(surface(), refinement_.deviations(), locked, counts_.missing_volume);
+      });
+    }
+    end_step();
+    if (deadline_.is_over()) return found;
+    Crossings unavoidable = found;
+    const Surface compensated = surface();
+    const RemeshCounts counts = counts_;
+    for (int attempt = 1;; ++attempt) {
+      const std::vector<Box> more = places_of(found);
+      places.insert(places.end(), more.begin(), more.end());
+      const bool ended = improve_at_places(places, attempt == kMostGuards);
+      found = untangle_faces(search_.find(patch_));
+      end_step();
+      if (found.pairs <= unavoidable.pairs || attempt == kMostGuards) return give_volume_back(std::move(found));
+      surface() = compensated;
+      counts_ = counts;
+      volume_ = 0;
+      if (!ended || deadline_.is_over()) return unavoidable;
+    }
+  }
+
+  // Runs all steps after the compensation with a guard. Returns false if the guard was spent before they ended.
+  bool improve_at_places(std::span<const Box> places, bool everywhere) {
+    CrossingGuard guard(surface(), search_);
+    guard.watch(places);
+    if (everywhere) guard.watch_everything();
+    const int steps = options_.targets.iterations > 0 ? kGuardedSteps : 1;
+    for (int step = 1; step < steps; ++step) improve_once(step, &guard);
+    // Faces whose changes were refused may be mended now, because others have changed.
+    for (int step = kSteps - 1; step < steps; ++step) improve_once(step, &guard);
+    counts_.complete = counts_.complete && !guard.is_spent();
+    return !guard.is_spent();
+  }
+
+  // Changes faces that cross, for a few rounds. Returns the crossings that remain.
+  Crossings untangle_faces(Crossings found) {
+    if (found.pairs == 0 || found.pairs > kMostPairs) return found;
+    CrossingGuard guard(surface(), search_);
+    guard.watch_everything();
+    std::vector<std::uint32_t> faces = found.faces;
+    for (int round = 0; round < kMostUntanglings && !faces.empty(); ++round) {
+      count(untangle(surface(), {options_.targets, options_.progress, &guard, &deadline_}, faces));
+      std::erase_if(faces, [&](std::uint32_t f) {
+        stop_if_cancelled(options_.progress);
+        return !guard.crosses(f);
+      });
+    }
+    return search_.find(patch_);
+  }
+
+  // Gives back the volume that the steps have lost. Returns the crossings.
+  Crossings give_volume_back(Crossings found) {
+    if (volume_ == 0) return found;
+    return move_all(std::move(found),
+                    [&](const std::vector<bool>& locked) { spread_volume(surface(), volume_, locked); });
+  }
+
+  Vec3d centre_of(std::uint32_t f) const {
+    const Surface& s = patch_.surface;
+    const auto [a, b, c] = s.triangle(f);
+    return (s.after[a] + s.after[b] + s.after[c]) * (1.0 / 3);
+  }
+
+  // Returns the boxes of the faces that cross, a little widened.
+  std::vector<Box> places_of(const Crossings& found) const {
+    std::vector<Box> places;
+    for (const std::uint32_t f : found.faces) {
+      Box box = bounding_box(placed(patch_.surface, patch_.surface.triangle(f)).corners);
+      const double margin = kPlaceMargin * box.diagonal();
+      box.min -= Vec3d{margin, margin, margin};
+      box.max += Vec3d{margin, margin, margin};
+      places.push_back(box);
+    }
+    return places;
+  }
+
+  // Returns true if most of the many triangles are so thin that improving them would take long and not help.
+  bool is_hopeless() {
+    const Surface& s = surface();
+    std::size_t touched = 0;
+    std::size_t thin = 0;
+    for (std::size_t f = 0; f < s.face_count(); ++f) {
+      const Triangle t = s.triangle(f);
+      if (!std::any_of(t.begin(), t.end(), [&](std::uint32_t v) { return s.has(v, kMoved); })) continue;
+      ++touched;
+      if (quality(s, f, s.after) < kThin) ++thin;
+    }
+    const bool found = thin > kManyThin && 2 * thin > touched;
+    counts_.faces = touched;
+    counts_.complete = counts_.complete && !found;
+    return found;
+  }
+
+  // Calls move(locked), which moves all vertices a little but the locked ones, and locks more of them until no more
+  // pairs cross than before. Puts all vertices back if that fails. Returns the crossings.
+  template <class Move>
+  Crossings move_all(Crossings before, const Move& move) {
+    const std::vector<Vec3d> saved = surface().after;
+    const RemeshCounts counts = counts_;
+    std::vector<bool> locked;
+    for (int attempt = 0; attempt < kMostAttempts; ++attempt) {
+      move(locked);
+      Crossings found = search_.find(patch_);
+      if (found.pairs <= before.pairs) return found;
+      lock_around(found, attempt, locked);
+      surface().after = saved;
+      counts_ = counts;
+    }
+    return before;
+  }
+
+  // Returns the number of pairs that cross on the undeformed surface.
+  std::size_t crossings_before(const Surface& refined) {
+    Surface improved = std::move(surface());
+    surface() = refined;
+    surface().after = refined.before;
+    const std::size_t pairs = search_.find(patch_).pairs;
+    surface() = std::move(improved);
+    return pairs;
+  }
+
+  // Splits faces that cross until none does or splitting does not help. Returns the crossings that remain.
+  Crossings refine_crossings() {
+    Crossings found = search_.find(patch_);
+    Crossings fewest = found;
+    Surface best = surface();
+    std::vector<Vec3d> deviations = refinement_.deviations();
+    for (int round = 0; round < kMostRefinements && found.pairs > 0 && found.pairs <= 2 * fewest.pairs; ++round) {
+      if (found.pairs > kMostPairs || deadline_.is_over()) break;
+      counts_.complete = refinement_.refine_faces(found.faces) && counts_.complete;
+      found = search_.find(patch_);
+      if (found.pairs >= fewest.pairs) continue;
+      fewest = found;
+      best = surface();
+      deviations = refinement_.deviations();
+    }
+    surface() = std::move(best);
+    refinement_.put_back(std::move(deviations));
+    return fewest;
+  }
+
+  // Prepares the refined surface for the first step.
+  void start() {
+    turn_normals(before_, surface());
+    counts_.missing_volume = missing_volume();
+    counts_.compensated_volume = 0;
+    counts_.splits = 0;
+    counts_.flips = 0;
+    counts_.collapses = 0;
+    volume_ = 0;
+  }
+
+  void count(const ImprovementCounts& done) {
+    counts_.splits += done.splits;
+    counts_.flips += done.flips;
+    counts_.collapses += done.collapses;
+    volume_ += done.volume;
+  }
+
+  void improve_once(int step, CrossingGuard* guard) {
+    Surface& s = surface();
+    stop_if_cancelled(options_.progress);
+    const Improvement improvement{options_.targets, options_.progress, guard, &deadline_};
+    if (improve_) {
+      if (step == 1) count(improve_(s, improvement));
+    } else if (step == 0) {
+      counts_.compensated_volume = compensate(s, refinement_.deviations(), {}, counts_.missing_volume);
+    } else {
+      count(step == 1 ? improve(s, improvement) : mend(s, improvement, step - 2));
+    }
+  }
+
+  // Returns the exact difference of volumes if the border of the patch rests (the flow keeps volume); else an estimate
+  // from the chords.
+  double missing_volume() {
+    const Surface& s = surface();
+    for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+      if (s.opposite[h] == kNone && (s.has(s.origin(h), kMoved) || s.has(s.target(h), kMoved))) {
+        return estimate_missing_volume(s, refinement_.deviations());
+      }
+    }
+    return enclosed_volume(s, s.before) - enclosed_volume(s, s.after);
+  }
+
+  // Locks the corners of crossing faces; from the second attempt on, also the vertices around them.
+  void lock_around(const Crossings& crossings, int attempt, std::vector<bool>& locked) {
+    const Surface& s = surface();
+    locked.resize(std::max(locked.size(), s.vertex_count()), false);
+    for (const std::uint32_t f : crossings.faces) {
+      for (const std::uint32_t v : s.triangle(f)) {
+        locked[v] = true;
+        if (attempt == 0) continue;
+        s.for_each_outgoing(v, [&](std::uint32_t h) {
+          locked[s.target(h)] = true;
+          locked[s.apex(h)] = true;
+        });
+      }
+    }
+  }
+
+  Deadline deadline_;
+  const Mesh& before_;
+  std::span<const Vec3d> after_;
+  const RemeshOptions& options_;
+  Improve improve_;  // empty: the compensation and improvement of this room
+  Patch patch_;
+  CrossingSearch search_;
+  Refinement refinement_;
+  RemeshCounts counts_;
+  std::vector<Vec3d> crossing_places_;
+  double volume_ = 0;  // that the steps have lost
+  bool counts_steps_ = false;
+};
+
+}  // namespace
+
+Remeshed remesh_detail::remesh_with(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                                    const RemeshOptions& options, const Improve& improve) {
+  if (!options.assume_valid) validate(before);
+  if (after.size() != before.vertex_count()) {
+    throw InvalidInput("give as many positions after the deformation as the mesh has vertices");
+  }
+  const auto is_wrong = [](const Vec3d& p) { return !is_finite(p); };
+  const auto wrong = options.assume_valid ? after.end() : std::find_if(after.begin(), after.end(), is_wrong);
+  if (wrong != after.end()) {
+    throw InvalidInput("position " + std::to_string(wrong - after.begin()) + " after the deformation is not finite");
+  }
+  if (!options.held.empty() && options.held.size() != before.vertex_count()) {
+    throw InvalidInput("say for each vertex whether it is held");
+  }
+  if (std::isnan(options.seconds)) throw InvalidInput("give the seconds of a remesh as a number");
+  if (!options.face_labels.empty() && options.face_labels.size() != before.face_count()) {
+    throw InvalidInput("give a label for each face, or none");
+  }
+  return Remesher(before, after, deformation, options, improve).run();
+}
+
+Remeshed remesh(const Mesh& before, std::span<const Vec3d> after, const Deformation& deformation,
+                const RemeshOptions& options) {
+  return remesh_with(before, after, deformation, options, {});
+}
+
+Remeshed remesh(const Mesh& mesh, const RemeshSettings& settings, RemeshOptions options) {
+  const std::vector<MeshEdge> creases = find_creases(mesh);
+  options.targets = resolve(settings, mesh);
+  options.whole = true;
+  options.creases = creases;
+  return remesh(mesh, mesh.positions, {[](std::span<Vec3d>) {}}, options);
+}
+
+}  // namespace knead

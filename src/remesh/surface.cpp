@@ -1,0 +1,461 @@
+#include "remesh/surface.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cells/cells.h"
+#include "remesh/improve.h"
+
+namespace knead::remesh_detail {
+
+namespace {
+
+std::uint32_t append_face(Surface& s, std::uint32_t face) {
+  const auto first = static_cast<std::uint32_t>(s.corner.size());
+  s.corner.resize(first + 3, kNone);
+  s.opposite.resize(first + 3, kNone);
+  s.edge.resize(first + 3, kNone);
+  s.face_source.push_back(s.face_source[face]);
+  s.corner_values.resize(first + 3);
+  return first;
+}
+
+std::uint32_t append_edge(Surface& s, std::uint8_t flags) {
+  s.halfedge.push_back(kNone);
+  s.edge_flags.push_back(flags);
+  return static_cast<std::uint32_t>(s.edge_flags.size() - 1);
+}
+
+void set_edge(Surface& s, std::uint32_t h, std::uint32_t edge) {
+  s.edge[h] = edge;
+  s.halfedge[edge] = h;
+}
+
+void pair(Surface& s, std::uint32_t a, std::uint32_t b) {
+  if (a != kNone) s.opposite[a] = b;
+  if (b != kNone) s.opposite[b] = a;
+}
+
+// Moves corner, opposite and edge of half-edge `from` to half-edge `to` of another face.
+void move_halfedge(Surface& s, std::uint32_t from, std::uint32_t to) {
+  s.corner[to] = s.corner[from];
+  set_edge(s, to, s.edge[from]);
+  pair(s, to, s.opposite[from]);
+  s.corner_values.copy(from, to);
+  if (s.outgoing[s.corner[from]] == from) s.outgoing[s.corner[from]] = to;
+}
+
+// Splits the face of h at the new vertex m. The face keeps the half of the edge at its origin, a new face gets the
+// other half. Returns the half-edge from m in the new face.
+std::uint32_t split_side(Surface& s, std::uint32_t h, std::uint32_t m) {
+  const std::uint32_t k = append_face(s, h / 3);
+  const std::uint32_t n = Surface::next(h);
+  const std::uint32_t p = Surface::previous(h);
+  s.corner[k] = m;
+  s.corner_values.blend(h, n, 0.5, k);
+  move_halfedge(s, n, k + 1);
+  s.corner[k + 2] = s.corner[p];
+  s.corner_values.copy(p, k + 2);
+  s.corner[n] = m;
+  s.corner_values.copy(k, n);
+  const std::uint32_t across = append_edge(s, 0);
+  set_edge(s, n, across);
+  set_edge(s, k + 2, across);
+  pair(s, n, k + 2);
+  return k;
+}
+
+// Sets the values of the corners around an edge that is collapsed into its target. Corners that have the value of one
+// side of the edge get (1 - t) times the value at the target plus t times the value at the origin. Corners beyond
+// another seam keep their values.
+void blend_corners(Surface& s, std::uint32_t h, double t, std::span<const std::uint32_t> at_a,
+                   std::span<const std::uint32_t> at_b) {
+  if (s.corner_values.stride == 0) return;
+  const std::uint32_t o = s.opposite[h];
+  const std::uint32_t left_b = Surface::next(h);
+  const std::uint32_t right_a = o == kNone ? h : Surface::next(o);
+  const std::uint32_t right_b = o == kNone ? left_b : o;
+  const auto same = [&](std::uint32_t c, std::uint32_t d) {
+    return std::equal(s.corner_values.of(c).begin(), s.corner_values.of(c).end(), s.corner_values.of(d).begin());
+  };
+  std::vector<std::uint32_t> left;
+  std::vector<std::uint32_t> right;
+  const auto sort_in = [&](std::uint32_t c, std::uint32_t of_left, std::uint32_t of_right) {
+    if (same(c, of_left)) {
+      left.push_back(c);
+    } else if (same(c, of_right)) {
+      right.push_back(c);
+    }
+  };
+  for (const std::uint32_t c : at_a) sort_in(c, h, right_a);
+  for (const std::uint32_t c : at_b) sort_in(c, left_b, right_b);
+  Values sides{s.corner_values.stride, {}};
+  sides.resize(2);
+  for (std::size_t i = 0; i < sides.stride; ++i) {
+    const auto mix = [&](std::uint32_t of_b, std::uint32_t of_a) {
+      const double from = s.corner_values.of(of_b)[i];
+      const double at = s.corner_values.of(of_a)[i];
+      return from == at ? from : (1 - t) * from + t * at;
+    };
+    sides.of(0)[i] = mix(left_b, h);
+    sides.of(1)[i] = mix(right_b, right_a);
+  }
+  for (const std::size_t side : {0, 1}) {
+    const std::span<const double> values = sides.of(side);
+    for (const std::uint32_t c : side == 0 ? left : right) {
+      std::copy(values.begin(), values.end(), s.corner_values.of(c).begin());
+    }
+  }
+}
+
+}  // namespace
+
+void Values::copy(std::size_t from, std::size_t to) {
+  for (std::size_t i = 0; i < stride; ++i) numbers[to * stride + i] = numbers[from * stride + i];
+}
+
+void Values::blend(std::size_t a, std::size_t b, double t, std::size_t to) {
+  for (std::size_t i = 0; i < stride; ++i) {
+    const double from = numbers[a * stride + i];
+    const double at = numbers[b * stride + i];
+    numbers[to * stride + i] = from == at ? from : (1 - t) * from + t * at;
+  }
+}
+
+Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions) {
+  const auto [a, b, c] = surface.triangle(face);
+  return cross(positions[b] - positions[a], positions[c] - positions[a]);
+}
+
+Vec3d star_vector(const Surface& surface, std::uint32_t v) {
+  Vec3d sum{};
+  surface.for_each_outgoing(v, [&](std::uint32_t h) { sum += area_vector(surface, h / 3, surface.after); });
+  return sum;
+}
+
+std::uint32_t split(Surface& s, std::uint32_t h, const Vec3d& before, const Vec3d& after) {
+  const auto m = static_cast<std::uint32_t>(s.vertex_count());
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  s.before.push_back(before);
+  s.after.push_back(after);
+  s.vertex_flags.push_back(static_cast<std::uint8_t>((s.vertex_flags[a] | s.vertex_flags[b]) & kRegion));
+  s.vertex_values.resize(m + std::size_t{1});
+  s.vertex_values.blend(a, b, 0.5, m);
+  s.outgoing.push_back(kNone);
+  const std::uint32_t o = s.opposite[h];
+  const std::uint32_t far = append_edge(s, s.edge_flags[s.edge[h]]);
+  const std::uint32_t near = s.edge[h];
+  const std::uint32_t k = split_side(s, h, m);
+  set_edge(s, k, far);
+  set_edge(s, h, near);
+  s.outgoing[m] = k;
+  if (o == kNone) {
+    s.opposite[h] = kNone;
+    s.opposite[k] = kNone;
+    return m;
+  }
+  const std::uint32_t l = split_side(s, o, m);
+  set_edge(s, l, near);
+  set_edge(s, o, far);
+  pair(s, h, l);
+  pair(s, k, o);
+  return m;
+}
+
+void flip(Surface& s, std::uint32_t h) {
+  const std::uint32_t o = s.opposite[h];
+  // The half-edges h: a -> b, b -> c, c -> a, and o: b -> a, a -> d, d -> b become h: d -> c, c -> a, a -> d, and
+  // o: c -> d, d -> b, b -> c.
+  const std::array<std::uint32_t, 6> slots{h, Surface::next(h), Surface::previous(h),
+                                           o, Surface::next(o), Surface::previous(o)};
+  constexpr std::array<std::size_t, 6> from{5, 2, 4, 2, 5, 1};  // the slot whose corner each slot gets
+  struct Outer {
+    std::uint32_t corner, opposite, edge;
+  };
+  std::array<Outer, 6> was{};
+  std::vector<double> values;
+  for (std::size_t i = 0; i < 6; ++i) {
+    was[i] = {s.corner[slots[i]], s.opposite[slots[i]], s.edge[slots[i]]};
+    const std::span<const double> row = s.corner_values.of(slots[i]);
+    values.insert(values.end(), row.begin(), row.end());
+  }
+  for (std::size_t i = 0; i < 6; ++i) {
+    const std::uint32_t to = slots[i];
+    const Outer& source = was[from[i]];
+    s.corner[to] = source.corner;
+    s.outgoing[source.corner] = to;
+    const auto row = values.begin() + static_cast<std::ptrdiff_t>(from[i] * s.corner_values.stride);
+    std::copy(row, row + static_cast<std::ptrdiff_t>(s.corner_values.stride), s.corner_values.of(to).begin());
+    if (i % 3 == 0) continue;  // the diagonal itself
+    set_edge(s, to, source.edge);
+    pair(s, to, source.opposite);
+  }
+}
+
+bool can_collapse(const Surface& s, std::uint32_t h) {
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  const std::uint32_t o = s.opposite[h];
+  const std::array<std::uint32_t, 2> apexes{s.apex(h), o == kNone ? kNone : s.apex(o)};
+  std::array<std::uint32_t, 64> ring{};
+  std::size_t count = 0;
+  bool a_on_boundary = false;
+  bool b_on_boundary = false;
+  const auto visit_ring = [&](std::uint32_t v, bool& on_boundary, auto visit) {
+    s.for_each_outgoing(v, [&](std::uint32_t e) {
+      visit(s.target(e));
+      if (s.opposite[e] == kNone) on_boundary = true;
+      if (s.opposite[Surface::previous(e)] != kNone) return;
+      on_boundary = true;
+      visit(s.apex(e));
+    });
+  };
+  visit_ring(a, a_on_boundary, [&](std::uint32_t v) {
+    if (count < ring.size()) ring[count] = v;
+    ++count;
+  });
+  if (count > ring.size()) return false;
+  std::size_t common = 0;
+  std::size_t b_count = 0;
+  bool linked = true;
+  visit_ring(b, b_on_boundary, [&](std::uint32_t v) {
+    ++b_count;
+    if (std::find(ring.begin(), ring.begin() + static_cast<std::ptrdiff_t>(count), v) ==
+        ring.begin() + static_cast<std::ptrdiff_t>(count)) {
+      return;
+    }
+    ++common;
+    linked = linked && (v == apexes[0] || v == apexes[1]);
+  });
+  const std::size_t faces = o == kNone ? 1 : 2;
+  if (!linked || common != faces) return false;
+  if (o != kNone && (a_on_boundary || b_on_boundary)) return false;
+  if (count + b_count < 5 + faces) return false;  // the remaining vertex keeps at least three neighbours
+  // An apex must keep three faces, and each of its edges at least one.
+  for (const std::uint32_t e : {h, o}) {
+    if (e == kNone) continue;
+    if (s.opposite[Surface::next(e)] == kNone && s.opposite[Surface::previous(e)] == kNone) return false;
+    std::size_t degree = 0;
+    s.for_each_outgoing(s.apex(e), [&](std::uint32_t) { ++degree; });
+    if (degree < 4) return false;
+  }
+  return true;
+}
+
+void collapse(Surface& s, std::uint32_t h, const Vec3d& after, double t) {
+  const std::uint32_t a = s.origin(h);
+  const std::uint32_t b = s.target(h);
+  s.halfedge[s.edge[h]] = kNone;
+  s.vertex_values.blend(b, a, t, b);
+  std::vector<std::uint32_t> at_a;
+  std::vector<std::uint32_t> at_b;
+  s.for_each_outgoing(a, [&](std::uint32_t e) { at_a.push_back(e); });
+  s.for_each_outgoing(b, [&](std::uint32_t e) { at_b.push_back(e); });
+  const std::uint32_t o = s.opposite[h];
+  blend_corners(s, h, t, at_a, at_b);
+  for (const std::uint32_t e : at_a) s.corner[e] = b;
+  const auto remove_face = [&](std::uint32_t e) {
+    const std::uint32_t n = Surface::next(e);
+    const std::uint32_t p = Surface::previous(e);
+    const std::uint32_t x = s.opposite[n];
+    const std::uint32_t y = s.opposite[p];
+    const std::uint32_t kept_edge = s.edge[p];
+    const std::uint32_t gone_edge = s.edge[n];
+    s.edge_flags[kept_edge] = static_cast<std::uint8_t>(s.edge_flags[kept_edge] | s.edge_flags[gone_edge]);
+    s.halfedge[gone_edge] = kNone;
+    pair(s, x, y);
+    for (const std::uint32_t kept : {x, y}) {
+      if (kept == kNone) continue;
+      set_edge(s, kept, kept_edge);
+      s.outgoing[s.corner[kept]] = kept;
+      s.outgoing[s.corner[Surface::next(kept)]] = Surface::next(kept);
+    }
+    for (const std::uint32_t gone : {e, n, p}) {
+      s.corner[gone] = kNone;
+      s.opposite[gone] = kNone;
+    }
+  };
+  remove_face(h);
+  if (o != kNone) remove_face(o);
+  s.vertex_flags[b] = static_cast<std::uint8_t>(s.vertex_flags[b] | (s.vertex_flags[a] & (kMoved | kRegion)));
+  s.set(a, kRemoved);
+  s.outgoing[a] = kNone;
+  s.after[b] = after;
+}
+
+bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean) {
+  const Vec3d& reference = quality_was < limit.reliable ? mean : was;
+  return !(dot(reference, is) >= limit.cosine * std::sqrt(norm2(reference) * norm2(is))) || !(norm2(is) > 0);
+}
+
+double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit) {
+  const Vec3d mean = star_vector(s, v);
+  double least = std::numeric_limits<double>::infinity();
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (least < 0) return;
+    const Vec3d& b = s.after[s.target(h)];
+    const Vec3d& c = s.after[s.apex(h)];
+    const bool too_far =
+        turns(limit, area_vector(s, h / 3, s.after), cross(b - p, c - p), quality(s, h / 3, s.after), mean);
+    least = too_far ? -1 : std::min(least, quality(p, b, c));
+  });
+  return least;
+}
+
+double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p) {
+  double most = 0;
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    if (quality(s, h / 3, s.after) < kThin) return;
+    const Vec3d n = area_vector(s, h / 3, s.after);
+    most = std::max(most, std::abs(dot(n, p - s.after[v])) / norm(n));
+  });
+  return most;
+}
+
+void Star::read(const Surface& s, std::uint32_t v) {
+  place_ = s.after[v];
+  vector_ = {};
+  faces_.clear();
+  s.for_each_outgoing(v, [&](std::uint32_t h) {
+    const Vec3d n = area_vector(s, h / 3, s.after);
+    vector_ += n;
+    faces_.push_back({s.after[s.target(h)], s.after[s.apex(h)], n, norm(n), quality(s, h / 3, s.after)});
+  });
+}
+
+double Star::quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Face& face : faces_) {
+    if (turns(limit, face.normal, cross(face.b - p, face.c - p), face.quality, vector_)) return -1;
+    least = std::min(least, remesh_detail::quality(p, face.b, face.c));
+    if (least <= floor) break;
+  }
+  return least;
+}
+
+bool Star::is_farther(const Vec3d& p, double distance) const {
+  const Vec3d d = p - place_;
+  return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
+    return face.quality >= kThin && std::abs(dot(face.normal, d)) / face.size > distance;
+  });
+}
+
+bool is_crowded(const Surface& s, std::uint32_t v) {
+  int count = 0;
+  return !s.all_outgoing(v, [&](std::uint32_t) { return ++count <= kMostFacesOfVertex; });
+}
+
+bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w) {
+  if (s.has(v, kFixed)) std::swap(v, w);
+  bool found = s.has(v, kFixed);
+  s.for_each_outgoing(v, [&](std::uint32_t h) { found = found || s.target(h) == w || s.apex(h) == w; });
+  return found;
+}
+
+namespace {
+
+// Other vertices move later, too, and then this one again: so none is brought to its best place.
+constexpr int kSteps = 2;
+constexpr int kHalvings = 4;
+constexpr double kLongestStep = 0.5;
+constexpr double kLeastGain = 1e-3;
+
+}  // namespace
+
+void VertexStar::read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points,
+                      std::uint32_t vertex) {
+  tetrahedra_.clear();
+  corners_.clear();
+  start_ = points[vertex];
+  place_ = {0, 0, 0};
+  size_ = 0;
+  for (const std::uint32_t number : stars.of(vertex)) {
+    for (const std::uint32_t corner : judged.cells().corners_of(number)) {
+      size_ = std::max(size_, norm2(points[corner] - start_));
+    }
+  }
+  size_ = std::sqrt(size_);
+  if (!(size_ > 0)) return;
+  for (const std::uint32_t number : stars.of(vertex)) {
+    if (judged.side(number) != 0) add(judged, number, points, vertex);
+  }
+  least_ = -std::numeric_limits<double>::infinity();
+  least_ = least_at(place_);
+}
+
+void VertexStar::add(const JudgedCells& judged, std::uint32_t number, std::span<const Vec3d> points,
+                     std::uint32_t vertex) {
+  const std::span<const std::uint32_t> numbers = judged.cells().corners_of(number);
+  const CellShape& shape = shape_of(judged.cells().kinds[number]);
+  const double factor = judged.side(number) * shape.regular;
+  const auto seen = [&](std::size_t k) { return (points[numbers[k]] - start_) * (1 / size_); };
+  const auto at = static_cast<std::size_t>(std::find(numbers.begin(), numbers.end(), vertex) - numbers.begin());
+  for (const CellCorner& corner : shape.corners) {
+    if (corner[0] == at && numbers.size() == 4) {
+      tetrahedra_.emplace_back(std::array{seen(corner[1]), seen(corner[2]), seen(corner[3])}, factor);
+    } else if (corner[0] == at) {
+      corners_.push_back(SeenCorner::of_vertex({seen(corner[1]), seen(corner[2]), seen(corner[3])}, factor));
+    }
+    for (std::size_t k = 1; k < 4 && numbers.size() != 4; ++k) {
+      if (corner[k] != at) continue;
+      corners_.push_back(
+          SeenCorner::beside(seen(corner[0]), seen(corner[k % 3 + 1]), seen(corner[(k + 1) % 3 + 1]), factor));
+    }
+  }
+}
+
+// Stops at the first value below the least so far.
+double VertexStar::least_at(const Vec3d& place) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const SeenTetrahedron& cell : tetrahedra_) {
+    least = std::min(least, cell.quality(place));
+    if (least < least_) return least;
+  }
+  for (const SeenCorner& corner : corners_) {
+    least = std::min(least, corner.quality(place));
+    if (least < least_) return least;
+  }
+  return least;
+}
+
+void VertexStar::look_around() {
+  values_.clear();
+  gradients_.clear();
+  const auto keep = [&](const Slant& slant) {
+    values_.push_back(slant.value);
+    gradients_.push_back(slant.gradient);
+  };
+  for (const SeenTetrahedron& cell : tetrahedra_) keep(cell.slant(place_));
+  for (const SeenCorner& corner : corners_) keep(corner.slant(place_));
+}
+
+bool VertexStar::climb(double reach, double goal) {
+  look_around();
+  Vec3d step = best_step(values_, gradients_, reach);
+  const double length = norm(step);
+  if (length > kLongestStep) step *= kLongestStep / length;
+  const double before = least_;
+  const Vec3d start = place_;
+  for (int halving = 0; halving < kHalvings && least_ < goal; ++halving, step *= 0.5) {
+    const double least = least_at(start + step);
+    if (least > least_) {
+      place_ = start + step;
+      least_ = least;
+    } else if (least_ > before) {
+      break;
+    }
+  }
+  return least_ > before + kLeastGain;
+}
+
+void VertexStar::raise(double goal) {
+  if (tetrahedra_.empty() && corners_.empty()) return;
+  double reach = 1;
+  for (int step = 0; step < kSteps && least_ < goal; ++step) {
+    if (!climb(reach, goal)) reach *= 0.25;
+  }
+}
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,269 @@
+// A triangle mesh that can be split, flipped and collapsed, with positions before and after a deformation. Internal to
+// the remesh room.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "cells/cells.h"
+#include "knead/error.h"
+#include "knead/vec.h"
+#include "remesh/free_vertices.h"
+
+namespace knead::remesh_detail {
+
+inline constexpr std::uint32_t kNone = 0xffffffffu;
+
+// Attribute values of vertices or corners: `stride` numbers for each.
+struct Values {
+  std::size_t stride = 0;
+  std::vector<double> numbers;
+
+  std::span<double> of(std::size_t i) { return {numbers.data() + i * stride, stride}; }
+  std::span<const double> of(std::size_t i) const { return {numbers.data() + i * stride, stride}; }
+  void resize(std::size_t count) { numbers.resize(count * stride); }
+  void copy(std::size_t from, std::size_t to);
+  // Sets `to` to (1 - t) a + t b.
+  void blend(std::size_t a, std::size_t b, double t, std::size_t to);
+};
+
+enum EdgeFlag : std::uint8_t {
+  kFeature = 1,   // a crease, a boundary or a seam: neither flipped nor smoothed across
+  kBoundary = 2,  // has one face: may be split, but is never collapsed, so that coincident boundaries stay together
+  kLocked = 4,    // never split: also has faces outside this surface, or has more than two
+  kSeam = 8,      // a feature across which values or labels differ
+  kCrease = 16,   // a feature of the shape
+};
+
+enum VertexFlag : std::uint8_t {
+  kFixed = 1,    // must not be moved or removed
+  kMoved = 2,    // the deformation moves the surface there
+  kRegion = 4,   // triangles here may be improved
+  kRemoved = 8,  // by a collapse
+};
+
+// A half-edge mesh of triangles. Half-edge 3 f + i of face f goes from its corner i to the next corner. The corners of
+// a removed face are kNone. An edge keeps its number while its half-edges change; when it is split, the half at the
+// origin keeps the number.
+struct Surface {
+  std::vector<std::uint32_t> corner;       // of each half-edge: the vertex where it begins
+  std::vector<std::uint32_t> opposite;     // of each half-edge; kNone at a boundary
+  std::vector<std::uint32_t> edge;         // of each half-edge: its edge
+  std::vector<std::uint32_t> halfedge;     // of each edge: one of its half-edges, kNone for a removed edge
+  std::vector<std::uint8_t> edge_flags;    // of each edge
+  std::vector<std::uint32_t> face_source;  // of each face: a number given by the caller; splits inherit it
+  std::vector<std::uint32_t> outgoing;     // of each vertex: a half-edge that begins there
+  std::vector<std::uint8_t> vertex_flags;  // of each vertex
+  std::vector<Vec3d> before;               // of each vertex; meaningless after triangles are improved
+  std::vector<Vec3d> after;
+  Values vertex_values;
+  Values corner_values;
+
+  std::size_t face_count() const { return face_source.size(); }
+  std::size_t vertex_count() const { return after.size(); }
+  bool is_alive(std::size_t face) const { return corner[3 * face] != kNone; }
+  std::uint32_t origin(std::uint32_t h) const { return corner[h]; }
+  std::uint32_t target(std::uint32_t h) const { return corner[next(h)]; }
+  std::uint32_t apex(std::uint32_t h) const { return corner[previous(h)]; }
+
+  static constexpr std::uint32_t next(std::uint32_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
+  static constexpr std::uint32_t previous(std::uint32_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+
+  std::array<std::uint32_t, 3> triangle(std::size_t f) const {
+    return {corner[3 * f], corner[3 * f + 1], corner[3 * f + 2]};
+  }
+
+  // Calls visit(h) for the half-edges of one fan that begin at v.
+  template <class Visit>
+  void for_each_outgoing(std::uint32_t v, Visit visit) const {
+    const std::uint32_t first = outgoing[v];
+    std::uint32_t h = first;
+    do {
+      visit(h);
+      h = opposite[previous(h)];
+    } while (h != kNone && h != first);
+    if (h == first) return;
+    for (h = opposite[first]; h != kNone; h = opposite[h]) {
+      h = next(h);
+      visit(h);
+    }
+  }
+
+  // Calls visit(h) as for_each_outgoing() does, until it returns false. Returns whether it never did.
+  template <class Visit>
+  bool all_outgoing(std::uint32_t v, Visit visit) const {
+    const std::uint32_t first = outgoing[v];
+    std::uint32_t h = first;
+    do {
+      if (!visit(h)) return false;
+      h = opposite[previous(h)];
+    } while (h != kNone && h != first);
+    if (h == first) return true;
+    for (h = opposite[first]; h != kNone; h = opposite[h]) {
+      h = next(h);
+      if (!visit(h)) return false;
+    }
+    return true;
+  }
+
+  bool has(std::uint32_t v, VertexFlag flag) const { return (vertex_flags[v] & flag) != 0; }
+  bool edge_has(std::uint32_t h, EdgeFlag flag) const { return (edge_flags[edge[h]] & flag) != 0; }  // of a half-edge
+  void set(std::uint32_t v, VertexFlag flag) { vertex_flags[v] = static_cast<std::uint8_t>(vertex_flags[v] | flag); }
+  void set_edge(std::uint32_t h, EdgeFlag flag) {
+    edge_flags[edge[h]] = static_cast<std::uint8_t>(edge_flags[edge[h]] | flag);
+  }
+};
+
+// Computes connectivity and flags from the corners. Boundary edges become features. Edges with more than two faces, or
+// with two faces of opposite orientation, become locked features. Vertices with several fans become fixed. `progress`
+// cancels.
+void connect(Surface& surface, const Progress* progress = nullptr);
+
+// Returns twice the area of the face times its normal.
+Vec3d area_vector(const Surface& surface, std::size_t face, std::span<const Vec3d> positions);
+
+// Returns the sum of the area vectors of the faces around v. If v moves by d, the volume grows by dot(star, d) / 6.
+Vec3d star_vector(const Surface& surface, std::uint32_t v);
+
+// Splits the edge of half-edge h. The new vertex gets the given positions and the mean values. Returns its number.
+std::uint32_t split(Surface& surface, std::uint32_t h, const Vec3d& before, const Vec3d& after);
+
+// Replaces the edge of h, which must have two faces, by the other diagonal of their quadrilateral. h and its opposite
+// become the half-edges of that diagonal. Values of corners stay with their vertices.
+void flip(Surface& surface, std::uint32_t h);
+
+// Returns true if collapsing the edge of h keeps the surface manifold and its topology (link condition; Dey et al.
+// 1999).
+bool can_collapse(const Surface& surface, std::uint32_t h);
+
+// Collapses the edge of h: removes its origin and moves its target to `after`. The values of the target become (1 - t)
+// times its own plus t times those of the origin, separately for each side of a seam.
+void collapse(Surface& surface, std::uint32_t h, const Vec3d& after, double t);
+
+// The quality of triangles. Internal to the remesh room.
+
+// Returns the tangent of the smallest angle of the triangle; 0 if it has no area.
+inline double quality(const Vec3d& a, const Vec3d& b, const Vec3d& c) {
+  double p = norm2(b - a);
+  double q = norm2(c - b);
+  double r = norm2(a - c);
+  if (p > q) std::swap(p, q);
+  if (p > r) std::swap(p, r);
+  const double twice_cosine = q + r - p;  // times the two longer edges
+  return twice_cosine > 0 ? 2 * norm(cross(b - a, c - a)) / twice_cosine : 0.0;
+}
+
+inline double quality(const Surface& s, std::size_t face, std::span<const Vec3d> positions) {
+  const auto [a, b, c] = s.triangle(face);
+  return quality(positions[a], positions[b], positions[c]);
+}
+
+// Returns the half-edge of the longest edge of the face.
+inline std::uint32_t longest_edge(const Surface& s, std::size_t face, std::span<const Vec3d> positions) {
+  const auto first = static_cast<std::uint32_t>(3 * face);
+  std::uint32_t longest = first;
+  double most = -1;
+  for (std::uint32_t h = first; h < first + 3; ++h) {
+    const double length2 = norm2(positions[s.target(h)] - positions[s.origin(h)]);
+    if (length2 > most) {
+      most = length2;
+      longest = h;
+    }
+  }
+  return longest;
+}
+
+// Below this quality (3 degrees) the normal of a triangle is unreliable.
+inline const double kThin = std::tan(std::numbers::pi / 60);
+
+// The largest angle by which a change may turn a face. The angle is measured from the old normal of the face, or, if
+// the quality of the face is below `reliable`, from the mean normal around it.
+struct TurnLimit {
+  double cosine = -1;  // of the largest angle
+  double reliable = kThin;
+};
+
+// Returns true if a face with normal `was` and quality `quality_was` turns too far when its normal becomes `is`.
+bool turns(const TurnLimit& limit, const Vec3d& was, const Vec3d& is, double quality_was, const Vec3d& mean);
+
+// Returns the least quality of the faces around v if v were at p; negative if one of them would turn too far.
+double star_quality(const Surface& s, std::uint32_t v, const Vec3d& p, const TurnLimit& limit);
+
+// Returns the largest distance of p from the planes of the faces around v. Thin faces are ignored.
+double plane_distance(const Surface& s, std::uint32_t v, const Vec3d& p);
+
+// The faces around a vertex, read once to judge many places of it.
+class Star {
+ public:
+  void read(const Surface& s, std::uint32_t v);
+
+  // Returns star_vector() of the vertex.
+  const Vec3d& vector() const { return vector_; }
+
+  // Returns star_quality() of the place if that is above `floor`, else any number that is not.
+  double quality_at(const Vec3d& p, const TurnLimit& limit, double floor) const;
+
+  // Returns whether plane_distance() of the place is greater.
+  bool is_farther(const Vec3d& p, double distance) const;
+
+ private:
+  struct Face {
+    Vec3d b;  // the corners beside the vertex
+    Vec3d c;
+    Vec3d normal;     // the area vector
+    double size = 0;  // its length
+    double quality = 0;
+  };
+
+  Vec3d place_;
+  Vec3d vector_;
+  std::vector<Face> faces_;
+};
+
+// The most faces at a vertex: to look at more of them for every change would take too long.
+inline constexpr int kMostFacesOfVertex = 200;
+
+// Returns true if more faces are at v.
+bool is_crowded(const Surface& s, std::uint32_t v);
+
+// Returns true if an edge joins the two vertices, or might join them outside the patch because both are fixed.
+bool are_neighbours(const Surface& s, std::uint32_t v, std::uint32_t w);
+
+// The cells around one vertex of a volume mesh, and the search for a better place of it. Internal to the remesh room.
+
+// Quality is the scaled Jacobian, its negative for a cell that was inside out before. One object serves many vertices.
+class VertexStar {
+ public:
+  // Cells that were flat or mixed before do not count.
+  void read(const JudgedCells& judged, const CellStars& stars, std::span<const Vec3d> points, std::uint32_t vertex);
+
+  Vec3d place() const { return start_ + place_ * size_; }
+
+  // Moves the vertex until the least quality is `goal`, or grows no more. It never falls.
+  void raise(double goal);
+
+ private:
+  void add(const JudgedCells& judged, std::uint32_t number, std::span<const Vec3d> points, std::uint32_t vertex);
+  double least_at(const Vec3d& place) const;
+  void look_around();
+  bool climb(double reach, double goal);  // returns whether that gained something
+
+  // Seen from `start_`, in units of `size_`.
+  std::vector<SeenTetrahedron> tetrahedra_;
+  std::vector<SeenCorner> corners_;
+  std::vector<double> values_;
+  std::vector<Vec3d> gradients_;
+  Vec3d start_;
+  Vec3d place_;      // likewise
+  double size_ = 0;  // the longest edge
+  double least_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace knead::remesh_detail

@@ -1,0 +1,180 @@
+#include "remesh/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <random>
+#include <set>
+
+#include "knead/mesh.h"
+#include "mesh/manifold_check.h"
+
+namespace knead::remesh_detail {
+namespace {
+
+Surface surface_of(const Mesh& mesh) {
+  Surface s;
+  s.before = mesh.positions;
+  s.after = mesh.positions;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    for (const std::uint32_t v : mesh.face(f)) s.corner.push_back(v);
+    s.face_source.push_back(static_cast<std::uint32_t>(f));
+  }
+  s.corner_values.stride = 1;  // the vertex that a corner is at, to be found there after every change
+  s.vertex_values.stride = 0;
+  for (const std::uint32_t v : s.corner) s.corner_values.numbers.push_back(v);
+  connect(s);
+  return s;
+}
+
+Mesh mesh_of(const Surface& s) {
+  Mesh mesh;
+  std::vector<std::uint32_t> number(s.vertex_count(), kNone);
+  for (std::size_t f = 0; f < s.face_count(); ++f) {
+    if (!s.is_alive(f)) continue;
+    std::vector<std::uint32_t> face;
+    for (const std::uint32_t v : s.triangle(f)) {
+      if (number[v] == kNone) {
+        number[v] = static_cast<std::uint32_t>(mesh.positions.size());
+        mesh.positions.push_back(s.after[v]);
+      }
+      face.push_back(number[v]);
+    }
+    mesh.add_face(face);
+  }
+  return mesh;
+}
+
+// Checks the links between half-edges, edges and vertices.
+void expect_sound(const Surface& s) {
+  std::vector<std::set<std::uint32_t>> uses(s.halfedge.size());
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    if (s.corner[h] == kNone) continue;
+    ASSERT_NE(s.edge[h], kNone);
+    uses[s.edge[h]].insert(h);
+    const std::uint32_t o = s.opposite[h];
+    if (o == kNone) continue;
+    ASSERT_EQ(s.opposite[o], h);
+    ASSERT_EQ(s.origin(h), s.target(o));
+    ASSERT_EQ(s.edge[h], s.edge[o]);
+  }
+  for (std::uint32_t e = 0; e < s.halfedge.size(); ++e) {
+    if (s.halfedge[e] == kNone) {
+      ASSERT_TRUE(uses[e].empty()) << "edge " << e;
+    } else {
+      ASSERT_EQ(uses[e].count(s.halfedge[e]), 1U) << "edge " << e;
+    }
+  }
+  for (std::uint32_t v = 0; v < s.vertex_count(); ++v) {
+    if (s.has(v, kRemoved)) continue;
+    ASSERT_EQ(s.origin(s.outgoing[v]), v);
+  }
+}
+
+TEST(Surface, RandomChangesKeepTheManifoldAndItsEulerCharacteristic) {
+  const Mesh torus = make_shape(ShapeKind::torus, 300);
+  const std::int64_t euler = test::euler_characteristic(torus);
+  Surface s = surface_of(torus);
+  std::mt19937_64 random(7);
+  std::size_t collapsed = 0;
+  std::size_t flipped = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto e = static_cast<std::uint32_t>(random() % s.halfedge.size());
+    const std::uint32_t h = s.halfedge[e];
+    if (h == kNone) continue;
+    const std::uint64_t kind = random() % 3;
+    if (kind == 0) {
+      const Vec3d middle = (s.after[s.origin(h)] + s.after[s.target(h)]) * 0.5;
+      split(s, h, middle, middle);
+    } else if (kind == 1 && can_collapse(s, h)) {
+      collapse(s, h, s.after[s.target(h)], 0);
+      ++collapsed;
+    } else if (kind == 2) {
+      std::set<std::uint32_t> ring;
+      s.for_each_outgoing(s.apex(h), [&](std::uint32_t k) { ring.insert(s.target(k)); });
+      if (ring.count(s.apex(s.opposite[h])) > 0 || s.apex(h) == s.apex(s.opposite[h])) continue;
+      // No vertex may be left with two faces.
+      std::size_t degree_a = 0;
+      std::size_t degree_b = 0;
+      s.for_each_outgoing(s.origin(h), [&](std::uint32_t) { ++degree_a; });
+      s.for_each_outgoing(s.target(h), [&](std::uint32_t) { ++degree_b; });
+      if (std::min(degree_a, degree_b) < 4) continue;
+      flip(s, h);
+      ++flipped;
+    }
+  }
+  EXPECT_GT(collapsed, 300U);
+  EXPECT_GT(flipped, 300U);
+  expect_sound(s);
+  const Mesh mesh = mesh_of(s);
+  EXPECT_EQ(test::closed_manifold_components(mesh), 1);
+  EXPECT_EQ(test::euler_characteristic(mesh), euler);
+}
+
+TEST(Surface, CornerValuesStayWithTheirVerticesInFlips) {
+  Surface s = surface_of(make_shape(ShapeKind::sphere, 100));
+  for (std::uint32_t h = 0; h < s.corner.size(); h += 5) flip(s, h);
+  for (std::uint32_t c = 0; c < s.corner.size(); ++c) EXPECT_EQ(s.corner_values.numbers[c], s.corner[c]);
+}
+
+TEST(Surface, SplitsGiveTheMeanAtTheNewCorners) {
+  Surface s = surface_of(make_shape(ShapeKind::sphere, 50));
+  const std::uint32_t a = s.origin(0);
+  const std::uint32_t b = s.target(0);
+  const std::uint32_t m = split(s, 0, s.before[a], s.after[a]);
+  std::size_t corners = 0;
+  for (std::uint32_t c = 0; c < s.corner.size(); ++c) {
+    const double expected = s.corner[c] == m ? 0.5 * (a + b) : s.corner[c];
+    EXPECT_EQ(s.corner_values.numbers[c], expected);
+    corners += s.corner[c] == m ? 1 : 0;
+  }
+  EXPECT_EQ(corners, 4U);
+}
+
+TEST(Surface, ThinPlacesAreNotPinchedByACollapse) {
+  // Three vertices form a waist without a face; on each side of it are four more.
+  Mesh mesh;
+  mesh.positions = {{0, 0, 2}, {0, 0, -2}, {1, 0, 0}, {-0.5, 0.9, 0}, {-0.5, -0.9, 0}};
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    const std::uint32_t a = 2 + i;
+    const std::uint32_t b = 2 + (i + 1) % 3;
+    mesh.add_face(std::array{0U, a, b});
+    mesh.add_face(std::array{1U, b, a});
+  }
+  Surface s = surface_of(mesh);
+  for (int i = 0; i < 12; ++i) {  // so that every vertex has more than three faces
+    const std::uint32_t h = s.corner[0] == 0 ? 0U : static_cast<std::uint32_t>(3 * i);
+    const Vec3d middle = (s.after[s.origin(h)] + s.after[s.target(h)]) * 0.5;
+    split(s, h, middle, middle);
+  }
+  std::size_t refused = 0;
+  for (std::uint32_t h = 0; h < s.corner.size(); ++h) {
+    Surface copy = s;
+    if (!can_collapse(copy, h)) {
+      ++refused;
+      continue;
+    }
+    collapse(copy, h, copy.after[copy.target(h)], 0);
+    expect_sound(copy);
+    EXPECT_EQ(test::closed_manifold_components(mesh_of(copy)), 1);
+  }
+  EXPECT_GT(refused, 5U);
+  EXPECT_LT(refused, s.corner.size());
+}
+
+TEST(Surface, EdgesOfThreeFacesAndOnesThatDisagreeAreLocked) {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}};
+  const std::vector<std::array<std::uint32_t, 3>> faces{{0, 1, 2}, {1, 0, 3}, {0, 1, 4}};
+  for (const auto& face : faces) mesh.add_face(face);
+  const Surface s = surface_of(mesh);
+  EXPECT_TRUE(s.edge_has(0, kLocked));
+  EXPECT_TRUE(s.has(0, kFixed));
+  EXPECT_TRUE(s.has(1, kFixed));
+  EXPECT_FALSE(s.has(2, kFixed));
+  EXPECT_TRUE(s.edge_has(1, kBoundary));
+}
+
+}  // namespace
+}  // namespace knead::remesh_detail

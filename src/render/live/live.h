@@ -1,0 +1,308 @@
+// The GLSL 3.30 sources of the live view's programs. They write colours as the screen wants them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "gl/objects.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
+#include "knead/vec.h"
+#include "render/offline/passes.h"
+#include "render/surface.h"
+
+namespace knead::render {
+
+ShaderSource live_shape_source(Material material);
+ShaderSource live_cloud_source();       // points -> discs
+ShaderSource live_wire_source();        // edges of the polygons
+ShaderSource live_depth_source();       // nothing but depth and stencil
+ShaderSource live_cut_source();         // the cutting plane
+ShaderSource live_background_source();  // at the far end of the depth range
+ShaderSource live_image_source();       // a picture in the scene, at the far end of the depth range
+ShaderSource live_rod_source();
+ShaderSource live_glass_source();
+ShaderSource live_occlusion_source();  // of every second sample each way
+ShaderSource live_smooth_source();     // the same over 4 x 4 of them
+ShaderSource live_relief_source();     // half the factor of brightness
+ShaderSource live_present_source();    // the finished picture into the caller's framebuffer
+
+// What LiveMesh knows of a mesh's topology.
+
+// The vertices round every drawn vertex d: list[begin[d]] to list[begin[d + 1]], so that every two that follow each
+// other are those after and before one corner of the group; kNoVertex parts chains that do not hang together.
+struct Rings {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> list;
+};
+
+Rings make_rings(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
+
+struct PolygonEdges {
+  std::vector<std::uint32_t> list;  // pairs of drawn vertices, each edge of the mesh once
+  bool closed = true;               // every edge has two faces, which go along it in opposite directions
+};
+
+PolygonEdges polygon_edges(const Mesh& mesh, const PlacedFaces& faces, const SmoothGroups& groups);
+
+// Normals of many drawn vertices at once.
+
+struct LiveVertex {
+  Vec3f position;  // renderer units
+  Vec3f normal;    // unit; zero in a point cloud
+};
+
+// Fills in the normals of the drawn vertices in the range, whose positions are there already: the mean of the normals
+// of the faces round each, weighted by about the corners' angles (within a tenth up to 120 degrees); (0, 0, 1) where
+// there is none. points: of all vertices of the mesh. The same bits whatever the range.
+void set_ring_normals(const Rings& rings, std::span<const Vec3f> points, const VertexRange& drawn,
+                      std::vector<LiveVertex>& vertices);
+
+// A mesh as the GPU is given it while it deforms: what changes when vertices move, and no more.
+
+// Drawn vertices are one per vertex and smooth group of faces, as in make_surface, in the order of the mesh's vertices.
+// The groups, the triangles and the edges are those of the mesh that it was made of; only places change. Normals are
+// those of set_ring_normals; the same bits for any number of threads, and
+// for a vertex that moved at once or in many steps.
+class LiveMesh {
+ public:
+  LiveMesh() = default;
+
+  // crease_angle: as for make_surface. The mesh need not outlive the call. Cost: about 1 us per vertex.
+  LiveMesh(const Mesh& mesh, const Placement& placement, double crease_angle);
+
+  // Takes over the places of the vertices in `changed`; positions has all vertices of the mesh. Returns the ranges of
+  // drawn vertices that are new: those that moved and the one ring around them; ascending, apart, at most a few
+  // hundred, with short gaps closed. Throws InvalidInput for another number of positions or a range beyond it.
+  std::vector<VertexRange> move(std::span<const Vec3d> positions, std::span<const VertexRange> changed, int threads);
+
+  const std::vector<LiveVertex>& vertices() const { return vertices_; }
+  std::span<const std::uint32_t> triangles() const { return triangles_; }  // three drawn vertices each
+  std::span<const std::uint32_t> edges() const { return edges_; }          // two drawn vertices each; of the polygons
+  double mean_edge() const { return mean_edge_; }                          // when it was made; renderer units
+  const Rings& rings() const { return rings_; }                            // empty in a cloud
+  bool is_cloud() const { return triangles_.empty(); }
+  bool is_solid() const { return solid_; }  // when it was made: closed, and its faces turned outwards
+  Box box() const;                          // of the finite vertices, renderer units
+
+  // Calls visit(v, d) for every drawn vertex d of every vertex v in the range.
+  template <class Visit>
+  void for_each_drawn(const VertexRange& range, Visit visit) const {
+    for (std::uint32_t v = range.begin; v < range.end; ++v) {
+      for (std::uint32_t d = drawn_begin_[v]; d < drawn_begin_[v + 1]; ++d) visit(v, d);
+    }
+  }
+  std::size_t vertex_count() const { return points_.size(); }
+
+ private:
+  void place(std::span<const Vec3d> positions, const VertexRange& range);
+  void shade(const VertexRange& range);
+  void measure(const std::vector<std::uint8_t>& blocks, int threads);
+  void mark(const VertexRange& range);
+  std::vector<VertexRange> marked_runs();
+
+  Placement placement_;
+  std::vector<Vec3f> points_;                  // per vertex of the mesh
+  std::vector<Box> boxes_;                     // of every block of kBlock vertices
+  std::vector<std::uint32_t> drawn_begin_{0};  // the drawn vertices of vertex v: drawn_begin_[v] to drawn_begin_[v + 1]
+  std::vector<LiveVertex> vertices_;
+  std::vector<std::uint32_t> triangles_;
+  std::vector<std::uint32_t> edges_;
+  Rings rings_;                      // empty in a cloud
+  std::vector<std::uint8_t> marks_;  // per vertex, zero between calls
+  double mean_edge_ = 0;
+  bool solid_ = false;
+};
+
+// What the live view keeps on the GPU.
+
+struct LivePrograms {
+  std::array<gl::Program, 3> shape;  // by Material
+  gl::Program cloud;
+  gl::Program wire;
+  gl::Program depth;
+  gl::Program cut;
+  gl::Program background;
+  gl::Program image;
+  gl::Program rod;
+  gl::Program glass;
+  gl::Program present;
+  gl::VertexArray nothing;   // for vertices made by the vertex program
+  bool in_software = false;  // the driver has no GPU
+
+  LivePrograms();
+};
+
+// The buffers of a LiveMesh, or of rods, which have no edges.
+struct LiveBuffers {
+  gl::VertexArray layout;
+  gl::Buffer vertices;
+  gl::Buffer colors;  // red, green, blue, influence
+  gl::Buffer triangles;
+  gl::Buffer edges;
+  GLsizei vertex_count = 0;
+  GLsizei triangle_indices = 0;
+  GLsizei edge_indices = 0;
+};
+
+// colors: one per drawn vertex, or none.
+LiveBuffers make_live_buffers(const LiveMesh& mesh, std::span<const Bytes4> colors);
+LiveBuffers make_live_buffers(const DrawSurface& surface);
+
+// Sends the ranges of drawn vertices.
+UploadCounts update(const LiveBuffers& buffers, const LiveMesh& mesh, std::span<const VertexRange> drawn);
+void update_colors(const LiveBuffers& buffers, std::span<const Bytes4> colors, const VertexRange& drawn);
+
+void draw_triangles(const LiveBuffers& buffers);
+void draw_edges(const LiveBuffers& buffers);
+void draw_points(const LiveBuffers& buffers);
+
+// What a picture's targets must fit.
+struct LiveTargetSize {
+  int width = 0;
+  int height = 0;
+  int samples = 0;      // the driver may give others
+  bool relief = false;  // with what LiveScene::relief needs
+
+  friend bool operator==(const LiveTargetSize&, const LiveTargetSize&) = default;
+};
+
+// For the relief: normals of the shape, and the light that gets through, of every second sample each way.
+struct LiveReliefTargets {
+  gl::Renderbuffer normal_of_many;  // the second colour of LiveTargets::many
+  gl::Texture normal;
+  gl::Framebuffer gathered;
+  std::array<gl::Texture, 2> occlusion;
+  std::array<gl::Framebuffer, 2> occlusion_target;
+};
+
+// Where the picture is made: several samples per pixel, and the same after they are put together.
+struct LiveTargets {
+  LiveTargetSize size;
+  gl::Renderbuffer color;
+  gl::Renderbuffer depth;  // and stencil
+  gl::Framebuffer many;
+  gl::Texture one_color;
+  gl::Texture one_depth;
+  gl::Framebuffer one;
+  LiveReliefTargets relief;  // if size.relief
+};
+
+// Throws InvalidInput where the driver has no memory for them, or no pictures of this size.
+LiveTargets make_live_targets(const LiveTargetSize& size);
+
+// Puts the samples of each pixel together: of the colour, the depth or both. Leaves `many` bound.
+void gather(const LiveTargets& targets, GLbitfield what);
+
+// The same for the normals.
+void gather_normals(const LiveTargets& targets);
+
+// Returns the image for PlacedImage, with mipmaps.
+gl::Texture make_image_texture(const Image& image);
+
+// Returns the picture of a ball of the material for Material::matcap.
+gl::Texture make_matcap_texture(Matcap matcap);
+
+// Places and normals of drawn vertices made on the GPU, of points that are there.
+
+// What LiveMesh::move does, by compute shaders; for one mesh. Normals are those of set_ring_normals up to rounding.
+class LiveCompute {
+ public:
+  // Throws std::runtime_error, one line, where the driver has no OpenGL 4.3 or no room for a mesh of this size.
+  explicit LiveCompute(const LiveMesh& mesh);
+
+  // Takes the places of all vertices, and fills in the drawn ones.
+  void move(std::span<const PointBuffer> points, const Placement& placement, const LiveBuffers& drawn) const;
+
+ private:
+  gl::Program place_;
+  gl::Program shade_;
+  gl::Buffer placed_;      // three floats per vertex of the mesh
+  gl::Buffer source_;      // per drawn vertex: the vertex of the mesh
+  gl::Buffer ring_begin_;  // as Rings
+  gl::Buffer ring_list_;
+  std::uint32_t drawn_count_ = 0;
+  bool has_rings_ = false;  // else a cloud
+};
+
+// The steps of the interactive picture, each drawing into the bound framebuffer over what is there.
+
+// In renderer units: dot(normal, p) > offset is taken away.
+struct LiveCut {
+  Vec3d normal;  // unit
+  double offset = 0;
+  Color color;
+};
+
+struct LiveFrame {
+  const LivePrograms& programs;
+  const View& view;
+  const LiveScene& scene;
+  BoundingBall bounds;  // of the shape
+  int width = 0;
+  int height = 0;
+  std::optional<LiveCut> cut;
+  const gl::Texture* matcap = nullptr;  // of Material::matcap
+  bool has_normals = false;             // the shape's normals are drawn too, for its relief
+};
+
+// The plane of the scene's clip, if there is one. Throws InvalidInput for a plane without direction.
+std::optional<LiveCut> live_cut(const LiveScene& scene, const Placement& placement);
+
+struct LiveShape {
+  const LiveMesh& mesh;
+  const LiveBuffers& buffers;
+  Box box;  // renderer units
+};
+
+// Clears the targets and gets the state ready.
+void begin_live_picture(const LiveFrame& frame, const LiveTargets& targets);
+
+// The shape, its edges, and the flat face of the cut.
+void draw_live_shape(const LiveFrame& frame, const LiveShape& shape);
+
+// Where nothing is yet.
+void draw_live_background(const LiveFrame& frame);
+
+struct LiveImage {
+  const gl::Texture& texture;
+  const PlacedImage& placed;
+};
+
+// Over the background, each over those before it.
+void draw_live_images(const LiveFrame& frame, std::span<const LiveImage> images);
+
+// Faintly where they are hidden.
+void draw_live_rods(const LiveFrame& frame, const LiveBuffers& rods);
+
+struct LiveGlass {
+  const LiveBuffers& buffers;
+  Color color;
+  double near = 0;  // extent along the view
+  double far = 0;
+};
+
+// Backs and fronts from far to near. depths: of what is solid.
+void draw_live_glass(const LiveFrame& frame, std::span<const LiveGlass> surfaces, const gl::Texture& depths);
+
+// Leaves the depth test and blending off.
+void present_live(const LivePrograms& programs, const LiveTargets& targets);
+
+// Cavity and occlusion of the interactive picture, over the shape that is drawn.
+
+struct LiveReliefPrograms {
+  gl::Program occlusion;
+  gl::Program smooth;
+  gl::Program relief;
+
+  LiveReliefPrograms();
+};
+
+// Darkens and brightens the shape by LiveScene::relief. The shape was drawn into targets that were made for relief;
+// what is drawn later has no normals any more.
+void draw_live_relief(const LiveFrame& frame, const LiveTargets& targets, const LiveReliefPrograms& programs);
+
+}  // namespace knead::render

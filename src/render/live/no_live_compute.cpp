@@ -1,0 +1,12 @@
+// Where OpenGL has no compute shaders.
+#include "knead/gl.h"
+#include "render/live/live.h"
+
+namespace knead::render {
+
+LiveCompute::LiveCompute(const LiveMesh&) { throw GpuError("this build has no compute shaders; use the CPU"); }
+
+// Not reached: there is no object to call it for.
+void LiveCompute::move(std::span<const PointBuffer>, const Placement&, const LiveBuffers&) const {}
+
+}  // namespace knead::render

@@ -1,0 +1,222 @@
+// The GLSL 3.30 sources of the renderer's programs.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "gl/objects.h"
+#include "knead/render.h"
+#include "render/surface.h"
+
+namespace knead::render {
+
+// The most lights that the lighting program takes in one pass.
+inline constexpr int kLightsPerPass = 32;
+
+// Light whose direction makes a smaller cosine with the ground's normal casts no shadow on the ground.
+inline constexpr double kGrazingCosine = 0.15;
+
+struct ShaderSource {
+  std::string vertex;
+  std::string fragment;
+};
+
+// How shapes are shaded.
+struct ShapeLook {
+  bool matcap = false;
+  bool cavity = false;
+  bool occlusion = false;
+
+  friend auto operator<=>(const ShapeLook&, const ShapeLook&) = default;
+};
+
+// A program that runs `fragment` once for every texel, with the declarations of `kView` before it.
+ShaderSource full_screen_program(const std::string& fragment);
+
+ShaderSource clay_source();                              // triangles -> reflectance, normal
+ShaderSource cap_source();                               // what a clipping plane has cut open, closed
+ShaderSource disc_source();                              // points -> reflectance, normal
+ShaderSource shape_light_source(const ShapeLook& look);  // adds the light of one pass to shapes
+ShaderSource ground_light_source();                      // adds the light that the ground lacks in one pass
+ShaderSource even_source();                              // marks the pixels that one look at the lights suffices for,
+ShaderSource uneven_source();                            // the samples of shapes in the others,
+ShaderSource sees_ground_source();                       // and where the ground is
+ShaderSource ground_source();                            // the shadow on the ground
+ShaderSource backdrop_source();                          // background and ground shadow behind the lit shape
+ShaderSource rod_source();                               // solid things that are lit without shadows
+ShaderSource glass_source();                             // one layer of translucent surfaces
+ShaderSource copy_source();                              // a layer under those before it
+ShaderSource resolve_source();                           // samples to pixels, linear to sRGB
+
+// What casts shadows: the shapes, in a coarser copy where they are finer than a shadow map.
+
+struct Occluder {
+  std::vector<Vec3f> positions;
+  std::vector<std::uint32_t> indices;  // three per triangle
+  std::vector<Vec3f> points;           // of point clouds
+  Vec3d center;                        // of a ball that holds everything
+  double radius = 0;                   // 0: nothing casts a shadow
+  double ground = 0;                   // the lowest dot(up, p)
+};
+
+// cell: vertices that lie in one cell of this size become one where there are more than max_triangles triangles, as in
+// Rossignac and Borrel, "Multi-resolution 3D approximations for rendering complex scenes" (1993). Deterministic.
+Occluder make_occluder(const std::vector<DrawSurface>& surfaces, const Vec3d& up, double cell,
+                       std::size_t max_triangles);
+
+// Removes what lies beyond the plane: dot(plane xyz, p) > plane w. Triangles across it are cut.
+void clip_occluder(Occluder& occluder, const std::array<float, 4>& plane);
+
+// Depth maps of what casts shadows, as directional lights see it. Drawn on the CPU: the triangles are about as small as
+// a texel, and a software driver takes twenty times as long for them.
+
+// From renderer units to 0..1 in a light's map, by columns (four of three numbers); the third is the depth, 0 nearest
+// to the light.
+using LightMatrix = std::array<float, 12>;
+
+// Returns one map of size * size depths for each light, by rows: 0 to 65535, which is also where there is nothing.
+// Triangles are pushed back by one and a half times their slope over a texel. Points are squares with this half side.
+std::vector<std::uint16_t> draw_shadow_maps(const Occluder& occluder, std::span<const LightMatrix> lights, int size,
+                                            double point_radius);
+
+// The studio's light: a soft sky, a large key light, a fill and a rim, as many directional lights.
+
+// Light arriving from a direction. The irradiance of all lights on a plane facing up, with nothing in between, is
+// about 1.
+struct Light {
+  Vec3f direction;  // unit, towards the light
+  Vec3f radiance;   // linear red, green, blue; the share of this light included
+};
+
+// Returns `count` lights, at least 2, that are an even sample of the studio.
+std::vector<Light> studio_lights(const View& view, int count);
+
+// The steps of a picture, each a full drawing into textures of width * height samples.
+
+inline constexpr int kShadowMapSize = 512;
+
+struct Programs {
+  gl::Program clay;
+  gl::Program cap;
+  gl::Program disc;
+  std::map<ShapeLook, gl::Program> shape_light;  // those that were needed
+  gl::Program ground_light;
+  gl::Program even;
+  gl::Program uneven;
+  gl::Program sees_ground;
+  gl::Program ground;
+  gl::Program backdrop;
+  gl::Program rod;
+  gl::Program glass;
+  gl::Program copy;
+  gl::Program resolve;
+  gl::VertexArray nothing;  // for triangles made by the vertex program
+
+  Programs();
+};
+
+// A surface on the GPU.
+struct SurfaceBuffers {
+  gl::VertexArray layout;
+  gl::Buffer vertices;
+  gl::Buffer indices;
+  GLsizei count = 0;
+  bool points = false;
+  double point_radius = 0;  // renderer units
+  Color color;              // glass: tint; shapes: the colour of the back
+};
+
+SurfaceBuffers upload(const DrawSurface& surface);
+
+// What the passes have in common.
+struct Pass {
+  Programs& programs;
+  const View& view;
+  const Options& options;
+  int width = 0;  // in samples
+  int height = 0;
+  std::array<float, 4> clip{0, 0, 0, 1};  // dot(xyz, p) > w is taken away, in renderer units
+  bool clipped = false;
+  Color cut{};
+};
+
+struct GBuffer {
+  gl::Texture depth;
+  gl::Texture reflectance;
+  gl::Texture normal;
+};
+
+GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes);
+
+// What lights the scene, and what keeps the light off.
+struct Lighting {
+  std::vector<Light> lights;  // those that light the ground first
+  Occluder occluder;
+  double point_radius = 0;  // renderer units
+  double ground_light = 0;  // what the ground gets without shadow
+
+  bool has_shadows(const Options& options) const { return options.ambient_occlusion && occluder.radius > 0; }
+  bool has_ground(const Options& options) const { return has_shadows(options) && options.ground; }
+};
+
+// Returns true if the light casts shadows on the ground, whose normal is `up`.
+bool lights_ground(const Light& light, const Vec3d& up);
+
+// Radiance of the shapes, for pixels where that suffices and for samples elsewhere; and how dark the ground is.
+struct LightMaps {
+  gl::Texture pixels;
+  gl::Texture samples;
+  gl::Texture darkness;
+};
+
+LightMaps draw_light(const Pass& pass, const GBuffer& buffer, const Lighting& lighting);
+
+// Linear colour times alpha, of the lit shapes on the background.
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting);
+
+// Adds the rods to the colour, depth and normals.
+void draw_rods(const Pass& pass, const GBuffer& buffer, const gl::Texture& color, const SurfaceBuffers& rods);
+
+// Adds all translucent surfaces in front of everything solid, one over the other.
+void draw_glass(const Pass& pass, const GBuffer& buffer, const gl::Texture& color,
+                const std::vector<SurfaceBuffers>& surfaces);
+
+Image resolve(const Pass& pass, const gl::Texture& color);
+
+// Tells how much of the picture is done, after the GPU has done it.
+void report(const Pass& pass, double part);
+
+// Small steps that the passes share: uniforms, state, drawing what is on the GPU.
+
+void set(const gl::Program& program, const char* name, const Vec3d& v);
+void set(const gl::Program& program, const char* name, double x);
+void set(const gl::Program& program, const char* name, const Color& c);
+void set_with_alpha(const gl::Program& program, const char* name, const Color& c);
+
+// Makes the program current and tells it of the camera; the last also of the clipping plane, if there is one.
+void use(const gl::Program& program, const View& view, int width, int height);
+void use(const gl::Program& program, const Pass& pass);
+void use_clipped(const gl::Program& program, const Pass& pass);
+
+// The light of things that neither cast nor catch shadows.
+void set_simple_light(const gl::Program& program, const View& view);
+// What the functions of kRelief need besides the maps. samples_high: of the picture.
+void set_relief(const gl::Program& program, const View& view, int samples_high);
+void set_ground(const gl::Program& program, const Pass& pass, const Occluder& occluder);
+
+void draw(const SurfaceBuffers& surface);
+void draw_full_screen(const Pass& pass);
+
+// Everything off, depth test by GL_LESS once it is enabled.
+void reset_state(int width, int height);
+
+// The bound framebuffer.
+void clear(float red, float green, float blue, float alpha);
+void clear_depth();
+
+}  // namespace knead::render

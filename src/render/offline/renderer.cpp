@@ -1,0 +1,240 @@
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "knead/error.h"
+#include "knead/gl.h"
+#include "knead/render.h"
+#include "render/offline/passes.h"
+#include "render/surface.h"
+
+namespace knead::render {
+
+namespace {
+
+// Closes the shapes that are already drawn where the clipping plane has opened them.
+void draw_cuts(const Pass& pass, const std::vector<SurfaceBuffers>& shapes, const gl::Framebuffer& target) {
+  const gl::Texture nearest = gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F);
+  const gl::Framebuffer copy = gl::make_framebuffer({}, &nearest);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
+  glBlitFramebuffer(0, 0, pass.width, pass.height, 0, 0, pass.width, pass.height, GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  const gl::Program& program = pass.programs.cap;
+  use_clipped(program, pass);
+  bind_texture(program, "nearest_map", 0, GL_TEXTURE_2D, nearest);
+  set(program, "cut_srgb", pass.cut);
+  for (const SurfaceBuffers& shape : shapes) {
+    if (!shape.points) draw(shape);
+  }
+}
+
+}  // namespace
+
+GBuffer draw_shapes(const Pass& pass, const std::vector<SurfaceBuffers>& shapes) {
+  GBuffer buffer{gl::make_texture(pass.width, pass.height, GL_DEPTH_COMPONENT32F),
+                 gl::make_texture(pass.width, pass.height, GL_RGBA8),
+                 gl::make_texture(pass.width, pass.height, GL_RGBA16F)};
+  const gl::Framebuffer target = gl::make_framebuffer({&buffer.reflectance, &buffer.normal}, &buffer.depth);
+  reset_state(pass.width, pass.height);
+  glEnable(GL_DEPTH_TEST);
+  clear(0, 0, 0, 0);
+  clear_depth();
+  for (const SurfaceBuffers& shape : shapes) {
+    const gl::Program& program = shape.points ? pass.programs.disc : pass.programs.clay;
+    use_clipped(program, pass);
+    set(program, "back_srgb", shape.color);
+    set(program, "wire_width", pass.options.wireframe ? 1.1 * pass.options.supersampling : 0.0);
+    set(program, "point_size", 2 * shape.point_radius / pass.view.pixel);
+    draw(shape);
+  }
+  if (pass.clipped) draw_cuts(pass, shapes, target);
+  return buffer;
+}
+
+gl::Texture draw_backdrop(const Pass& pass, const GBuffer& buffer, const LightMaps& light, const Lighting& lighting) {
+  gl::Texture color = gl::make_texture(pass.width, pass.height, GL_RGBA16F);
+  const gl::Framebuffer target = gl::make_framebuffer({&color}, nullptr);
+  reset_state(pass.width, pass.height);
+  const gl::Program& program = pass.programs.backdrop;
+  use(program, pass);
+  bind_texture(program, "depth_map", 0, GL_TEXTURE_2D, buffer.depth);
+  const bool ground = lighting.has_ground(pass.options);
+  bind_texture(program, "pixel_map", 1, GL_TEXTURE_2D, light.pixels);
+  bind_texture(program, "sample_map", 2, GL_TEXTURE_2D, light.samples);
+  bind_texture(program, "darkness_map", 3, GL_TEXTURE_2D, ground ? light.darkness : light.pixels);
+  set_with_alpha(program, "background_top", pass.options.background);
+  set_with_alpha(program, "background_bottom", pass.options.background_bottom.value_or(pass.options.background));
+  set(program, "with_ground", ground ? 1.0 : 0.0);
+  glUniform1i(uniform(program, "factor"), pass.options.supersampling);
+  draw_full_screen(pass);
+  return color;
+}
+
+Image resolve(const Pass& pass, const gl::Texture& color) {
+  Image image{pass.options.width, pass.options.height, {}};
+  const gl::Texture pixels = gl::make_texture(image.width, image.height, GL_RGBA8);
+  const gl::Framebuffer target = gl::make_framebuffer({&pixels}, nullptr);
+  reset_state(image.width, image.height);
+  const gl::Program& program = pass.programs.resolve;
+  use(program, pass);
+  bind_texture(program, "samples_map", 0, GL_TEXTURE_2D, color);
+  glUniform1i(uniform(program, "factor"), pass.options.supersampling);
+  glUniform1i(uniform(program, "height"), image.height);
+  draw_full_screen(pass);
+  image.pixels.resize(4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, image.width, image.height, GL_RGBA, GL_UNSIGNED_BYTE, image.pixels.data());
+  return image;
+}
+
+namespace {
+
+void check(const Options& options) {
+  if (options.supersampling < 1 || options.supersampling > 4 || options.light_samples < 16 ||
+      options.light_samples > 1024) {
+    throw InvalidInput("render: options out of range; give 1 to 4 for supersampling, 16 to 1024 for light_samples");
+  }
+  GLint largest = 0;
+  glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
+  if (options.width < 1 || options.height < 1 || options.width > largest / options.supersampling ||
+      options.height > largest / options.supersampling) {
+    throw InvalidInput("render: a picture of " + std::to_string(options.width) + " x " +
+                       std::to_string(options.height) + " pixels; give 1 to " +
+                       std::to_string(largest / options.supersampling) + " along each side");
+  }
+}
+
+double automatic_point_radius(const std::vector<DrawSurface>& surfaces) {
+  std::size_t count = 0;
+  for (const DrawSurface& surface : surfaces) count += surface.indices.empty() ? surface.vertices.size() : 0;
+  return std::clamp(0.9 / std::sqrt(static_cast<double>(std::max<std::size_t>(count, 1))), 0.003, 0.04);
+}
+
+std::vector<DrawSurface> shape_surfaces(const Scene& scene, const Placement& placement, const Options& options) {
+  const double crease = options.crease_angle_deg * std::numbers::pi / 180;
+  const SurfaceOptions how{options.shading == Shading::flat ? -1 : std::max(0.0, crease), options.wireframe};
+  std::vector<DrawSurface> surfaces;
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh != nullptr) surfaces.push_back(make_surface(*shape.mesh, colors_of(shape), placement, how));
+  }
+  return surfaces;
+}
+
+std::vector<SurfaceBuffers> upload_shapes(const Scene& scene, const std::vector<DrawSurface>& surfaces,
+                                          double point_radius) {
+  std::vector<SurfaceBuffers> shapes;
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh == nullptr) continue;
+    shapes.push_back(upload(surfaces[shapes.size()]));
+    shapes.back().color = shape.back_color;
+    shapes.back().point_radius = point_radius;
+  }
+  return shapes;
+}
+
+std::vector<SurfaceBuffers> upload_glass(const Scene& scene, const Placement& placement) {
+  std::vector<SurfaceBuffers> surfaces;
+  for (const TranslucentSurface& surface : scene.surfaces) {
+    if (surface.mesh.face_count() == 0) continue;
+    surfaces.push_back(upload(make_surface(surface.mesh, {}, placement, {})));
+    surfaces.back().color = surface.color;
+  }
+  return surfaces;
+}
+
+SurfaceBuffers upload_rods(const Scene& scene, const Placement& placement) {
+  DrawSurface rods;
+  for (const Arrow& arrow : scene.arrows) add_arrow(arrow, placement, rods);
+  for (const Line& line : scene.lines) add_line(line, placement, rods);
+  SurfaceBuffers result = upload(rods);
+  if (rods.indices.empty()) result.count = 0;
+  return result;
+}
+
+void set_clip(const Scene& scene, Pass& pass) {
+  if (!scene.clip) return;
+  const double length = norm(scene.clip->normal);
+  if (!(length > 0) || !std::isfinite(length)) {
+    throw InvalidInput("render: the clipping plane has no normal; give one that is not zero");
+  }
+  const Placement& placement = pass.view.placement;
+  const Vec3f normal(scene.clip->normal / length);
+  const double offset = (scene.clip->offset - dot(scene.clip->normal, placement.center)) * placement.scale / length;
+  pass.clip = {normal.x, normal.y, normal.z, static_cast<float>(offset)};
+  pass.clipped = true;
+  pass.cut = scene.clip->color;
+}
+
+}  // namespace
+
+bool lights_ground(const Light& light, const Vec3d& up) { return dot(Vec3d(light.direction), up) > kGrazingCosine; }
+
+namespace {
+
+double unshadowed_light(const std::vector<Light>& lights, const Vec3d& up) {
+  double sum = 0;
+  for (const Light& light : lights) {
+    const double luminance = dot(Vec3d(light.radiance), Vec3d{0.3, 0.6, 0.1});
+    const double cosine = std::max(0.0, dot(Vec3d(light.direction), up) - kGrazingCosine);
+    sum += cosine * cosine * luminance;
+  }
+  return sum;
+}
+
+// Leaves the default framebuffer bound, whatever happens.
+struct FramebufferGuard {
+  FramebufferGuard() = default;
+  FramebufferGuard(const FramebufferGuard&) = delete;
+  FramebufferGuard& operator=(const FramebufferGuard&) = delete;
+  ~FramebufferGuard() { glBindFramebuffer(GL_FRAMEBUFFER, 0); }
+};
+
+}  // namespace
+
+Renderer::Renderer() {
+  gl::require_version(33);
+  programs_ = std::make_unique<Programs>();
+}
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+Image Renderer::render(const Scene& scene, const Options& options) {
+  // Occluders finer than this are drawn coarser; the cell is two texels of a shadow map.
+  constexpr std::size_t most_occluders = 150'000;
+  check(options);
+  const int width = options.width * options.supersampling;
+  const int height = options.height * options.supersampling;
+  const View view = make_view(scene, static_cast<double>(width) / height, height);
+  Pass pass{*programs_, view, options, width, height};
+  set_clip(scene, pass);
+
+  const std::vector<DrawSurface> surfaces = shape_surfaces(scene, view.placement, options);
+  const double point_radius =
+      options.point_radius > 0 ? options.point_radius * view.placement.scale : automatic_point_radius(surfaces);
+  Lighting lighting{studio_lights(view, options.light_samples),
+                    make_occluder(surfaces, view.ground_up, 4.0 / kShadowMapSize, most_occluders), point_radius};
+  std::stable_partition(lighting.lights.begin(), lighting.lights.end(),
+                        [&](const Light& light) { return lights_ground(light, view.ground_up); });
+  lighting.ground_light = unshadowed_light(lighting.lights, view.ground_up);
+  if (pass.clipped) clip_occluder(lighting.occluder, pass.clip);
+  report(pass, 0.15);
+
+  const FramebufferGuard guard;
+  const GBuffer buffer = draw_shapes(pass, upload_shapes(scene, surfaces, point_radius));
+  report(pass, 0.25);
+  const LightMaps light = draw_light(pass, buffer, lighting);
+  const gl::Texture color = draw_backdrop(pass, buffer, light, lighting);
+  draw_rods(pass, buffer, color, upload_rods(scene, view.placement));
+  draw_glass(pass, buffer, color, upload_glass(scene, view.placement));
+  Image image = resolve(pass, color);
+  report(pass, 1);
+  return image;
+}
+
+Image render(const Scene& scene, const Options& options) {
+  const gl::OffscreenContext context;
+  return Renderer().render(scene, options);
+}
+
+}  // namespace knead::render

@@ -1,0 +1,303 @@
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <iterator>
+#include <numbers>
+#include <optional>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/render.h"
+#include "render/surface.h"
+
+namespace knead::render {
+
+CameraFrame camera_frame(const Camera& camera) {
+  const Vec3d forward = normalized(camera.target - camera.eye);
+  Vec3d right = cross(forward, camera.up);
+  if (!(norm(right) > 1e-9 * norm(camera.up))) right = any_orthogonal(forward);
+  right = normalized(right);
+  return {right, cross(right, forward), forward};
+}
+
+namespace {
+
+// The eight corners of the box relative to its centre, along the frame's axes.
+template <class F>
+void for_each_corner(const Box& box, const CameraFrame& frame, F&& visit) {
+  const Vec3d half = (box.max - box.min) * 0.5;
+  for (int i = 0; i < 8; ++i) {
+    const Vec3d corner{(i & 1) != 0 ? half.x : -half.x, (i & 2) != 0 ? half.y : -half.y,
+                       (i & 4) != 0 ? half.z : -half.z};
+    visit(Vec3d{dot(corner, frame.right), dot(corner, frame.up), dot(corner, frame.forward)});
+  }
+}
+
+}  // namespace
+
+Camera fit_camera(const Box& box, const Vec3d& direction, const Vec3d& up, double aspect, const FitOptions& options) {
+  const Box fitted = box.empty() ? Box{{-0.5, -0.5, -0.5}, {0.5, 0.5, 0.5}} : box;
+  const double usable = std::max(0.05, 1 - 2 * options.margin);
+  Camera camera;
+  camera.projection = options.projection;
+  camera.target = fitted.center();
+  camera.up = up;
+  camera.eye = camera.target - direction;
+  const CameraFrame frame = camera_frame(camera);
+  // A single point has no size; far from the origin, the eye must still differ from it.
+  const double least = 1e-9 * norm(camera.target);
+  const double size = fitted.diagonal() > least ? fitted.diagonal() : std::max(least, 1.0);
+  double half_height = 0;
+  double distance = size;
+  if (options.projection == Projection::orthographic) {
+    for_each_corner(fitted, frame, [&](const Vec3d& c) {
+      half_height = std::max({half_height, std::abs(c.y) / usable, std::abs(c.x) / (usable * aspect)});
+    });
+  } else {
+    // |y| <= (distance + z) tan(half angle) for every corner, and the same for x.
+    const double slope = std::tan(0.5 * std::clamp(options.field_of_view_deg, 1.0, 150.0) * std::numbers::pi / 180);
+    for_each_corner(fitted, frame, [&](const Vec3d& c) {
+      const double reach = std::max(std::abs(c.y), std::abs(c.x) / aspect) / (usable * slope);
+      distance = std::max(distance, reach - c.z);
+    });
+    half_height = distance * slope;
+  }
+  camera.height = half_height > 0 ? 2 * half_height : 2 * size;
+  camera.eye = camera.target - frame.forward * distance;
+  return camera;
+}
+
+namespace {
+
+// The range of a number over all points.
+struct Range {
+  double least = Box::kInfinity;
+  double greatest = -Box::kInfinity;
+
+  void extend(double x) {
+    least = std::min(least, x);
+    greatest = std::max(greatest, x);
+  }
+  double middle() const { return 0.5 * (least + greatest); }
+  double extent() const { return greatest - least; }
+};
+
+// How far the camera goes aside, up and back from the box's centre. slope_x, slope_y: half the picture's sides at
+// distance 1. From distance d behind the centre, a point is within the picture's right side if x - aside <= (d + z)
+// slope_x, and likewise for the others: each side asks for a distance, and opposite sides share it evenly.
+Vec3d perspective_place(std::span<const Vec3d> points, const Vec3d& center, const CameraFrame& frame, double slope_x,
+                        double slope_y) {
+  double right = -Box::kInfinity;
+  double left = -Box::kInfinity;
+  double above = -Box::kInfinity;
+  double below = -Box::kInfinity;
+  double nearest = Box::kInfinity;
+  for (const Vec3d& p : points) {
+    const Vec3d q = p - center;
+    const double x = dot(q, frame.right) / slope_x;
+    const double y = dot(q, frame.up) / slope_y;
+    const double z = dot(q, frame.forward);
+    right = std::max(right, x - z);
+    left = std::max(left, -x - z);
+    above = std::max(above, y - z);
+    below = std::max(below, -y - z);
+    nearest = std::min(nearest, z);
+  }
+  const double distance = std::max({0.5 * (right + left), 0.5 * (above + below), -nearest});
+  return {0.5 * (right - left) * slope_x, 0.5 * (above - below) * slope_y, distance};
+}
+
+}  // namespace
+
+Camera fit_points(std::span<const Vec3d> points, const Vec3d& direction, const Vec3d& up, double aspect,
+                  const FitOptions& options) {
+  Box box;
+  for (const Vec3d& p : points) box.extend(p);
+  // The camera for the box shows every shape; what follows only comes closer.
+  Camera camera = fit_camera(box, direction, up, aspect, options);
+  if (box.empty() || !(box.diagonal() > 1e-9 * norm(camera.target))) return camera;
+  const CameraFrame frame = camera_frame(camera);
+  const double usable = std::max(0.05, 1 - 2 * options.margin);
+  const double distance = norm(camera.eye - camera.target);
+  const Vec3d center = camera.target;
+  if (options.projection == Projection::orthographic) {
+    Range x;
+    Range y;
+    for (const Vec3d& p : points) {
+      x.extend(dot(p - center, frame.right));
+      y.extend(dot(p - center, frame.up));
+    }
+    const double height = std::max(y.extent(), x.extent() / aspect) / usable;
+    if (!(height > 0)) return camera;
+    camera.height = height;
+    camera.target = center + frame.right * x.middle() + frame.up * y.middle();
+    camera.eye = camera.target - frame.forward * distance;
+    return camera;
+  }
+  const double slope = 0.5 * camera.height / distance;
+  const Vec3d place = perspective_place(points, center, frame, usable * slope * aspect, usable * slope);
+  if (!(place.z > 0)) return camera;
+  camera.target = center + frame.right * place.x + frame.up * place.y;
+  camera.eye = camera.target - frame.forward * place.z;
+  camera.height = 2 * place.z * slope;
+  return camera;
+}
+
+namespace {
+
+void check(const Camera& camera) {
+  const bool finite = is_finite(camera.eye) && is_finite(camera.target) && is_finite(camera.up);
+  if (!finite || !(norm(camera.target - camera.eye) > 0) || !(norm(camera.up) > 0)) {
+    throw InvalidInput("render: the camera has no direction; give different points for eye and target, and an up");
+  }
+  if (!(camera.height > 0) || !std::isfinite(camera.height)) {
+    throw InvalidInput("render: the camera's height is not positive; give the height that the picture shows");
+  }
+}
+
+Mat4f clip_matrix(const View& view) {
+  // Rows of the matrix on (p - eye): x and y by the frame, z and w by the depth range.
+  const double depth = view.far - view.near;
+  const Vec3d rows[4] = {view.frame.right * (1 / norm(view.side)), view.frame.up * (1 / norm(view.top)),
+                         view.frame.forward * (view.perspective ? (view.far + view.near) / depth : 2 / depth),
+                         view.perspective ? view.frame.forward : Vec3d{}};
+  const double constants[4] = {0, 0,
+                               view.perspective ? -2 * view.far * view.near / depth : -(view.far + view.near) / depth,
+                               view.perspective ? 0.0 : 1.0};
+  Mat4f matrix{};
+  for (std::size_t row = 0; row < 4; ++row) {
+    for (std::size_t column = 0; column < 3; ++column) matrix[4 * column + row] = static_cast<float>(rows[row][column]);
+    matrix[12 + row] = static_cast<float>(constants[row] - dot(rows[row], view.eye));
+  }
+  return matrix;
+}
+
+}  // namespace
+
+Placement make_placement(const Box& box) {
+  const double radius = 0.5 * box.diagonal();
+  return {box.empty() ? Vec3d{} : box.center(), radius > 0 && std::isfinite(radius) ? 1 / radius : 1};
+}
+
+View make_view(const Camera& camera, const Placement& placement, const BoundingBall& shown, double aspect,
+               int samples_high) {
+  check(camera);
+  View view;
+  view.placement = placement;
+  view.frame = camera_frame(camera);
+  view.ground_up = normalized(camera.up);
+  view.eye = view.placement.apply(camera.eye);
+  view.perspective = camera.projection == Projection::perspective;
+  const double distance = norm(camera.target - camera.eye) * view.placement.scale;
+  const double half_height = 0.5 * camera.height * view.placement.scale / (view.perspective ? distance : 1);
+  view.top = view.frame.up * half_height;
+  view.side = view.frame.right * (half_height * aspect);
+  view.pixel = 2 * half_height / samples_high;
+  const double middle = dot(shown.center - view.eye, view.frame.forward);
+  view.near = middle - shown.radius;
+  view.far = middle + shown.radius;
+  if (view.perspective) {
+    view.near = std::max(view.near, 1e-3 * distance);
+    view.far = std::max(view.far, 2 * view.near);
+  }
+  view.matrix = clip_matrix(view);
+  return view;
+}
+
+View make_view(const Scene& scene, double aspect, int samples_high) {
+  // Rods have a thickness beyond the box that was measured.
+  constexpr double reach = 1.1;
+  return make_view(scene.camera, make_placement(scene_box(scene)), {{}, reach}, aspect, samples_high);
+}
+
+namespace {
+
+// Returns the finite positions of a mesh but those that lie astray (see shape_box).
+std::vector<Vec3d> seen_points(const Mesh& mesh) {
+  const bool all_finite = std::all_of(mesh.positions.begin(), mesh.positions.end(), is_finite);
+  std::optional<Box> box;
+  if (all_finite) box = shape_box(mesh);
+  std::vector<Vec3d> points;
+  for (const Vec3d& p : mesh.positions) {
+    if (is_finite(p) && (!box || contains(*box, p))) points.push_back(p);
+  }
+  return points;
+}
+
+}  // namespace
+
+std::vector<Vec3d> ring(const Vec3d& center, const Vec3d& axis, double radius, int points) {
+  const Vec3d a = any_orthogonal(axis);
+  const Vec3d b = cross(normalized(axis), a);
+  std::vector<Vec3d> circle;
+  for (int i = 0; i < points; ++i) {
+    const double angle = 2 * std::numbers::pi * i / points;
+    circle.push_back(center + (a * std::cos(angle) + b * std::sin(angle)) * radius);
+  }
+  return circle;
+}
+
+std::optional<Color> color_from(std::string_view text) {
+  if (text.size() != 7 || text[0] != '#') return std::nullopt;
+  std::array<float, 3> channels{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    int value = 0;
+    const char* const end = text.data() + 2 * i + 3;
+    const auto parsed = std::from_chars(end - 2, end, value, 16);
+    if (parsed.ec != std::errc{} || parsed.ptr != end || value < 0) return std::nullopt;
+    channels[i] = static_cast<float>(value) / 255;
+  }
+  return Color{channels[0], channels[1], channels[2], 1};
+}
+
+std::string text_of(const Color& color) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text = "#";
+  for (const float channel : {color.red, color.green, color.blue}) {
+    const auto value = static_cast<std::size_t>(std::lround(255 * std::clamp(channel, 0.0f, 1.0f)));
+    text += digits[value / 16];
+    text += digits[value % 16];
+  }
+  return text;
+}
+
+std::optional<Background> background_named(std::string_view name) {
+  if (name == "gradient") return Background{{0.86f, 0.87f, 0.89f, 1}, {0.66f, 0.68f, 0.71f, 1}};
+  if (name == "light") return Background{{0.95f, 0.955f, 0.96f, 1}, {0.95f, 0.955f, 0.96f, 1}};
+  if (name == "dark") return Background{{0.15f, 0.155f, 0.165f, 1}, {0.15f, 0.155f, 0.165f, 1}};
+  const std::optional<Color> color = color_from(name);
+  if (!color) return std::nullopt;
+  return Background{*color, *color};
+}
+
+Box shapes_box(const Scene& scene) {
+  Box box;
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh == nullptr) continue;
+    for (const Vec3d& p : seen_points(*shape.mesh)) box.extend(p);
+  }
+  return box;
+}
+
+Box scene_box(const Scene& scene) {
+  Box box;
+  for (const Vec3d& p : scene_points(scene)) box.extend(p);
+  return box;
+}
+
+std::vector<Vec3d> scene_points(const Scene& scene) {
+  std::vector<Vec3d> points;
+  const auto add = [&](const std::vector<Vec3d>& some) {
+    std::copy_if(some.begin(), some.end(), std::back_inserter(points), [](const Vec3d& p) { return is_finite(p); });
+  };
+  for (const Shape& shape : scene.shapes) {
+    if (shape.mesh != nullptr) add(seen_points(*shape.mesh));
+  }
+  for (const TranslucentSurface& surface : scene.surfaces) add(surface.mesh.positions);
+  for (const Line& line : scene.lines) add(line.points);
+  for (const Arrow& arrow : scene.arrows) add({arrow.from, arrow.to});
+  return points;
+}
+
+}  // namespace knead::render

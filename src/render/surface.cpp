@@ -1,0 +1,286 @@
+#include "render/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+#include "knead/mesh.h"
+
+namespace knead::render {
+
+PlacedFaces place_faces(const Mesh& mesh, const Placement& placement) {
+  PlacedFaces data;
+  data.positions.reserve(mesh.vertex_count());
+  for (const Vec3d& p : mesh.positions) data.positions.push_back(placement.apply(p));
+  data.normals.reserve(mesh.face_count());
+  data.corner_face.reserve(mesh.corner_vertex.size());
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    const auto face = mesh.face(f);
+    data.corner_face.insert(data.corner_face.end(), face.size(), static_cast<std::uint32_t>(f));
+    const Vec3d normal = face.size() < 3 ? Vec3d{} : polygon_normal(data.positions, face);
+    const double length = norm(normal);
+    data.normals.push_back(length > 0 && std::isfinite(length) ? normal / length : Vec3d{});
+  }
+  return data;
+}
+
+std::vector<Triangle> corner_triangles(const Mesh& mesh, const PlacedFaces& faces) {
+  std::vector<Triangle> result;
+  result.reserve(mesh.face_count());
+  std::vector<Vec3d> points;
+  std::vector<std::uint32_t> local;
+  std::vector<Triangle> triangles;
+  for (std::size_t f = 0; f < mesh.face_count(); ++f) {
+    if (faces.normals[f] == Vec3d{}) continue;
+    const std::uint32_t first = mesh.face_begin[f];
+    const auto face = mesh.face(f);
+    if (face.size() == 3) {
+      result.push_back({first, first + 1, first + 2});
+      continue;
+    }
+    points.clear();
+    for (const std::uint32_t v : face) points.push_back(faces.positions[v]);
+    local.resize(face.size());
+    std::iota(local.begin(), local.end(), 0u);
+    triangles.clear();
+    triangulate_polygon(points, local, triangles);
+    for (const Triangle& t : triangles) result.push_back({first + t[0], first + t[1], first + t[2]});
+  }
+  return result;
+}
+
+std::pair<std::uint32_t, std::uint32_t> around(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
+  const std::uint32_t f = faces.corner_face[corner];
+  const std::uint32_t begin = mesh.face_begin[f];
+  const std::uint32_t end = mesh.face_begin[f + 1];
+  return {mesh.corner_vertex[corner == begin ? end - 1 : corner - 1],
+          mesh.corner_vertex[corner + 1 == end ? begin : corner + 1]};
+}
+
+namespace {
+
+// The corners at each vertex: list[begin[v]] to list[begin[v + 1]]. Corners of faces that are left out are not in it.
+struct Incidence {
+  std::vector<std::uint32_t> begin;
+  std::vector<std::uint32_t> list;
+};
+
+Incidence incidence(const Mesh& mesh, const PlacedFaces& data) {
+  Incidence result;
+  result.begin.assign(mesh.vertex_count() + 1, 0);
+  const auto used = [&](std::size_t corner) { return data.normals[data.corner_face[corner]] != Vec3d{}; };
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    if (used(c)) ++result.begin[mesh.corner_vertex[c] + 1];
+  }
+  std::partial_sum(result.begin.begin(), result.begin.end(), result.begin.begin());
+  result.list.resize(result.begin.back());
+  std::vector<std::uint32_t> next(result.begin.begin(), result.begin.end() - 1);
+  for (std::size_t c = 0; c < mesh.corner_vertex.size(); ++c) {
+    if (used(c)) result.list[next[mesh.corner_vertex[c]]++] = static_cast<std::uint32_t>(c);
+  }
+  return result;
+}
+
+// Sorts the corners round single vertices into smooth groups; keeps its scratch memory.
+class CreaseSplitter {
+ public:
+  CreaseSplitter(const Mesh& mesh, const PlacedFaces& data, double crease_angle)
+      : mesh_(mesh), data_(data), split_all_(crease_angle < 0), cosine_(std::cos(std::max(0.0, crease_angle))) {}
+
+  // The group of each corner, named by one of its members (an index into corners).
+  const std::vector<std::uint32_t>& groups(std::span<const std::uint32_t> corners) {
+    parent_.resize(corners.size());
+    std::iota(parent_.begin(), parent_.end(), 0u);
+    if (split_all_) return parent_;
+    neighbors_.clear();
+    for (std::uint32_t i = 0; i < corners.size(); ++i) add_neighbors(corners[i], i);
+    std::sort(neighbors_.begin(), neighbors_.end());
+    for (std::size_t i = 1; i < neighbors_.size(); ++i) {
+      if (neighbors_[i].first != neighbors_[i - 1].first) continue;
+      const std::uint32_t a = neighbors_[i - 1].second;
+      const std::uint32_t b = neighbors_[i].second;
+      if (dot(normal(corners[a]), normal(corners[b])) >= cosine_) parent_[root(a)] = root(b);
+    }
+    for (std::uint32_t i = 0; i < corners.size(); ++i) parent_[i] = root(i);
+    return parent_;
+  }
+
+ private:
+  const Vec3d& normal(std::uint32_t corner) const { return data_.normals[data_.corner_face[corner]]; }
+
+  void add_neighbors(std::uint32_t corner, std::uint32_t index) {
+    const auto [previous, next] = around(mesh_, data_, corner);
+    neighbors_.emplace_back(previous, index);
+    neighbors_.emplace_back(next, index);
+  }
+
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  const Mesh& mesh_;
+  const PlacedFaces& data_;
+  bool split_all_;
+  double cosine_;
+  std::vector<std::uint32_t> parent_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbors_;
+};
+
+}  // namespace
+
+SmoothGroups smooth_groups(const Mesh& mesh, const PlacedFaces& faces, double crease_angle) {
+  const Incidence at = incidence(mesh, faces);
+  CreaseSplitter splitter(mesh, faces, crease_angle);
+  SmoothGroups result;
+  result.corner_vertex.assign(mesh.corner_vertex.size(), kNoVertex);
+  result.begin.assign(1, 0);
+  result.begin.reserve(mesh.vertex_count() + 1);
+  result.corner.reserve(mesh.vertex_count());
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const std::span<const std::uint32_t> corners(at.list.data() + at.begin[v], at.begin[v + 1] - at.begin[v]);
+    const auto& groups = splitter.groups(corners);
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      if (groups[i] != i) continue;
+      result.corner_vertex[corners[i]] = static_cast<std::uint32_t>(result.corner.size());
+      result.corner.push_back(corners[i]);
+    }
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      result.corner_vertex[corners[i]] = result.corner_vertex[corners[groups[i]]];
+    }
+    result.begin.push_back(static_cast<std::uint32_t>(result.corner.size()));
+  }
+  return result;
+}
+
+namespace {
+
+// The face's normal, as long as the corner's angle.
+Vec3d weighted_normal(const Mesh& mesh, const PlacedFaces& faces, std::uint32_t corner) {
+  const auto [previous, next] = around(mesh, faces, corner);
+  const Vec3d p = faces.positions[mesh.corner_vertex[corner]];
+  const Vec3d a = faces.positions[previous] - p;
+  const Vec3d b = faces.positions[next] - p;
+  return faces.normals[faces.corner_face[corner]] * (std::atan2(norm(cross(a, b)), dot(a, b)) + 1e-9);
+}
+
+// Appends a vertex per smooth group.
+void add_vertices(const Mesh& mesh, const PlacedFaces& faces, const std::vector<Bytes4>& colors,
+                  const SmoothGroups& groups, DrawSurface& surface) {
+  std::vector<Vec3d> sums(groups.corner.size());
+  for (std::uint32_t c = 0; c < groups.corner_vertex.size(); ++c) {
+    const std::uint32_t drawn = groups.corner_vertex[c];
+    if (drawn != kNoVertex) sums[drawn] += weighted_normal(mesh, faces, c);
+  }
+  surface.vertices.reserve(groups.corner.size());
+  for (std::size_t drawn = 0; drawn < sums.size(); ++drawn) {
+    const std::uint32_t corner = groups.corner[drawn];
+    const std::uint32_t v = mesh.corner_vertex[corner];
+    const double length = norm(sums[drawn]);
+    const Vec3d normal = length > 1e-12 ? sums[drawn] / length : faces.normals[faces.corner_face[corner]];
+    surface.vertices.push_back({Vec3f(faces.positions[v]), Vec3f(normal), colors.empty() ? to_bytes({}) : colors[v]});
+  }
+}
+
+// A triangle with vertices of its own that know how far the polygon's edges are.
+void add_wire_triangle(const std::array<std::uint32_t, 3>& local, const std::array<std::uint32_t, 3>& drawn,
+                       std::size_t face_size, DrawSurface& surface) {
+  const auto real = [&](std::uint32_t a, std::uint32_t b) {
+    return (a + 1) % face_size == b || (b + 1) % face_size == a;
+  };
+  const std::array<bool, 3> edges{real(local[1], local[2]), real(local[2], local[0]), real(local[0], local[1])};
+  for (std::size_t k = 0; k < 3; ++k) {
+    DrawVertex vertex = surface.vertices[drawn[k]];
+    for (std::size_t e = 0; e < 3; ++e) vertex.edge[e] = !edges[e] || e == k ? 255 : 0;
+    surface.indices.push_back(static_cast<std::uint32_t>(surface.vertices.size()));
+    surface.vertices.push_back(vertex);
+  }
+}
+
+void add_triangles(const Mesh& mesh, const PlacedFaces& faces, const std::vector<std::uint32_t>& corner_vertex,
+                   bool wireframe, DrawSurface& surface) {
+  const std::vector<Triangle> triangles = corner_triangles(mesh, faces);
+  surface.indices.reserve(3 * triangles.size());
+  for (const Triangle& t : triangles) {
+    const Triangle drawn{corner_vertex[t[0]], corner_vertex[t[1]], corner_vertex[t[2]]};
+    if (!wireframe) {
+      surface.indices.insert(surface.indices.end(), drawn.begin(), drawn.end());
+      continue;
+    }
+    const std::uint32_t f = faces.corner_face[t[0]];
+    const std::uint32_t first = mesh.face_begin[f];
+    add_wire_triangle({t[0] - first, t[1] - first, t[2] - first}, drawn, mesh.face(f).size(), surface);
+  }
+}
+
+void add_points(const Mesh& mesh, const std::vector<Bytes4>& colors, const Placement& placement, DrawSurface& surface) {
+  for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
+    const Vec3d p = placement.apply(mesh.positions[v]);
+    if (is_finite(p)) surface.vertices.push_back({Vec3f(p), {}, colors.empty() ? to_bytes({}) : colors[v]});
+  }
+}
+
+double largest_value(NumberType type) {
+  switch (type) {
+    case NumberType::int8:
+      return 127;
+    case NumberType::uint8:
+      return 255;
+    case NumberType::int16:
+      return 32767;
+    case NumberType::uint16:
+      return 65535;
+    case NumberType::int32:
+      return 2147483647;
+    case NumberType::uint32:
+      return 4294967295;
+    default:
+      return 1;
+  }
+}
+
+std::uint8_t to_byte(double value) {
+  return static_cast<std::uint8_t>(std::isnan(value) ? 0 : std::lround(255 * std::clamp(value, 0.0, 1.0)));
+}
+
+}  // namespace
+
+Bytes4 to_bytes(const Color& color) {
+  return {to_byte(color.red), to_byte(color.green), to_byte(color.blue), to_byte(color.alpha)};
+}
+
+std::vector<Bytes4> colors_of(const Shape& shape) {
+  const std::size_t count = shape.mesh->vertex_count();
+  if (shape.vertex_colors.size() == count) {
+    std::vector<Bytes4> colors;
+    for (const Color& color : shape.vertex_colors) colors.push_back(to_bytes(color));
+    return colors;
+  }
+  std::vector<Bytes4> colors(count, to_bytes(shape.color));
+  const Attribute* attribute = shape.use_mesh_colors ? shape.mesh->find_attribute("color") : nullptr;
+  if (attribute == nullptr || attribute->domain != Domain::vertex || attribute->components < 3) return colors;
+  const auto step = static_cast<std::size_t>(attribute->components);
+  if (attribute->values.size() != step * count) return colors;
+  const double largest = largest_value(attribute->type);
+  for (std::size_t v = 0; v < count; ++v) {
+    for (std::size_t k = 0; k < 3; ++k) colors[v][k] = to_byte(attribute->values[step * v + k] / largest);
+  }
+  return colors;
+}
+
+DrawSurface make_surface(const Mesh& mesh, const std::vector<Bytes4>& vertex_colors, const Placement& placement,
+                         const SurfaceOptions& options) {
+  DrawSurface surface;
+  if (mesh.face_count() == 0) {
+    add_points(mesh, vertex_colors, placement, surface);
+    return surface;
+  }
+  const PlacedFaces faces = place_faces(mesh, placement);
+  const SmoothGroups groups = smooth_groups(mesh, faces, options.crease_angle);
+  add_vertices(mesh, faces, vertex_colors, groups, surface);
+  add_triangles(mesh, faces, groups.corner_vertex, options.wireframe, surface);
+  return surface;
+}
+
+}  // namespace knead::render

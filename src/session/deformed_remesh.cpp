@@ -1,0 +1,504 @@
+// The mesh of a deformed shape follows its strokes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "flow/block_mover.h"
+#include "flow/segment_mover.h"
+#include "knead/flow.h"
+#include "knead/replay.h"
+#include "remesh/patch.h"
+
+namespace knead {
+
+namespace {
+
+// The vertex attributes that carry normals, and the places at the start and before the stroke, through a remesh, which
+// interpolates them.
+constexpr const char* kNormals = "knead carried normal";
+constexpr const char* kRest = "knead place at the start";
+constexpr const char* kBefore = "knead place before the stroke";
+
+// The work of a remesh is limited to so many evaluations for each vertex that the mesh may have (a few seconds by
+// default), or to so many times what the stroke itself takes. That is found on some of the vertices: how often the
+// stroke has been begun and taken back until now, in a drag, must not decide. kElements points of a set, or pins, cost
+// as much as a field.
+constexpr double kEvaluationsPerVertex = 350;
+constexpr double kMoreThanStroke = 10;
+constexpr double kElements = 4;
+constexpr std::size_t kElementsOfGrid = 12;
+constexpr double kLeastEach = 0.1;        // evaluations for each segment: to find that a point rests is work, too
+constexpr double kFewPoints = 100;        // say little about the cost of others
+constexpr std::size_t kCostSamples = 64;  // vertices
+
+// Returns the cost of an evaluation beside that of a ball's.
+double cost_of(const Flow& flow) {
+  std::size_t elements = 0;
+  const auto add = [&](const PointSet<double>& set) {
+    elements += set.points.size();
+    for (const auto& curve : set.curves) elements += curve.size();
+  };
+  const Flow parts = detail::each_part(flow);
+  for (const Segment& segment : parts.segments) {
+    if (!segment.grid.is_empty()) elements += kElementsOfGrid;
+    if (segment.time_law == TimeLaw::pinned) elements += segment.fields.size();
+    for (const Field& field : segment.fields) {
+      if (const auto* set = std::get_if<PointSet<double>>(&field.region)) add(*set);
+      if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+        add(handles->full);
+        add(handles->zero);
+      }
+    }
+  }
+  return 1 + static_cast<double>(elements) / (kElements * static_cast<double>(flow.segments.size()));
+}
+
+// What carrying the points of a remesh costs, and all of them for a stroke may cost.
+struct CarryBudget {
+  double most = 0;           // evaluations, in those of a ball
+  double points = 0;         // carried
+  double spent = 0;          // evaluations on them
+  double of_the_stroke = 0;  // for each vertex
+  double least = 0;          // for each point
+
+  // Returns about how many more points may be carried when so much has been spent for the stroke.
+  double points_left(double spent_for_the_stroke) const {
+    const double each = std::max(least, points < kFewPoints ? of_the_stroke : spent / points);
+    return std::max(0.0, most - spent_for_the_stroke) / each;
+  }
+};
+
+// A flow after which triangles cross is halved again and again, so often at most. All halves together may have so many
+// times the faces of the whole, and none is begun where more than so many pairs cross for each face: that has not paid.
+constexpr int kMostHalvings = 3;
+constexpr std::size_t kMoreThanWhole = 4;
+constexpr double kMostPairsPerFace = 0.5;
+constexpr double kTimeOfHalves = 0.5;  // of the time that is left
+
+using Moment = std::chrono::steady_clock::time_point;
+
+constexpr double kLongest = 1e9;  // seconds, 30 years: longer is for ever
+
+Moment after(double seconds) {
+  if (seconds > kLongest) return Moment::max();
+  return std::chrono::steady_clock::now() +
+         std::chrono::duration_cast<Moment::duration>(std::chrono::duration<double>(seconds));
+}
+
+double seconds_until(Moment end) {
+  if (end == Moment::max()) return std::numeric_limits<double>::infinity();
+  return std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+}
+
+bool has_new_crossings(const RemeshCounts& counts) { return counts.crossings > counts.crossings_before; }
+
+std::pair<Flow, Flow> halves_of(const Flow& flow) {
+  const std::size_t half = flow.segments.size() / 2;
+  const auto middle = flow.segments.begin() + static_cast<std::ptrdiff_t>(half);
+  std::pair<Flow, Flow> halves{{{flow.segments.begin(), middle}}, {{middle, flow.segments.end()}}};
+  if (flow.segments.size() % 2 == 0) return halves;
+  halves.first.segments.push_back(*middle);
+  double& cut = halves.first.segments.back().end;
+  cut = 0.5 * (middle->begin + cut);
+  halves.second.segments.front().begin = cut;
+  return halves;
+}
+
+// Ends a remesh whose points could not be carried.
+struct Stopped {
+  AdvectStatus status;
+};
+struct TooMuchWork {};
+
+// What is left of the budget is an estimate, because path lines differ: so many times the budget is the end.
+constexpr double kMoreThanBudget = 2;
+constexpr std::uint64_t kAnyNumber = std::numeric_limits<std::uint64_t>::max();
+
+// Returns a number of evaluations; 0 if it is below that.
+std::uint64_t whole_number(double evaluations) {
+  constexpr double kMost = 1e18;
+  return static_cast<std::uint64_t>(std::clamp(evaluations, 0.0, kMost));
+}
+
+// Puts the count of the work around it back when a remesh, which counts its own steps, ends.
+class KeptCount {
+ public:
+  explicit KeptCount(Progress* progress) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    done_ = progress_->done;
+    total_ = progress_->total;
+  }
+  ~KeptCount() {
+    if (progress_ == nullptr) return;
+    progress_->done = done_;
+    progress_->total = total_;
+  }
+  KeptCount(const KeptCount&) = delete;
+  KeptCount& operator=(const KeptCount&) = delete;
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+  std::uint64_t total_ = 0;
+};
+
+void add(const RemeshCounts& more, RemeshCounts& counts) {
+  counts.splits += more.splits;
+  counts.collapses += more.collapses;
+  counts.flips += more.flips;
+  counts.crossings = more.crossings;
+  counts.crossings_before = more.crossings_before;
+  counts.missing_volume += more.missing_volume;
+  counts.compensated_volume += more.compensated_volume;
+  counts.complete = counts.complete && more.complete;
+  counts.out_of_time = counts.out_of_time || more.out_of_time;
+}
+
+// Makes a second remesh, of what a first one made, one of the mesh before both.
+void follow(const Remeshed& first, Remeshed& second) {
+  for (std::uint32_t& face : second.face_source) face = first.face_source[face];
+  for (std::size_t v = 0; v < second.vertex_source.size(); ++v) {
+    std::uint32_t& source = second.vertex_source[v];
+    second.moved[v] = second.moved[v] || source == kNewVertex || first.moved[source];
+    if (source != kNewVertex) source = first.vertex_source[source];
+  }
+  RemeshCounts counts = first.counts;
+  add(second.counts, counts);
+  second.counts = counts;
+}
+
+Provenance unchanged(const Mesh& mesh) {
+  Provenance result;
+  result.face_source.resize(mesh.face_count());
+  std::iota(result.face_source.begin(), result.face_source.end(), 0U);
+  result.vertex_source.resize(mesh.vertex_count());
+  std::iota(result.vertex_source.begin(), result.vertex_source.end(), 0U);
+  result.touched.resize(mesh.vertex_count());
+  result.rest = mesh.positions;
+  return result;
+}
+
+std::vector<std::uint32_t> labels_of(const Provenance& provenance, const std::vector<std::uint32_t>& at_start) {
+  std::vector<std::uint32_t> labels;
+  if (at_start.empty()) return labels;
+  labels.reserve(provenance.face_source.size());
+  for (const std::uint32_t face : provenance.face_source) labels.push_back(at_start[face]);
+  return labels;
+}
+
+// With their lengths, so that unit normals stay unit normals between vertices.
+void add_normals(const std::vector<Vec3d>& normals, Mesh& mesh) {
+  if (normals.empty()) return;
+  Attribute attribute{kNormals, Domain::vertex, NumberType::float64, 4, {}};
+  attribute.values.reserve(4 * normals.size());
+  for (const Vec3d& n : normals) attribute.values.insert(attribute.values.end(), {n.x, n.y, n.z, norm(n)});
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+// Takes them out of the mesh again.
+std::vector<Vec3d> take_normals(Mesh& mesh) {
+  const Attribute attribute = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<Vec3d> normals(attribute.values.size() / 4);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const double* const value = attribute.values.data() + 4 * i;
+    const Vec3d n{value[0], value[1], value[2]};
+    normals[i] = norm(n) > 0 ? n * (value[3] / norm(n)) : n;
+  }
+  return normals;
+}
+
+void add_places(const char* name, std::span<const Vec3d> places, Mesh& mesh) {
+  Attribute attribute{name, Domain::vertex, NumberType::float64, 3, {}};
+  attribute.values.reserve(3 * places.size());
+  for (const Vec3d& p : places) attribute.values.insert(attribute.values.end(), {p.x, p.y, p.z});
+  mesh.attributes.push_back(std::move(attribute));
+}
+
+std::vector<Vec3d> take_places(Mesh& mesh) {
+  const Attribute attribute = std::move(mesh.attributes.back());
+  mesh.attributes.pop_back();
+  std::vector<Vec3d> places(attribute.values.size() / 3);
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double* const value = attribute.values.data() + 3 * i;
+    places[i] = {value[0], value[1], value[2]};
+  }
+  return places;
+}
+
+// What is known of the vertices and faces before a remesh, handed on to those after it.
+Provenance after_remesh(const Provenance& before, const Remeshed& remeshed, const std::vector<bool>& touched_before,
+                        std::span<const Vec3d> positions_before) {
+  const std::size_t count = remeshed.vertex_source.size();
+  Provenance after;
+  after.vertex_source.assign(count, kNewVertex);
+  after.touched = remeshed.moved;
+  after.is_renumbered = before.is_renumbered || count != before.vertex_source.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t source = remeshed.vertex_source[i];
+    after.is_renumbered = after.is_renumbered || source != i;
+    if (source == kNewVertex) {
+      after.touched[i] = true;
+      continue;
+    }
+    after.vertex_source[i] = before.vertex_source[source];
+    if (touched_before[source] || remeshed.mesh.positions[i] != positions_before[source]) after.touched[i] = true;
+  }
+  after.face_source.resize(remeshed.face_source.size());
+  std::transform(remeshed.face_source.begin(), remeshed.face_source.end(), after.face_source.begin(),
+                 [&](std::uint32_t face) { return before.face_source[face]; });
+  after.creases = remeshed.creases;
+  after.counts = before.counts;
+  add(remeshed.counts, after.counts);
+  return after;
+}
+
+// 1 for each vertex that the mask holds; empty without a mask.
+std::vector<std::uint8_t> held_vertices(const Mask& mask, std::span<const Vec3d> positions) {
+  std::vector<std::uint8_t> held;
+  if (mask.is_empty()) return held;
+  held.reserve(positions.size());
+  for (const Vec3d& p : positions) held.push_back(mask.holds(p) ? 1 : 0);
+  return held;
+}
+
+}  // namespace
+
+std::optional<RemeshSettings> DeformedShape::settings_of(const SessionStroke& stroke) const {
+  if (mesh_->face_count() == 0) return std::nullopt;
+  return stroke.remesh ? stroke.remesh : policy_->settings;
+}
+
+const RemeshTargets& DeformedShape::targets_of(const RemeshSettings& settings) const {
+  if (!targets_ || targets_->first != settings) targets_ = {settings, knead::resolve(settings, *start_)};
+  return targets_->second;
+}
+
+// As the vertices were moved, but for progress->done: how many points a remesh carries is not known beforehand. Returns
+// the number of evaluations; more than `most` end it.
+std::uint64_t DeformedShape::carry(const Flow& flow, Progress* progress, std::span<Vec3d> points, std::uint64_t most) {
+  AdvectOptions options = advect_options(motion_, reference_length_);
+  options.progress = progress;
+  const std::uint64_t total = progress != nullptr ? progress->total.exchange(0) : 0;
+  const std::uint64_t done = progress != nullptr ? progress->done.load() : 0;
+  const AdvectResult result =
+      motion_.backend ? motion_.backend(flow, points, options) : detail::advect_within(flow, points, options, most);
+  if (progress != nullptr) {
+    progress->done = done;
+    progress->total = total;
+  }
+  work_ += result;
+  if (result.status == AdvectStatus::done) return result.evaluations;
+  work_.status = AdvectStatus::done;
+  if (result.status == AdvectStatus::step_limit && result.evaluations > most) throw TooMuchWork();
+  throw Stopped{result.status};
+}
+
+// Of the part's flow for a vertex, on average.
+double DeformedShape::evaluations_each(const Part& part, Progress* progress) {
+  const std::size_t stride = part.before.size() / kCostSamples + 1;
+  std::vector<Vec3d> sample;
+  for (std::size_t i = 0; i < part.before.size(); i += stride) sample.push_back(part.before[i]);
+  if (sample.empty()) return 0;
+  return static_cast<double>(carry(part.flow, progress, sample, kAnyNumber)) / static_cast<double>(sample.size());
+}
+
+RemeshOptions DeformedShape::remesh_options(const RemeshSettings& settings,
+                                            const std::vector<std::uint32_t>& labels) const {
+  RemeshOptions options;
+  options.targets = targets_of(settings);
+  options.single_precision = policy_->single_precision;
+  options.assume_valid = true;  // the mesh at the start was looked at, and path lines end at finite places
+  options.face_labels = labels;
+  options.creases = *provenance_->creases;
+  options.threads = motion_.threads;
+  return options;
+}
+
+RemeshOutcome DeformedShape::remesh(std::span<const Vec3d> before, const Flow& flow, const RemeshSettings& settings,
+                                    Progress* progress) {
+  Halving halving{kMostHalvings};
+  halving.end = after(policy_->seconds);
+  return remesh({before, before, flow}, settings, halving, progress);
+}
+
+RemeshOutcome DeformedShape::remesh(const Part& part, const RemeshSettings& settings, Halving& halving,
+                                    Progress* progress) {
+  Provenance provenance = provenance_ ? *provenance_ : unchanged(*mesh_);
+  if (part.flow.segments.empty()) {
+    provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+    return {};
+  }
+  Mesh mesh = *mesh_;
+  mesh.positions.assign(part.before.begin(), part.before.end());
+  if (!provenance.creases) {
+    try {
+      provenance.creases = remesh_detail::find_creases_unless_cancelled(mesh, kDefaultCreaseDeg, progress);
+    } catch (const Cancelled&) {
+      return {AdvectStatus::cancelled, std::nullopt};
+    }
+  }
+  add_normals(normals(), mesh);
+  add_places(kRest, provenance.rest, mesh);
+  add_places(kBefore, part.before_stroke, mesh);
+  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+  return remesh(mesh, part, settings, halving, progress);
+}
+
+// The mesh is the one before the part, with all attributes that the remesh interpolates.
+RemeshOutcome DeformedShape::remesh(const Mesh& mesh, const Part& part, const RemeshSettings& settings,
+                                    Halving& halving, Progress* progress) {
+  const FlowReach reach(part.flow);
+  const double cost = cost_of(part.flow);
+  const std::vector<std::uint32_t> labels = labels_of(*provenance_, policy_->face_labels);
+  RemeshOptions options = remesh_options(settings, labels);
+  const std::vector<std::uint8_t> held = held_vertices(mask_, mesh.positions);
+  options.held = held;
+  CarryBudget budget;
+  Deformation deformation;
+  deformation.points_left = [&] { return budget.points_left(halving.spent); };
+  deformation.carry = [&](std::span<Vec3d> points) {
+    const double left = (kMoreThanBudget * budget.most - halving.spent) / cost;
+    const double spent = cost * static_cast<double>(carry(part.flow, progress, points, whole_number(left)));
+    budget.spent += spent;
+    halving.spent += spent;
+    budget.points += static_cast<double>(points.size());
+  };
+  deformation.may_move = [&](const Vec3d& center, double radius) { return reach.may_move(center, radius); };
+  deformation.feature = reach.smallest_feature();
+  const KeptCount kept(progress);
+  try {
+    options.progress = progress;
+    options.stop_where_crossed = true;
+    options.seconds = seconds_until(halving.end);
+    budget.least = std::max(1.0, kLeastEach * static_cast<double>(part.flow.segments.size()));
+    budget.of_the_stroke = cost * evaluations_each(part, progress);
+    budget.most = std::max(kEvaluationsPerVertex * static_cast<double>(options.targets.max_vertices),
+                           kMoreThanStroke * budget.of_the_stroke * static_cast<double>(part.before.size()));
+    RemeshOutcome outcome{AdvectStatus::done, knead::remesh(mesh, positions_, deformation, options)};
+    const bool is_whole = halving.most_faces == 0;
+    if (is_whole) halving.most_faces = kMoreThanWhole * outcome.remeshed->counts.faces;
+    halving.faces += outcome.remeshed->counts.faces;
+    if (has_new_crossings(outcome.remeshed->counts)) {
+      RemeshOutcome halves;
+      const Moment end = halving.end;
+      if (is_whole) halving.end = after(kTimeOfHalves * seconds_until(end));
+      if (can_halve(outcome.remeshed->counts, halving)) {
+        halves = remesh_in_halves(part, settings, halving, progress);
+      }
+      if (!is_whole || halves.remeshed || halves.status == AdvectStatus::cancelled) return halves;
+      halving.spent = 0;
+      options.stop_where_crossed = false;
+      options.seconds = seconds_until(end);
+      if (outcome.remeshed->counts.stopped) finish_stopped(mesh, deformation, options, *outcome.remeshed);
+    }
+    adopt(*outcome.remeshed, part.before);
+    return outcome;
+  } catch (const Stopped& stopped) {
+    return {stopped.status, std::nullopt};
+  } catch (const TooMuchWork&) {
+    throw RemeshLimit(
+        fmt::format("some path lines of this stroke are so long that to follow it is more work than "
+                    "\"max_vertices\" ({}) allows; deform less, or use a larger \"max_vertices\"",
+                    options.targets.max_vertices));
+  } catch (const Cancelled&) {
+    return {AdvectStatus::cancelled, std::nullopt};
+  }
+}
+
+bool DeformedShape::can_halve(const RemeshCounts& counts, const Halving& halving) {
+  return halving.left > 0 && halving.faces < halving.most_faces &&
+         static_cast<double>(counts.crossings) <= kMostPairsPerFace * static_cast<double>(counts.faces) &&
+         seconds_until(halving.end) > 0;
+}
+
+// Remeshes the whole to its end, after a first remesh that stopped where many triangles crossed. Where the time does
+// not suffice, keeps the result with fewer crossings.
+void DeformedShape::finish_stopped(const Mesh& mesh, const Deformation& deformation, const RemeshOptions& options,
+                                   Remeshed& stopped) const {
+  if (options.seconds > 0) {
+    Remeshed whole = knead::remesh(mesh, positions_, deformation, options);
+    if (!whole.counts.out_of_time || whole.counts.crossings < stopped.counts.crossings) {
+      stopped = std::move(whole);
+      return;
+    }
+  }
+  stopped.counts.out_of_time = true;
+  stopped.counts.complete = false;
+}
+
+// Moves and remeshes the shape by the first half of the flow, then by the second. Leaves it as it is if that fails.
+RemeshOutcome DeformedShape::remesh_in_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
+                                              Progress* progress) {
+  DeformedShape halves = *this;
+  --halving.left;
+  RemeshOutcome outcome;
+  try {
+    outcome = halves.remesh_halves(part, settings, halving, progress);
+  } catch (const RemeshLimit&) {
+    outcome = {};
+  }
+  ++halving.left;
+  if (outcome.remeshed) *this = std::move(halves);
+  return outcome;
+}
+
+RemeshOutcome DeformedShape::remesh_halves(const Part& part, const RemeshSettings& settings, Halving& halving,
+                                           Progress* progress) {
+  const auto [first, second] = halves_of(part.flow);
+  if (normals_) {
+    const AdvectStatus status = move_uncounted(inverse(part.flow), progress);
+    if (status != AdvectStatus::done) return {status, std::nullopt};
+  }
+  earlier_steps_ = steps();
+  blocks_.reset();
+  positions_.assign(part.before.begin(), part.before.end());
+  AdvectStatus status = move_uncounted(first, progress);
+  if (status != AdvectStatus::done) return {status, std::nullopt};
+  RemeshOutcome half = remesh({part.before, part.before_stroke, first}, settings, halving, progress);
+  if (!half.remeshed) return half;
+  const std::vector<Vec3d> middle = positions_;
+  const std::vector<Vec3d> places = provenance_->before_stroke;
+  status = move_uncounted(second, progress);
+  if (status != AdvectStatus::done) return {status, std::nullopt};
+  RemeshOutcome whole = remesh({middle, places, second}, settings, halving, progress);
+  if (whole.remeshed) follow(*half.remeshed, *whole.remeshed);
+  return whole;
+}
+
+// As move(), but for the count of the work, to which halves of a stroke add nothing.
+AdvectStatus DeformedShape::move_uncounted(const Flow& flow, Progress* progress) {
+  const KeptCount kept(progress);
+  if (progress != nullptr) progress->total = 0;
+  return move(flow, progress);
+}
+
+void DeformedShape::adopt(Remeshed& remeshed, std::span<const Vec3d> before) {
+  std::vector<bool> touched_before = provenance_->touched;
+  for (std::size_t i = 0; i < touched_before.size(); ++i) {
+    if (before[i] != mesh_->positions[i]) touched_before[i] = true;
+  }
+  const std::vector<std::uint32_t> steps_before = steps();
+  earlier_steps_.assign(remeshed.vertex_source.size(), 0);
+  for (std::size_t i = 0; i < earlier_steps_.size(); ++i) {
+    const std::uint32_t source = remeshed.vertex_source[i];
+    if (source != kNewVertex) earlier_steps_[i] = steps_before[source];
+  }
+  Provenance provenance = after_remesh(*provenance_, remeshed, touched_before, before);
+  provenance.before_stroke = take_places(remeshed.mesh);
+  provenance.rest = take_places(remeshed.mesh);
+  provenance_ = std::make_shared<const Provenance>(std::move(provenance));
+  std::vector<Vec3d> normals;
+  if (normals_) normals = take_normals(remeshed.mesh);
+  mesh_ = std::make_shared<const Mesh>(std::move(remeshed.mesh));
+  positions_ = mesh_->positions;
+  blocks_.reset();
+  triangles_.reset();
+  start_normals(std::move(normals));
+}
+
+}  // namespace knead

@@ -1,0 +1,351 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/mesh.h"
+#include "knead/replay.h"
+#include "knead/vec.h"
+#include "math/system.h"
+#include "remesh/relax.h"
+#include "session/deformed_shape_detail.h"
+
+namespace knead::session_detail {
+
+bool has_direction(const Vec3d& normal) {
+  const double length = norm(normal);
+  return length > 0 && std::isfinite(length);
+}
+
+CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach) {
+  CarriedNormals carried;
+  carried.reach = reach;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (!has_direction(normals[i])) continue;
+    const Vec3d n = normalized(normals[i]);
+    const Vec3d a = any_orthogonal(n) * reach;
+    const Vec3d b = cross(n, a);
+    const Vec3d& p = positions[i];
+    carried.vertex.push_back(static_cast<std::uint32_t>(i));
+    carried.begin.insert(carried.begin.end(), {p + a, p - a, p + b, p - b});
+  }
+  carried.now = carried.begin;
+  carried.normals = std::move(normals);
+  return carried;
+}
+
+namespace {
+
+// Of the k-th vertex that has points.
+Vec3d turned(const CarriedNormals& carried, std::size_t k) {
+  constexpr double torn = 1e3;  // times their distance before: no flow of a tool stretches so much over so little
+  const Vec3d& normal = carried.normals[carried.vertex[k]];
+  const std::span<const Vec3d> now = std::span(carried.now).subspan(4 * k, 4);
+  if (std::equal(now.begin(), now.end(), carried.begin.begin() + static_cast<std::ptrdiff_t>(4 * k))) return normal;
+  const Vec3d a = (now[0] - now[1]) / (2 * carried.reach);
+  const Vec3d b = (now[2] - now[3]) / (2 * carried.reach);
+  const Vec3d n = cross(a, b);
+  if (!(norm(n) > 0) || norm(a) > torn || norm(b) > torn) return normal;
+  return n * (norm(normal) / norm(n));
+}
+
+}  // namespace
+
+std::vector<Vec3d> turned_normals(const CarriedNormals& carried) {
+  std::vector<Vec3d> result = carried.normals;
+  for (std::size_t k = 0; k < carried.vertex.size(); ++k) result[carried.vertex[k]] = turned(carried, k);
+  return result;
+}
+
+Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex) {
+  const auto found = std::lower_bound(carried.vertex.begin(), carried.vertex.end(), vertex);
+  if (found == carried.vertex.end() || *found != vertex) return carried.normals[vertex];
+  return turned(carried, static_cast<std::size_t>(found - carried.vertex.begin()));
+}
+
+}  // namespace knead::session_detail
+
+// The surface of a deformed shape is relaxed.
+namespace knead {
+
+namespace session_detail {
+
+// For the faces and creases from which it was made.
+struct RelaxMesh {
+  std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const Provenance> provenance;
+  remesh_detail::RelaxTopology topology;
+};
+
+}  // namespace session_detail
+
+namespace {
+
+// What a mask holds stays; nothing without a mask.
+remesh_detail::RelaxTopology masked_topology(const Mask& mask, const remesh_detail::RelaxTopology& topology,
+                                             std::span<const Vec3d> positions) {
+  if (mask.is_empty()) return {};
+  remesh_detail::RelaxTopology result = topology;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (mask.holds(positions[v])) result.freedom[v] = remesh_detail::RelaxTopology::Freedom::stays;
+  }
+  return result;
+}
+
+}  // namespace
+
+// The creases are those that remeshing keeps: of the shape before any deformation.
+const session_detail::RelaxMesh& DeformedShape::relax_mesh() const {
+  if (relax_mesh_ && relax_mesh_->mesh == mesh_ && relax_mesh_->provenance == provenance_) return *relax_mesh_;
+  const bool has_creases = provenance_ && provenance_->creases;
+  const std::vector<MeshEdge> creases = has_creases ? *provenance_->creases : find_creases(*start_);
+  relax_mesh_ = std::make_shared<const session_detail::RelaxMesh>(session_detail::RelaxMesh{
+      mesh_, provenance_, remesh_detail::relax_topology(triangles(), positions_.size(), creases)});
+  return *relax_mesh_;
+}
+
+AdvectStatus DeformedShape::relax(const RelaxStroke& stroke, double from, double to, Progress* progress) {
+  if (mesh_->face_count() == 0) throw InvalidInput("a point cloud has no surface to relax; remove this line");
+  if (from >= to) return AdvectStatus::done;
+  earlier_steps_ = steps();
+  blocks_.reset();
+  const remesh_detail::RelaxTopology masked = masked_topology(mask_, relax_mesh().topology, positions_);
+  remesh_detail::Relaxer relaxer(mask_.is_empty() ? relax_mesh().topology : masked, triangles(), positions_,
+                                 policy_->single_precision, motion_.threads);
+  for (double i = std::floor(from); i < to; ++i) {
+    if (progress != nullptr && progress->cancel) return AdvectStatus::cancelled;
+    const double part = std::min(1.0, to - i);
+    relaxer.apply({stroke.points[static_cast<std::size_t>(i)], stroke.radius, part * stroke.amount, stroke.surface,
+                   stroke.iterations});
+    ++dabs_;
+  }
+  return AdvectStatus::done;
+}
+
+namespace {
+
+// Of the diagonal: the error of the path lines around a point with a normal, and the distance at which they begin. That
+// leaves about 1e-5 of a normal's direction to the rounding of the path lines, and less to the curvature of the flow.
+constexpr double kNormalTolerance = 1e-9;
+constexpr double kNormalReach = 1e-4;
+
+// Squares of lengths beyond these limits overflow or vanish in single precision. Of all tools paint fails first: not
+// yet on shapes of 3e-17, on shapes of 1e-18 it does.
+constexpr double kLargestShape = 1e18;
+constexpr double kSmallestShape = 1e-15;
+
+// To sort the vertices takes longer than it saves for fewer segments.
+constexpr std::size_t kSegmentsWorthSorting = 4;
+
+std::shared_ptr<const Mesh> checked(std::shared_ptr<const Mesh> mesh) {
+  validate(*mesh);
+  return mesh;
+}
+
+}  // namespace
+
+bool MotionOptions::is_standard() const {
+  const MotionOptions standard;
+  return relative_tolerance == standard.relative_tolerance && !diagonal && integrator == standard.integrator &&
+         precision == standard.precision && !backend;
+}
+
+namespace {
+
+// Of a shape with that box, which has points in all of `whole`.
+double reference_length(const Box& whole, const Box& box) {
+  if (box.empty()) return 1;
+  double farthest = 0;
+  double extent = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    farthest = std::max({farthest, std::abs(whole.min[axis]), std::abs(whole.max[axis])});
+    extent = std::max(extent, box.max[axis] - box.min[axis]);
+  }
+  if (!(farthest <= kLargestShape)) {
+    throw InvalidInput(
+        fmt::format("the shape has coordinates of up to {:.3g}, too large to compute with; scale it so that none is "
+                    "above {:g}",
+                    farthest, kLargestShape));
+  }
+  if (extent > 0 && extent < kSmallestShape) {
+    throw InvalidInput(fmt::format(
+        "the shape is only {:.3g} long, too small to compute with; scale it to at least {:g}", extent, kSmallestShape));
+  }
+  return extent > 0 ? box.diagonal() : 1;
+}
+
+}  // namespace
+
+double reference_length(const Mesh& mesh) { return reference_length(bounding_box(mesh.positions), shape_box(mesh)); }
+
+double reference_length(std::span<const Vec3d> positions) {
+  CloudBox cloud;
+  cloud.add(positions);
+  return reference_length(cloud.whole(), cloud.box());
+}
+
+AdvectOptions advect_options(const MotionOptions& options, double reference_length) {
+  if (options.threads < 0) {
+    throw InvalidInput(fmt::format("the number of threads must be 0 (all) or more, got {}", options.threads));
+  }
+  AdvectOptions result;
+  result.tolerance = absolute_tolerance(options.relative_tolerance, reference_length);
+  result.integrator = options.integrator;
+  result.precision = options.precision;
+  result.threads = options.threads;
+  return result;
+}
+
+std::shared_ptr<const Mesh> borrow(const Mesh& mesh) { return {std::shared_ptr<const Mesh>(), &mesh}; }
+
+Mesh ShapeState::to_mesh() const {
+  Mesh result = *mesh;
+  positions.copy_to(result.positions);
+  return result;
+}
+
+bool ShapeState::is_same(const ShapeState& other) const {
+  return mesh == other.mesh && provenance == other.provenance && mask.shares(other.mask) &&
+         positions.size() == other.positions.size() && positions.changes_since(other.positions).empty();
+}
+
+DeformedShape::DeformedShape(std::shared_ptr<const Mesh> mesh, MotionOptions motion, RemeshPolicy remesh,
+                             std::vector<Vec3d> normals)
+    : start_(checked(std::move(mesh))),
+      mesh_(start_),
+      motion_(std::move(motion)),
+      policy_(std::make_shared<const RemeshPolicy>(std::move(remesh))),
+      reference_length_(motion_.diagonal.value_or(knead::reference_length(*start_))) {
+  advect_options(motion_, reference_length_);
+  if (policy_->settings) validate(*policy_->settings);
+  if (!policy_->face_labels.empty() && policy_->face_labels.size() != start_->face_count()) {
+    throw InvalidInput("give a label for each face");
+  }
+  if (!normals.empty() && normals.size() != start_->vertex_count()) {
+    throw InvalidInput("give a normal for each vertex");
+  }
+  reserve_large(positions_, start_->vertex_count());
+  positions_ = start_->positions;
+  start_normals(std::move(normals));
+}
+
+void DeformedShape::start_normals(std::vector<Vec3d> normals) {
+  normals_.reset();
+  if (normals.empty()) return;
+  normals_ = session_detail::carry_normals(positions_, std::move(normals), kNormalReach * reference_length_);
+}
+
+std::vector<Vec3d> DeformedShape::normals() const {
+  return normals_ ? session_detail::turned_normals(*normals_) : std::vector<Vec3d>{};
+}
+
+Vec3d DeformedShape::normal(std::uint32_t vertex) const { return session_detail::turned_normal(*normals_, vertex); }
+
+Mesh DeformedShape::to_mesh() const {
+  Mesh result = *mesh_;
+  result.positions = positions_;
+  return result;
+}
+
+std::span<const Triangle> DeformedShape::triangles() const {
+  if (!triangles_) triangles_ = std::make_shared<const std::vector<Triangle>>(triangulate(*mesh_));
+  return *triangles_;
+}
+
+std::vector<bool> DeformedShape::touched() const {
+  std::vector<bool> touched = provenance_ ? provenance_->touched : std::vector<bool>(positions_.size());
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    if (positions_[i] != mesh_->positions[i]) touched[i] = true;
+  }
+  return touched;
+}
+
+std::vector<std::uint32_t> DeformedShape::steps() const {
+  std::vector<std::uint32_t> steps = blocks_ ? blocks_->steps() : std::vector<std::uint32_t>{};
+  steps.resize(positions_.size());
+  for (std::size_t i = 0; i < earlier_steps_.size(); ++i) steps[i] += earlier_steps_[i];
+  return steps;
+}
+
+AdvectStatus DeformedShape::move(const Flow& flow, Progress* progress) {
+  if (flow.segments.empty()) return AdvectStatus::done;
+  AdvectOptions options = advect_options(motion_, reference_length_);
+  options.progress = progress;
+  AdvectResult result = move_vertices(flow, options);
+  if (result.status == AdvectStatus::done && normals_ && !normals_->vertex.empty()) {
+    options.tolerance = kNormalTolerance * reference_length_;
+    options.integrator = Integrator::tsitouras;
+    options.precision = Precision::float64;
+    if (!normals_->blocks) normals_->blocks.emplace(normals_->now);
+    result.status = advect(flow, *normals_->blocks, options).status;
+    normals_->blocks->update(normals_->now);
+  }
+  work_ += result;
+  return std::exchange(work_.status, AdvectStatus::done);
+}
+
+// A backend does not know the blocks, which would be out of date after it.
+AdvectResult DeformedShape::move_vertices(const Flow& flow, const AdvectOptions& options) {
+  if (!motion_.backend) {
+    segments_ += flow.segments.size();
+    lay_out(segments_ >= kSegmentsWorthSorting);
+    const AdvectResult result = advect(flow, *blocks_, options);
+    blocks_->update(positions_);
+    return result;
+  }
+  earlier_steps_ = steps();
+  blocks_.reset();
+  AdvectOptions counted = options;
+  counted.steps = earlier_steps_;
+  return motion_.backend(flow, positions_, counted);
+}
+
+void DeformedShape::take(const std::vector<bool>& vertices, const DeformedShape& from) {
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (vertices[i]) positions_[i] = from.positions_[i];
+  }
+  if (normals_) {
+    for (std::size_t i = 0; i < normals_->now.size(); ++i) {
+      if (vertices[normals_->vertex[i / 4]]) normals_->now[i] = from.normals_->now[i];
+    }
+    normals_->blocks.reset();
+  }
+  work_ = from.work_;
+  earlier_steps_ = from.steps();
+  blocks_.reset();
+}
+
+ShapeState DeformedShape::state(const ShapeState& before) const {
+  return {mesh_, Snapshot(positions_, before.positions, motion_.threads), normals(), provenance_, mask_};
+}
+
+void DeformedShape::restore(const ShapeState& state) {
+  if (mesh_ != state.mesh) triangles_.reset();
+  mesh_ = state.mesh;
+  provenance_ = state.provenance;
+  mask_ = state.mask;
+  positions_ = state.positions.copy();
+  start_normals(state.normals);
+  blocks_.reset();
+  segments_ = 0;
+  earlier_steps_.clear();
+}
+
+void DeformedShape::prepare() { lay_out(true); }
+
+void DeformedShape::free_layout() {
+  if (!blocks_) return;
+  earlier_steps_ = steps();
+  blocks_.reset();
+}
+
+void DeformedShape::lay_out(bool sorted) {
+  if (blocks_ && (is_sorted_ || !sorted)) return;
+  if (blocks_) earlier_steps_ = steps();
+  blocks_.emplace(positions_, sorted ? PointBlocks::Order::sorted : PointBlocks::Order::given);
+  is_sorted_ = sorted;
+}
+
+}  // namespace knead

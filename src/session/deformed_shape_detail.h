@@ -1,0 +1,78 @@
+// Progress by pieces of work. Internal to the session room.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/error.h"
+#include "knead/replay.h"
+#include "knead/session.h"
+#include "knead/tools.h"
+
+namespace knead::session_detail {
+
+// Counts pieces of work, whatever the work itself adds to Progress::done meanwhile.
+class Counted {
+ public:
+  Counted(Progress* progress, std::uint64_t total) : progress_(progress) {
+    if (progress_ == nullptr) return;
+    progress_->done = 0;
+    progress_->total = total;
+  }
+  ~Counted() {
+    if (progress_ != nullptr) progress_->total = 0;
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+
+  void add(std::uint64_t work) {
+    done_ += work;
+    if (progress_ != nullptr) progress_->done = done_;
+  }
+
+ private:
+  Progress* progress_;
+  std::uint64_t done_ = 0;
+};
+
+// Normals carried by the flow. Internal to the session room.
+
+// Returns whether a normal is neither zero nor too long to be normalised.
+bool has_direction(const Vec3d& normal);
+
+// Places four points around every point whose normal has a direction; as many normals as positions. `reach`: a length
+// above 0. The error of a turned normal falls with its square until rounding takes over.
+CarriedNormals carry_normals(std::span<const Vec3d> positions, std::vector<Vec3d> normals, double reach);
+
+// Returns the normals as the points show them now; lengths are kept. A normal keeps its bits if its points did not
+// move, or were torn apart (at the wall of a barrel).
+std::vector<Vec3d> turned_normals(const CarriedNormals& carried);
+
+// The same of one vertex.
+Vec3d turned_normal(const CarriedNormals& carried, std::uint32_t vertex);
+
+// Resolves strokes that read the surface into strokes that do not. Internal to the session room.
+
+// Returns the tool of a stamp, read from its file relative to the folder; null for other strokes. Throws InvalidInput
+// where it cannot be read or is not closed.
+std::shared_ptr<const Mesh> tool_mesh_of(const Stroke& stroke, const std::filesystem::path& folder);
+
+// Returns the largest number of segments that a stroke which reads the surface becomes. `tool`: of a stamp.
+std::size_t expected_segments(const Stroke& stroke, const Mesh* tool);
+
+// Returns about as many segments as a stroke becomes, without reading any file.
+std::size_t segments_about(const Stroke& stroke);
+
+// Applies a stroke that reads the surface: passes the strokes that it becomes to surface.apply, in order, until that
+// returns false. Appends remarks for the user. Returns how deep a stamp leaves the surface in its tool. Throws
+// InvalidInput for a stroke that this surface cannot take.
+std::optional<double> apply_on(const Stroke& stroke, const Mesh* tool, int threads, const LiveSurface& surface,
+                               std::vector<std::string>& remarks);
+
+}  // namespace knead::session_detail

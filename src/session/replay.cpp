@@ -1,0 +1,563 @@
+// All frames of a replay in one file.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/replay.h"
+#include "knead/tools.h"
+#include "session/deformed_shape_detail.h"
+#include "session/replay_plan.h"
+
+namespace knead {
+
+namespace {
+
+struct Output {
+  const ShapeFile& source;
+  std::filesystem::path path;
+  AnimationOptions options;
+  ShapeFile remeshed{};  // the first frame, if the frames have faces of their own
+  std::optional<AnimationFile> file{};
+
+  void add(const ReplayFrame& frame) {
+    if (!file) {
+      remeshed = parse_shape(serialize_mesh("ply", frame.shape.to_mesh(), {true, {}, {}}), "ply", path.string());
+      file.emplace(path, remeshed, options);
+    }
+    file->add(frame.shape.positions());
+    if (frame.index + 1 == options.frames) file->finish();
+  }
+};
+
+}  // namespace
+
+std::function<void(const ReplayFrame&)> animation_writer(const std::filesystem::path& path, const ShapeFile& source,
+                                                         bool is_remeshed, const AnimationOptions& options) {
+  const auto output = std::make_shared<Output>(Output{source, path, options});
+  if (!is_remeshed) output->file.emplace(path, source, options);
+  return [output](const ReplayFrame& frame) { output->add(frame); };
+}
+
+}  // namespace knead
+
+namespace knead::session_detail {
+
+namespace {
+
+double checked_until(const Session& session, const ReplayOptions& options) {
+  const auto strokes = static_cast<double>(strokes_on(session).size());
+  const double until = options.part.until.value_or(strokes);
+  if (!(until >= 0 && until <= strokes)) {
+    throw InvalidInput(
+        fmt::format("\"until\" must be from 0 to the session's number of strokes ({}), got {}", strokes, until));
+  }
+  for (const int number : {options.frames.count, options.frames.hold}) {
+    if (number >= 0 && number <= kMostFrames) continue;
+    throw InvalidInput(
+        fmt::format("the number of frames, and of those to hold, must be from 0 to {}, got {}", kMostFrames, number));
+  }
+  return until;
+}
+
+bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
+
+PreparedStroke prepare(const Session& session, const SessionStroke& source, bool backwards) {
+  return at_line(session, source, [&] {
+    if (backwards && is_applied(source) && !is_flow(source.stroke)) {
+      throw InvalidInput(
+          "a relax is no flow, so it cannot be taken back; remove this line, or keep the shape before it");
+    }
+    if (backwards && is_applied(source) && reads_surface(source.stroke)) {
+      throw InvalidInput(
+          "this stroke reads the surface before the stroke, which is not known from the deformed shape; resolve the "
+          "session with the undeformed shape (knead resolve) and use that session instead");
+    }
+    return prepare_stroke(source, std::filesystem::path(session.name).parent_path());
+  });
+}
+
+// The time that strokes take, each its duration.
+class Timing {
+ public:
+  Timing(const std::vector<const SessionStroke*>& strokes, double until) : until_(until) {
+    for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
+      durations_.push_back(strokes[i]->duration);
+      ends_.push_back((ends_.empty() ? 0 : ends_.back()) + durations_.back());
+      length_ += durations_.back() * std::min(1.0, until - static_cast<double>(i));
+    }
+  }
+
+  double length() const { return length_; }
+
+  // Returns how many strokes are done at a time.
+  double strokes_at(double time) const {
+    if (time >= length_) return until_;
+    const auto end = std::upper_bound(ends_.begin(), ends_.end(), time);
+    const auto i = static_cast<std::size_t>(end - ends_.begin());
+    const double begin = i == 0 ? 0 : ends_[i - 1];
+    return std::min(until_, static_cast<double>(i) + (time - begin) / durations_[i]);
+  }
+
+ private:
+  std::vector<double> durations_;
+  std::vector<double> ends_;  // of the strokes, in time
+  double until_;
+  double length_ = 0;
+};
+
+// The moments of the frames in strokes of the session, in the order of their delivery.
+std::vector<double> frame_moments(const ReplayOptions& options, const std::vector<const SessionStroke*>& strokes,
+                                  double until) {
+  const FrameOptions& frames = options.frames;
+  const Timing timing(strokes, until);
+  std::vector<double> moments;
+  for (int k = -frames.hold; k < frames.count + frames.hold && frames.count > 0; ++k) {
+    const int moment = std::clamp(k, 0, frames.count - 1);
+    double time = timing.length();
+    if (moment + 1 < frames.count) time = time * moment / (frames.count - 1);
+    if (frames.ease == Ease::smooth && time > 0) {  // 0 also where nothing is done
+      const double part = time / timing.length();
+      time = timing.length() * (part * part * (3 - 2 * part));
+    }
+    moments.push_back(timing.strokes_at(is_backwards(options) ? timing.length() - time : time));
+  }
+  return moments;
+}
+
+// Whether the strokes that read the surface would find another one than with the standard options.
+bool differs_from_standard(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  return !options.motion.is_standard() || (!options.remesh.single_precision && will_remesh(mesh, session, options));
+}
+
+}  // namespace
+
+std::size_t PlannedStroke::work() const {
+  const auto most = static_cast<double>(std::max(stroke.expected_segments, stroke.flow.segments.size()));
+  return static_cast<std::size_t>(std::ceil(run.part * (stroke.part * most)));
+}
+
+std::vector<const SessionStroke*> strokes_on(const Session& session) {
+  std::vector<const SessionStroke*> strokes;
+  for (const SessionStroke& stroke : session.strokes) {
+    if (!stroke.off) strokes.push_back(&stroke);
+  }
+  return strokes;
+}
+
+bool has_settings(const Session& session, const ReplayOptions& options) {
+  const std::vector<const SessionStroke*> strokes = strokes_on(session);
+  const double until = options.part.until.value_or(static_cast<double>(strokes.size()));
+  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
+    const bool may_remesh = is_flow(strokes[i]->stroke);
+    if (may_remesh && (strokes[i]->remesh || options.remesh.settings)) return true;
+  }
+  return false;
+}
+
+Plan make_plan(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  advect_options(options.motion, 1);
+  const double until = checked_until(session, options);
+  const bool backwards = is_backwards(options);
+  const std::vector<const SessionStroke*> strokes = strokes_on(session);
+  Plan plan;
+  Mask mask;  // backwards; forwards the shape has it
+  for (std::size_t i = 0; static_cast<double>(i) < until; ++i) {
+    const double part = std::min(1.0, until - static_cast<double>(i));
+    plan.strokes.push_back({prepare(session, *strokes[i], backwards), {backwards, part, false}, {}});
+    if (plan.strokes.back().stroke.reads_surface) plan.strokes_on_reference = plan.strokes.size();
+    plan.strokes.back().stroke.mask = mask;
+    const auto* masks = std::get_if<MaskStroke>(&strokes[i]->stroke);
+    if (backwards && masks != nullptr && is_applied(*strokes[i])) {
+      mask = at_line(session, *strokes[i], [&] { return mask_of(*masks, options.motion.threads); });
+    }
+  }
+  if (!differs_from_standard(mesh, session, options)) plan.strokes_on_reference = 0;
+  const std::vector<double> moments = frame_moments(options, strokes, until);
+  auto moment = moments.begin();
+  const std::size_t count = plan.strokes.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = backwards ? count - 1 - k : k;
+    PlannedStroke& stroke = plan.strokes[i];
+    const auto begin = static_cast<double>(i);
+    for (; moment != moments.end() && (backwards ? *moment > begin : *moment < begin + stroke.run.part); ++moment) {
+      stroke.frames.push_back(*moment - begin);
+    }
+    stroke.run.has_frames = !stroke.frames.empty();
+  }
+  if (backwards) std::reverse(plan.strokes.begin(), plan.strokes.end());
+  plan.last_frames = static_cast<std::size_t>(moments.end() - moment);
+  return plan;
+}
+
+}  // namespace knead::session_detail
+
+namespace knead {
+
+namespace {
+
+void require_flow(const SessionStroke& stroke) {
+  if (!is_applied(stroke)) return;
+  if (!is_flow(stroke.stroke)) {
+    throw InvalidInput("a relax reads the faces, and is no flow; give the faces too, or remove this line");
+  }
+  if (reads_surface(stroke.stroke)) {
+    throw InvalidInput(
+        "this stroke reads the surface; give the faces too, or resolve the session on the shape first and use that "
+        "session");
+  }
+}
+
+}  // namespace
+
+bool needs_faces(const Session& session) {
+  return std::any_of(session.strokes.begin(), session.strokes.end(), [](const SessionStroke& stroke) {
+    if (!is_applied(stroke)) return false;
+    return !is_flow(stroke.stroke) || reads_surface(stroke.stroke) || stroke.remesh || barrel_of(stroke.stroke);
+  });
+}
+
+Flow flow_of(const Session& session, const SessionPart& part, int threads) {
+  using namespace session_detail;
+  for (const SessionStroke& stroke : session.strokes) at_line(session, stroke, [&] { require_flow(stroke); });
+  ReplayOptions options;
+  options.part = part;
+  options.motion.threads = threads;
+  Plan plan = make_plan({}, session, options);
+  Flow flow;
+  Mask mask;  // forwards; backwards the plan has it
+  for (PlannedStroke& planned : plan.strokes) {
+    PreparedStroke& stroke = planned.stroke;
+    const double end = planned.run.part * stroke.part * static_cast<double>(stroke.flow.segments.size());
+    const bool backwards = planned.run.backwards;
+    Flow own = backwards ? flow_between(stroke.flow, end, 0) : prefix(stroke.flow, end);
+    own = masked(std::move(own), backwards ? stroke.mask : mask);
+    std::move(own.segments.begin(), own.segments.end(), std::back_inserter(flow.segments));
+    const auto* masks = std::get_if<MaskStroke>(&stroke.source->stroke);
+    if (!backwards && masks != nullptr && is_applied(*stroke.source)) mask = mask_of(*masks, threads);
+  }
+  return flow;
+}
+
+namespace {
+
+using session_detail::at_line;
+using session_detail::has_settings;
+using session_detail::make_plan;
+using session_detail::Plan;
+using session_detail::PlannedStroke;
+using session_detail::PreparedStroke;
+using session_detail::StrokeRun;
+
+// Below it single precision does not resolve a relative tolerance.
+constexpr double kFloatNoise = 1e-6;
+
+constexpr std::size_t kManyVertices = 20'000;
+
+// What an edge may reach over: a square prism of one ring of triangles loses up to 21% of its volume when it is twisted
+// by 30 degrees, 46% by 60.
+constexpr double kMostTurnOfAnEdgeDeg = 30;
+
+bool is_backwards(const ReplayOptions& options) { return options.part.direction == Direction::backwards; }
+
+std::optional<std::string> precision_warning(const MotionOptions& motion) {
+  if (motion.precision == Precision::float64 || motion.relative_tolerance >= kFloatNoise) return std::nullopt;
+  return fmt::format("a tolerance of {} is below what single precision resolves ({}); use double precision",
+                     motion.relative_tolerance, kFloatNoise);
+}
+
+std::optional<std::string> ignored_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  if (!has_settings(session, options)) return std::nullopt;
+  if (is_backwards(options)) {
+    return "a session that is applied backwards does not remesh: the shape keeps its vertices and faces";
+  }
+  if (mesh.face_count() > 0) return std::nullopt;
+  return "a point cloud has no faces to remesh; only its points move";
+}
+
+void add_warnings(const Session& session, const SessionStroke& source, std::vector<std::string>& all) {
+  if (!is_applied(source)) return;
+  const Stroke stroke = source.strength > 1 ? prolonged(source.stroke, source.strength) : source.stroke;
+  for (const std::string& warning : warnings(stroke)) {
+    all.push_back(to_string(Place{session.name, source.line}) + ": " + warning);
+  }
+}
+
+// The points that a segment moves, of all shapes.
+std::uint64_t points_moved(const Mesh& mesh, const Plan& plan, const ReplayOptions& options) {
+  const auto carried = std::count_if(options.normals.begin(), options.normals.end(), session_detail::has_direction);
+  const std::uint64_t points = mesh.vertex_count() + 4 * static_cast<std::uint64_t>(carried);
+  return plan.strokes_on_reference > 0 ? 2 * points : points;
+}
+
+// The shape that strokes read the surface of.
+DeformedShape reference_shape(const std::shared_ptr<const Mesh>& mesh, const ReplayOptions& options) {
+  MotionOptions motion;
+  motion.threads = options.motion.threads;
+  RemeshPolicy remesh = options.remesh;
+  remesh.single_precision = true;
+  return DeformedShape(mesh, std::move(motion), std::move(remesh), options.normals);
+}
+
+// Carries out a plan.
+class Replay {
+ public:
+  Replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options)
+      : session_(session),
+        options_(options),
+        plan_(make_plan(*mesh, session, options)),
+        shape_(mesh, options.motion, options.remesh, options.normals),
+        points_(points_moved(*mesh, plan_, options)) {
+    if (plan_.strokes_on_reference > 0) reference_ = reference_shape(mesh, options);
+    for (const PlannedStroke& planned : plan_.strokes) {
+      const SessionStroke& source = *planned.stroke.source;
+      const std::optional<RemeshSettings> settings = shape_.settings_of(source);
+      if (settings && !is_backwards(options)) at_line(session, source, [&] { shape_.targets_of(*settings); });
+    }
+    if (std::optional<std::string> warning = precision_warning(options.motion)) {
+      result_.warnings.push_back(std::move(*warning));
+    }
+  }
+
+  ReplayResult run() {
+    for (PlannedStroke& planned : plan_.strokes) {
+      const SessionStroke& source = *planned.stroke.source;
+      apply(planned);
+      if (result_.status == AdvectStatus::step_limit) result_.failed_line = source.line;
+      if (result_.status != AdvectStatus::done) return std::move(result_);
+    }
+    for (std::size_t i = 0; i < plan_.last_frames; ++i) deliver(shape_);
+    result_.strokes = plan_.strokes.size();
+    shape_.free_layout();
+    result_.shape = std::move(shape_);
+    return std::move(result_);
+  }
+
+ private:
+  void apply(PlannedStroke& planned) {
+    const std::size_t work = planned.work();
+    const std::size_t expected = planned.stroke.expected_segments;
+    const SessionStroke& source = *planned.stroke.source;
+    if (reference_) at_line(session_, source, [&] { apply_to_reference(planned.stroke); });
+    StrokeRun run(std::move(planned.stroke), planned.run, shape_, options_.progress);
+    const DeformedShape before = options_.on_stroke ? shape_ : DeformedShape();
+    if (result_.status == AdvectStatus::done) at_line(session_, source, [&] { run.enter(); });
+    if (result_.status == AdvectStatus::done && !is_backwards(options_)) warn_of_zones(run);
+    count(run, expected);
+    for (const double moment : planned.frames) {
+      if (result_.status != AdvectStatus::done) return;
+      const DeformedShape& frame = run.frame(moment);
+      if (run.status() == AdvectStatus::done) {
+        at_line(session_, source, [&] { refuse_crossings(source, frame); });
+        deliver(frame);
+      }
+      count(run, 1);
+    }
+    if (result_.status != AdvectStatus::done) return;
+    at_line(session_, source, [&] {
+      run.leave();
+      if (run.status() == AdvectStatus::done) refuse_crossings(source, shape_);
+    });
+    count(run, work);
+    if (run.status() == AdvectStatus::done) report(run, before);
+    take(run);
+  }
+
+  // Before the shape moves. Where vertices are many, their edges show nothing more.
+  void warn_of_zones(const StrokeRun& run) {
+    for (const SessionStroke& part : run.stroke().outcome.parts) {
+      const bool has_zone =
+          std::holds_alternative<BendStroke>(part.stroke) || std::holds_alternative<TwistStroke>(part.stroke);
+      if (!has_zone) continue;
+      const bool is_coarse = shape_.positions().size() < kManyVertices;
+      const std::span<const Triangle> triangles = is_coarse ? shape_.triangles() : std::span<const Triangle>{};
+      const ZoneProfile profile = zone_profile(part.stroke, shape_.positions(), triangles);
+      const std::optional<std::string> warning = zone_warning(part.stroke, profile);
+      if (warning) {
+        result_.warnings.push_back(to_string(Place{session_.name, part.line}) + ": " + *warning);
+      } else if (is_coarse && !shape_.settings_of(*run.stroke().source)) {
+        warn_of_long_edges(part, triangles);
+      }
+    }
+  }
+
+  void warn_of_long_edges(const SessionStroke& part, std::span<const Triangle> triangles) {
+    const double turn = most_turn_of_an_edge_deg(part.stroke, shape_.positions(), triangles);
+    if (!(turn > kMostTurnOfAnEdgeDeg)) return;
+    result_.warnings.push_back(fmt::format(
+        "{}: an edge reaches over {:.0f} degrees of this motion, which triangles so long cannot follow; remesh the "
+        "shape (knead deform --remesh, or a remesh line before this one), or use a finer one",
+        to_string(Place{session_.name, part.line}), turn));
+  }
+
+  // Where the remesh after the stroke has left triangles that cross and did not before.
+  void refuse_crossings(const SessionStroke& stroke, const DeformedShape& shape) const {
+    if (options_.may_cross || !shape.is_remeshed() || !shape.settings_of(stroke)) return;
+    const RemeshCounts& counts = shape.provenance()->counts;
+    if (counts.crossings <= counts.crossings_before || counts.out_of_time) return;
+    const std::size_t more = counts.crossings - counts.crossings_before;
+    throw RemeshLimit(fmt::format(
+        "{} after this stroke, which remeshing cannot end; deform less, or use a finer mesh",
+        more == 1 ? "1 more pair of triangles crosses" : fmt::format("{} more pairs of triangles cross", more)));
+  }
+
+  // A stroke that reads the surface is then read. After the last of these, the surface is not needed any more.
+  void apply_to_reference(PreparedStroke& stroke) {
+    StrokeRun run(stroke, {}, *reference_, options_.progress);
+    run.read();
+    if (stroke.reads_surface) stroke = run.stroke();
+    if (++strokes_read_ < plan_.strokes_on_reference) run.leave();
+    result_.status = run.status();
+    if (strokes_read_ == plan_.strokes_on_reference) reference_.reset();
+  }
+
+  void report(const StrokeRun& run, const DeformedShape& before) const {
+    if (!options_.on_stroke) return;
+    const Flow flow = run.flow();
+    options_.on_stroke({run.stroke().source->line, flow, before, shape_, run.remeshed() ? &*run.remeshed() : nullptr,
+                        run.stroke().relax});
+  }
+
+  void take(StrokeRun& run) {
+    const SessionStroke& source = *run.stroke().source;
+    result_.segments += run.segments();
+    if (options_.strokes_warn) add_warnings(session_, source, result_.warnings);
+    StrokeOutcome outcome = run.take_outcome();
+    for (const std::string& warning : outcome.warnings) {
+      result_.warnings.push_back(to_string(Place{session_.name, source.line}) + ": " + warning);
+    }
+    if (outcome.penetration) result_.penetration = std::max(*outcome.penetration, result_.penetration.value_or(0));
+    const auto where = is_backwards(options_) ? result_.resolved.begin() : result_.resolved.end();
+    result_.resolved.insert(where, std::make_move_iterator(outcome.parts.begin()),
+                            std::make_move_iterator(outcome.parts.end()));
+  }
+
+  void deliver(const DeformedShape& shape) {
+    if (options_.frames.deliver) options_.frames.deliver({frame_++, shape});
+  }
+
+  void count(const StrokeRun& run, std::size_t segments) {
+    if (result_.status == AdvectStatus::done) result_.status = run.status();
+    work_ += segments;
+    if (options_.progress == nullptr) return;
+    if (options_.progress->cancel) result_.status = AdvectStatus::cancelled;
+    if (result_.status == AdvectStatus::done) options_.progress->done = work_ * points_;
+  }
+
+  const Session& session_;
+  const ReplayOptions& options_;
+  Plan plan_;
+  DeformedShape shape_;
+  std::optional<DeformedShape> reference_;  // at the standard accuracy, if strokes read that surface
+  std::size_t strokes_read_ = 0;            // by the reference
+  std::uint64_t points_ = 0;
+  std::uint64_t work_ = 0;  // segments done
+  int frame_ = 0;
+  ReplayResult result_;
+};
+
+// Vertices cannot be taken back through what is no flow. Where the strokes that are applied are not those of the
+// session, one for one, `until` would mean another moment.
+void require_inverse(const Session& session, const ReplayOptions& options) {
+  for (const SessionStroke& stroke : session.strokes) {
+    if (!is_applied(stroke) || is_flow(stroke.stroke)) continue;
+    throw InvalidInput(Place{session.name, stroke.line},
+                       "a relax is no flow, so the frames before it cannot have the faces of the result; remove this "
+                       "line, or write a file for each frame");
+  }
+  const bool is_one_for_one = std::all_of(
+      session.strokes.begin(), session.strokes.end(),
+      [](const SessionStroke& stroke) { return stroke.off || (is_applied(stroke) && !reads_surface(stroke.stroke)); });
+  if (options.part.until && !is_one_for_one) {
+    throw InvalidInput(Place{session.name},
+                       "where frames have the faces of the result, \"until\" cannot cut a session with strokes of "
+                       "strength 0 or that read the surface; resolve the session first (knead resolve)");
+  }
+}
+
+// Replays once for the result, takes its vertices back to the start, and follows them from there.
+ReplayResult replay_same_faces(const std::shared_ptr<const Mesh>& mesh, const Session& session,
+                               const ReplayOptions& options) {
+  require_inverse(session, options);
+  ReplayOptions once = options;
+  once.frames = {};
+  ReplayResult result = Replay(mesh, session, once).run();
+  if (result.status != AdvectStatus::done) return result;
+  Session flows;
+  flows.name = session.name;
+  flows.strokes = result.resolved;
+  for (SessionStroke& stroke : flows.strokes) stroke.remesh.reset();
+  ReplayOptions plain = options;
+  plain.remesh = {};
+  plain.normals = {};
+  plain.on_stroke = {};
+  plain.frames = {};
+  plain.part.direction = Direction::backwards;
+  plain.motion.diagonal = options.motion.diagonal.value_or(reference_length(*mesh));
+  const auto last = std::make_shared<const Mesh>(result.shape.to_mesh());
+  const ReplayResult back = Replay(last, flows, plain).run();
+  result.status = back.status;
+  result.failed_line = back.failed_line;
+  if (back.status != AdvectStatus::done) return result;
+  Mesh first = *last;
+  first.positions = back.shape.positions();
+  plain.part.direction = Direction::forwards;
+  plain.frames = options.frames;
+  const int end = frame_count(options.frames) - 1 - options.frames.hold;
+  plain.frames.deliver = [&](const ReplayFrame& frame) {
+    options.frames.deliver({frame.index, frame.index < end ? frame.shape : result.shape});
+  };
+  result.status = Replay(std::make_shared<const Mesh>(std::move(first)), flows, plain).run().status;
+  return result;
+}
+
+}  // namespace
+
+int frame_count(const FrameOptions& frames) { return frames.count == 0 ? 0 : frames.count + 2 * frames.hold; }
+
+ReplayResult replay(const std::shared_ptr<const Mesh>& mesh, const Session& session, const ReplayOptions& options) {
+  if (options.remesh.settings) validate(*options.remesh.settings);
+  if (!(options.remesh.seconds > 0)) throw InvalidInput("the seconds of a remesh must be above 0");
+  simd_name();  // a wrong KNEAD_SIMD is refused here, as no stroke's fault
+  const bool carries = options.frames.same_faces && options.frames.count > 0 && will_remesh(*mesh, session, options);
+  ReplayResult result = carries ? replay_same_faces(mesh, session, options) : Replay(mesh, session, options).run();
+  const std::optional<std::string> ignored = ignored_remesh(*mesh, session, options);
+  if (ignored) result.warnings.push_back(*ignored);
+  return result;
+}
+
+ReplayResult replay(Mesh mesh, const Session& session, const ReplayOptions& options) {
+  return replay(std::make_shared<const Mesh>(std::move(mesh)), session, options);
+}
+
+std::vector<std::string> stroke_warnings(const Session& session, const SessionPart& part) {
+  const std::vector<const SessionStroke*> strokes = session_detail::strokes_on(session);
+  const double until = part.until.value_or(static_cast<double>(strokes.size()));
+  std::vector<std::string> result;
+  for (std::size_t i = 0; i < strokes.size() && static_cast<double>(i) < until; ++i) {
+    add_warnings(session, *strokes[i], result);
+  }
+  return result;
+}
+
+bool will_remesh(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  return mesh.face_count() > 0 && !is_backwards(options) && has_settings(session, options);
+}
+
+std::uint64_t total_work(const Mesh& mesh, const Session& session, const ReplayOptions& options) {
+  const Plan plan = make_plan(mesh, session, options);
+  std::uint64_t segments = 0;
+  for (const PlannedStroke& planned : plan.strokes) {
+    segments += planned.stroke.expected_segments + planned.frames.size() + planned.work();
+  }
+  return segments * points_moved(mesh, plan, options);
+}
+
+}  // namespace knead

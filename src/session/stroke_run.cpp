@@ -1,0 +1,465 @@
+#include "session/stroke_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include "flow/masked.h"
+#include "flow/segment_mover.h"
+#include "knead/error.h"
+#include "knead/vec.h"
+#include "session/deformed_shape_detail.h"
+#include "strokes/limit_cylinder.h"
+#include "strokes/mirror.h"
+
+namespace knead::session_detail {
+
+namespace {
+
+// Flow along a mask's border that is worth a warning, by the tool's speed.
+constexpr double kFastBorder = 2;
+// Segments and vertices that are looked at for it.
+constexpr std::size_t kMostSegments = 8;
+constexpr std::size_t kMostPlaces = 4000;
+
+// Some of the points in the mask's box, evenly through the list.
+std::vector<Vec3d> places_near(const Mask& mask, std::span<const Vec3d> points) {
+  const Box box = mask.box();
+  std::vector<Vec3d> near;
+  for (const Vec3d& p : points) {
+    const bool inside = p.x >= box.min.x && p.y >= box.min.y && p.z >= box.min.z && p.x <= box.max.x &&
+                        p.y <= box.max.y && p.z <= box.max.z;
+    if (inside) near.push_back(p);
+  }
+  const std::size_t stride = (near.size() + kMostPlaces - 1) / kMostPlaces;
+  if (stride <= 1) return near;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < near.size(); i += stride) near[kept++] = near[i];
+  near.resize(kept);
+  return near;
+}
+
+std::string describe_refusal(const Barrel& barrel, const BarrelCheck& check) {
+  std::string text = fmt::format("{} cross the barrel of \"radius\" {} and would be torn; ",
+                                 check.crossing == 1 ? "1 triangle would" : fmt::format("{} triangles", check.crossing),
+                                 barrel.radius);
+  const std::optional<double> nearest = nearest_radius(check, barrel.radius);
+  if (!nearest) return text + "no other radius works: leave \"radius\" out";
+  text += fmt::format("use \"radius\": {}, the nearest that works", *nearest);
+  if (!check.smaller) return text + " (no smaller one does)";
+  if (!check.larger) return text + " (no larger one does)";
+  return text + fmt::format(" (on the other side {})", nearest == check.smaller ? *check.larger : *check.smaller);
+}
+
+// Appends a part of a stroke; dabs of one brush become one stroke.
+void append(const Stroke& part, const SessionStroke& source, std::vector<SessionStroke>& parts) {
+  const auto* dab = std::get_if<PaintStroke>(&part);
+  auto* last = parts.empty() ? nullptr : std::get_if<PaintStroke>(&parts.back().stroke);
+  const bool joins = dab != nullptr && last != nullptr && last->outer == dab->outer && last->depth == dab->depth;
+  if (joins) {
+    last->samples.insert(last->samples.end(), dab->samples.begin(), dab->samples.end());
+  } else {
+    parts.push_back({part, source.line, source.remesh, source.name});
+    parts.back().mirror = source.mirror;
+  }
+}
+
+// Gives the parts of a stroke the strengths that cut them where the stroke is cut, at a number of segments.
+void cut(std::vector<SessionStroke>& parts, double part, std::size_t segments) {
+  if (part == 1) return;
+  if (parts.size() == 1) {
+    parts.front().strength = part;
+    return;
+  }
+  double left = part * static_cast<double>(segments);
+  for (SessionStroke& each : parts) {
+    const auto own = static_cast<double>(flow_of(each.stroke, each.mirror).segments.size());
+    each.strength = std::clamp(left / own, 0.0, 1.0);
+    left -= own;
+  }
+  std::erase_if(parts, [](const SessionStroke& each) { return each.strength == 0; });
+}
+
+// Gives each part of a stroke its share of the time, by its segments.
+void share_duration(std::vector<SessionStroke>& parts, double duration) {
+  if (parts.size() == 1) {
+    parts.front().duration = duration;
+    return;
+  }
+  std::vector<double> segments;
+  segments.reserve(parts.size());
+  for (const SessionStroke& part : parts) segments.push_back(static_cast<double>(flow_of(part).segments.size()));
+  const double all = std::accumulate(segments.begin(), segments.end(), 0.0);
+  for (std::size_t i = 0; i < parts.size(); ++i) parts[i].duration = duration * segments[i] / all;
+}
+
+// A pose with a mirror is that of all parts and their images; its grids and their images add up to their mean, which is
+// exactly symmetric.
+bool is_mirrored_pose(const PreparedStroke& stroke) {
+  return std::holds_alternative<PoseStroke>(stroke.stroke()) && !stroke.source->mirror.empty();
+}
+
+Stroke stroke_to_read(const PreparedStroke& stroke, std::span<const Vec3d> positions) {
+  if (!is_mirrored_pose(stroke)) return stroke.stroke();
+  return with_images(std::get<PoseStroke>(stroke.stroke()), stroke.source->mirror, positions);
+}
+
+SharedVectors scaled(const SharedVectors& vectors, double factor) {
+  std::vector<Vec3d> result(vectors.begin(), vectors.end());
+  for (Vec3d& v : result) v = v * factor;
+  return SharedVectors(std::move(result));
+}
+
+Stroke share_of_image(const Stroke& part, const PreparedStroke& stroke) {
+  const auto* grid = std::get_if<GridStroke>(&part);
+  if (grid == nullptr || !is_mirrored_pose(stroke)) return part;
+  GridStroke share = *grid;
+  const double factor = 1.0 / static_cast<double>(1U << stroke.source->mirror.size());
+  share.grid.coefficients = scaled(share.grid.coefficients, factor);
+  share.grid.end_coefficients = scaled(share.grid.end_coefficients, factor);
+  return share;
+}
+
+// Resolves a stroke on a shape, and moves the shape through it, but not through one with barrels, which are checked
+// first.
+void read_surface(PreparedStroke& stroke, DeformedShape& shape, Progress* progress) {
+  LiveSurface surface;
+  surface.positions = shape.positions();
+  surface.triangles = shape.triangles();
+  if (shape.has_normals()) surface.normal = [&](std::uint32_t vertex) { return shape.normal(vertex); };
+  surface.apply = [&](const Stroke& own) {
+    const Stroke part = share_of_image(own, stroke);
+    Flow flow = masked(flow_of(part, stroke.source->mirror), shape.mask());
+    stroke.barrels = barrels_of(part, stroke.source->mirror);
+    append(part, *stroke.source, stroke.outcome.parts);
+    if (stroke.barrels.empty()) stroke.outcome.status = shape.move(flow, progress);
+    std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(stroke.flow.segments));
+    return stroke.outcome.status == AdvectStatus::done;
+  };
+  std::vector<std::string> remarks;
+  surface.progress = progress;
+  try {
+    stroke.outcome.penetration = apply_on(stroke_to_read(stroke, surface.positions), stroke.tool.get(),
+                                          shape.motion().threads, surface, remarks);
+  } catch (const Cancelled&) {
+    stroke.outcome.status = AdvectStatus::cancelled;
+    return;
+  }
+  std::move(remarks.begin(), remarks.end(), std::back_inserter(stroke.outcome.warnings));
+  cut(stroke.outcome.parts, stroke.part, stroke.flow.segments.size());
+  share_duration(stroke.outcome.parts, stroke.source->duration);
+  stroke.reads_surface = false;
+}
+
+// A mask stroke gives the shape its mask.
+void set_mask(PreparedStroke& stroke, DeformedShape& shape) {
+  if (!std::holds_alternative<MaskStroke>(stroke.source->stroke) || !is_applied(*stroke.source)) return;
+  if (shape.motion().backend && shape.mask().is_empty()) {
+    stroke.outcome.warnings.push_back(
+        "the GPU cannot evaluate a mask: the CPU moves the vertices in the strokes after it");
+  }
+  shape.set_mask(mask_of(std::get<MaskStroke>(stroke.outcome.parts.back().stroke), shape.motion().threads));
+}
+
+bool names_vertices(const PoseStroke& stroke) {
+  return !stroke.stiffness.empty() || std::any_of(stroke.parts.begin(), stroke.parts.end(), [](const PoseItem& item) {
+    const auto* part = std::get_if<PosePart>(&item);
+    return part != nullptr ? !part->vertices.empty() : std::get<PosePin>(item).vertex.has_value();
+  });
+}
+
+// A vertex's number means nothing once the vertices have other numbers.
+void require_no_numbers(const Stroke& stroke) {
+  const auto* mask = std::get_if<MaskStroke>(&stroke);
+  if (mask != nullptr && !mask->vertices.empty()) {
+    throw InvalidInput(
+        "\"vertices\" names vertices, but remeshing after an earlier stroke changed their numbers; name points "
+        "instead, with \"points\"");
+  }
+  if (const auto* pose = std::get_if<PoseStroke>(&stroke); pose != nullptr && names_vertices(*pose)) {
+    throw InvalidInput(
+        "\"parts\" names vertices, but remeshing after an earlier stroke changed their numbers; name points instead, "
+        "with \"points\" and \"pin_point\"");
+  }
+  const auto* handles = std::get_if<HandlesStroke>(&stroke);
+  if (handles == nullptr || (handles->full_vertices.empty() && handles->zero_vertices.empty())) return;
+  const bool full = !handles->full_vertices.empty();
+  throw InvalidInput(
+      fmt::format("\"{}\" names vertices, but remeshing after an earlier stroke changed their numbers; "
+                  "name points instead, with \"{}\"",
+                  full ? "full_vertices" : "zero_vertices", full ? "full" : "zero"));
+}
+
+// Names places where triangles still cross, each far from the others.
+std::string out_of_time_warning(const Remeshed& remeshed, double diagonal) {
+  constexpr std::size_t most = 3;
+  constexpr double far = 0.02;  // of the diagonal
+  std::string text = "the mesh was not improved to the end, for want of time; ";
+  if (remeshed.counts.crossings == 0) return text + "no triangles cross";
+  std::vector<Vec3d> named;
+  for (const Vec3d& place : remeshed.crossing_places) {
+    const bool is_new = std::none_of(named.begin(), named.end(),
+                                     [&](const Vec3d& other) { return norm(place - other) < far * diagonal; });
+    if (is_new) named.push_back(place);
+  }
+  text += remeshed.counts.crossings == 1 ? "1 pair of triangles still crosses"
+                                         : fmt::format("{} pairs of triangles still cross", remeshed.counts.crossings);
+  for (std::size_t i = 0; i < std::min(most, named.size()); ++i) {
+    text += fmt::format("{}({:.4g}, {:.4g}, {:.4g})", i == 0 ? ", near " : ", ", named[i].x, named[i].y, named[i].z);
+  }
+  if (named.size() > most) text += fmt::format(" and {} more places", named.size() - most);
+  return text + "; allow more seconds";
+}
+
+bool holds_all(const Barrel& barrel, const std::vector<Vec3d>& points) {
+  return std::all_of(points.begin(), points.end(),
+                     [&](const Vec3d& p) { return norm(cross(barrel.normal, p - barrel.center)) <= barrel.radius; });
+}
+
+Flow without_barrels(Flow flow) {
+  for (Segment& segment : flow.segments) segment.barrel.reset();
+  return flow;
+}
+
+// Without the barrels, and of sums only these parts.
+Flow without_barrels(Flow flow, unsigned parts) {
+  for (Segment& segment : flow.segments) {
+    if (!segment.parts.empty()) segment = detail::chosen_parts(segment, parts);
+  }
+  return without_barrels(std::move(flow));
+}
+
+}  // namespace
+
+PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder) {
+  PreparedStroke prepared;
+  prepared.source = &source;
+  if (!is_applied(source)) return prepared;
+  prepared.part = std::min(source.strength, 1.0);
+  if (source.strength > 1) prepared.beyond = std::make_shared<const Stroke>(prolonged(source.stroke, source.strength));
+  const Stroke& stroke = prepared.stroke();
+  validate(stroke);
+  prepared.relax = std::get_if<RelaxStroke>(&stroke);
+  if (prepared.relax != nullptr) {
+    prepared.expected_segments = prepared.relax->points.size();
+    return prepared;
+  }
+  prepared.reads_surface = reads_surface(stroke);
+  if (prepared.reads_surface) {
+    prepared.tool = tool_mesh_of(stroke, folder);
+    prepared.expected_segments = expected_segments(stroke, prepared.tool.get());
+    return prepared;
+  }
+  prepared.flow = flow_of(stroke, source.mirror);
+  validate(prepared.flow);
+  prepared.barrels = barrels_of(stroke, source.mirror);
+  prepared.outcome.parts = {source};
+  return prepared;
+}
+
+StrokeRun::StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress)
+    : stroke_(std::move(stroke)), options_(options), shape_(shape), progress_(progress) {
+  const bool may_remesh = is_applied(*stroke_.source) && stroke_.relax == nullptr;
+  if (!options_.backwards && may_remesh) settings_ = shape_.settings_of(*stroke_.source);
+}
+
+double StrokeRun::length() const {
+  const std::size_t whole = stroke_.relax != nullptr ? stroke_.relax->points.size() : stroke_.flow.segments.size();
+  return stroke_.part * static_cast<double>(whole);
+}
+
+std::size_t StrokeRun::segments() const {
+  return stroke_.relax != nullptr ? 0 : static_cast<std::size_t>(std::ceil(end()));
+}
+
+Flow StrokeRun::flow() const {
+  if (stroke_.relax != nullptr) return {};
+  return options_.backwards ? flow_between(stroke_.flow, end(), 0) : prefix(stroke_.flow, end());
+}
+
+void StrokeRun::enter() {
+  read();
+  warn_of_cpu();
+  if (status() != AdvectStatus::done || options_.backwards) return;
+  check_barrel();
+  warn_of_border();
+}
+
+// The shape itself goes through a stroke that is applied as a whole; else a copy goes ahead of it.
+void StrokeRun::read() {
+  if (settings_) start_ = shape_.positions();
+  stroke_.flow = masked(std::move(stroke_.flow), options_.backwards ? stroke_.mask : shape_.mask());
+  if (options_.backwards) at_ = end();
+  if (!stroke_.reads_surface) return;
+  if (shape_.is_remeshed() && shape_.provenance()->is_renumbered) require_no_numbers(stroke_.source->stroke);
+  const bool in_place = options_.part * stroke_.part == 1 && !options_.has_frames;
+  if (!in_place) {
+    DeformedShape copy = shape_;
+    read_surface(stroke_, copy, progress_);
+    return;
+  }
+  read_surface(stroke_, shape_, progress_);
+  if (stroke_.barrels.empty()) at_ = end();
+}
+
+void StrokeRun::check_barrel() {
+  for (const Barrel& barrel : stroke_.barrels) {
+    const BarrelCheck found = knead::check_barrel(barrel, shape_.positions(), shape_.triangles());
+    if (found.crossing > 0) throw InvalidInput(describe_refusal(barrel, found));
+    if (found.later == 0) continue;
+    stroke_.outcome.warnings.push_back(
+        fmt::format("{} triangles cross the barrel of \"radius\" {} where the bend moves the surface later, "
+                    "and may be torn; check them, or choose another radius",
+                    found.later, barrel.radius));
+  }
+}
+
+void StrokeRun::warn_of_cpu() {
+  const std::vector<Segment>& segments = stroke_.flow.segments;
+  const auto is_sum = [](const Segment& segment) { return !segment.parts.empty(); };
+  if (!shape_.motion().backend || std::none_of(segments.begin(), segments.end(), is_sum)) return;
+  stroke_.outcome.warnings.emplace_back(
+      "the GPU cannot evaluate mirror images at the same time: the CPU moves the vertices in this stroke");
+}
+
+// Where the flow along the mask's border is much faster than the tool, it distorts the shape there.
+void StrokeRun::warn_of_border() {
+  if (shape_.mask().is_empty() || stroke_.flow.segments.empty()) return;
+  const std::vector<Vec3d>& positions = shape_.positions();
+  const std::vector<Vec3d> near = places_near(shape_.mask(), positions);
+  detail::BorderSpeed fastest;
+  const std::size_t stride = (stroke_.flow.segments.size() + kMostSegments - 1) / kMostSegments;
+  for (std::size_t i = 0; i < stroke_.flow.segments.size(); i += stride) {
+    const detail::BorderSpeed speed = detail::border_speed(stroke_.flow.segments[i], near);
+    if (speed.at_border * fastest.of_tool > fastest.at_border * speed.of_tool || fastest.of_tool == 0) fastest = speed;
+  }
+  if (!(fastest.at_border > kFastBorder * fastest.of_tool)) return;
+  stroke_.outcome.warnings.push_back(fmt::format(
+      "the flow along the mask's border is up to {:.2g} times as fast as the tool; make the mask's \"width\" larger, "
+      "or the tool smaller",
+      fastest.at_border / fastest.of_tool));
+}
+
+// The shape rests between whole segments only: the result is the same whether or not it does.
+const DeformedShape& StrokeRun::frame(double moment) {
+  const double to = std::min(moment * length(), end());
+  advance(options_.backwards ? std::min(std::ceil(to), at_) : std::floor(to));
+  if (status() != AdvectStatus::done) return frame_;
+  if (!shape_.motion().backend && stroke_.relax == nullptr) shape_.prepare();
+  frame_ = shape_;
+  move_between(at_, to, frame_);
+  std::optional<Remeshed> remeshed;
+  follow(to, frame_, remeshed);
+  return frame_;
+}
+
+void StrokeRun::leave() {
+  advance(options_.backwards ? 0 : end());
+  if (!options_.backwards && status() == AdvectStatus::done) set_mask(stroke_, shape_);
+  follow(end(), shape_, remeshed_);
+  if (options_.backwards && status() == AdvectStatus::done) check_barrel();
+}
+
+void StrokeRun::follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed) {
+  if (!settings_ || status() != AdvectStatus::done) return;
+  RemeshOutcome outcome = shape.remesh(start_, prefix(stroke_.flow, to), *settings_, progress_);
+  stroke_.outcome.status = outcome.status;
+  remeshed = std::move(outcome.remeshed);
+  if (remeshed && remeshed->counts.out_of_time) {
+    stroke_.outcome.warnings.push_back(out_of_time_warning(*remeshed, shape.reference_length()));
+  }
+}
+
+void StrokeRun::advance(double to) {
+  if (status() == AdvectStatus::done) move_between(at_, to, shape_);
+  at_ = to;
+}
+
+void StrokeRun::move_between(double from, double to, DeformedShape& shape) {
+  if (from == to) return;
+  if (stroke_.relax != nullptr) {
+    stroke_.outcome.status = shape.relax(*stroke_.relax, from, to, progress_);
+    return;
+  }
+  Flow flow = flow_between(stroke_.flow, from, to);
+  if (!options_.backwards || stroke_.barrels.empty()) {
+    stroke_.outcome.status = shape.move(flow, progress_);
+    return;
+  }
+  const DeformedShape start = shape;  // which the parts leave one after the other
+  for (const TakenBack& back : taken_back()) {
+    DeformedShape moved = to == 0 ? back.shape : start;
+    const AdvectStatus status = to == 0 ? back.status : moved.move(without_barrels(flow, back.parts), progress_);
+    if (status != AdvectStatus::done) stroke_.outcome.status = status;
+    shape.take(back.members, moved);
+  }
+}
+
+StrokeRun::TakenBack StrokeRun::taken_back_by(unsigned parts) const {
+  TakenBack back{parts, shape_};
+  back.status = back.shape.move(without_barrels(flow_between(stroke_.flow, end(), 0), parts), progress_);
+  return back;
+}
+
+std::vector<bool> StrokeRun::members_of(const Barrel& barrel, const TakenBack& back) const {
+  const double tolerance = advect_options(shape_.motion(), shape_.reference_length()).tolerance;
+  return barrel_members(barrel, shape_.positions(), back.shape.positions(), shape_.triangles(),
+                        10 * tolerance + 1e-3 * barrel.radius);
+}
+
+// Leaves the barrels out: barrel_members says which points each held. Where all of them held the whole shape, as
+// barrels about one line do, nothing is to be asked.
+const std::vector<StrokeRun::TakenBack>& StrokeRun::taken_back() {
+  if (taken_back_) return *taken_back_;
+  taken_back_.emplace();
+  const std::size_t count = stroke_.barrels.size();
+  TakenBack all = taken_back_by((1U << count) - 1);
+  const auto holds_shape = [&](const Barrel& barrel) { return holds_all(barrel, all.shape.positions()); };
+  const bool is_simple = count == 1 || all.status != AdvectStatus::done ||
+                         std::all_of(stroke_.barrels.begin(), stroke_.barrels.end(), holds_shape);
+  if (is_simple) {
+    all.members.assign(shape_.positions().size(), true);
+    if (count == 1) all.members = members_of(stroke_.barrels.front(), all);
+    taken_back_->push_back(std::move(all));
+    return *taken_back_;
+  }
+  const std::vector<unsigned> parts = parts_that_moved();
+  for (unsigned chosen = 1; chosen < 1U << count; ++chosen) {
+    std::vector<bool> members(parts.size());
+    for (std::size_t k = 0; k < parts.size(); ++k) members[k] = parts[k] == chosen;
+    if (std::find(members.begin(), members.end(), true) == members.end()) continue;
+    taken_back_->push_back(taken_back_by(chosen));
+    taken_back_->back().members = std::move(members);
+  }
+  return *taken_back_;
+}
+
+// The parts of the flow that moved each point, as bits.
+std::vector<unsigned> StrokeRun::parts_that_moved() const {
+  std::vector<unsigned> parts(shape_.positions().size(), 0);
+  for (std::size_t i = 0; i < stroke_.barrels.size(); ++i) {
+    const std::vector<bool> members = members_of(stroke_.barrels[i], taken_back_by(1U << i));
+    for (std::size_t k = 0; k < members.size(); ++k) parts[k] |= members[k] ? 1U << i : 0U;
+  }
+  return parts;
+}
+
+}  // namespace knead::session_detail
+
+namespace knead {
+
+StrokeOutcome DeformedShape::apply(const SessionStroke& stroke, const std::filesystem::path& folder,
+                                   Progress* progress) {
+  session_detail::StrokeRun run(session_detail::prepare_stroke(stroke, folder), {}, *this, progress);
+  run.enter();
+  run.leave();
+  std::vector<std::string> known = warnings(run.stroke().stroke());
+  StrokeOutcome outcome = run.take_outcome();
+  outcome.warnings.insert(outcome.warnings.begin(), known.begin(), known.end());
+  return outcome;
+}
+
+}  // namespace knead

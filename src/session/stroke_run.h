@@ -1,0 +1,104 @@
+// One stroke on its way through a shape. Internal to the session room.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "knead/replay.h"
+#include "knead/tools.h"
+
+namespace knead::session_detail {
+
+// A stroke that is ready to be applied.
+struct PreparedStroke {
+  const SessionStroke* source = nullptr;
+  std::shared_ptr<const Stroke> beyond;  // that takes the source's place if its strength is above 1
+  double part = 1;                       // of the segments, by the source's strength
+  const RelaxStroke* relax = nullptr;    // the stroke, if it is one: without a flow
+  bool reads_surface = false;            // the flow and the barrels are unknown until it is read
+  Flow flow;
+  std::vector<Barrel> barrels;        // its own, and those of its images
+  std::shared_ptr<const Mesh> tool;   // of a stamp
+  Mask mask;                          // of a stroke that is applied backwards; forwards the shape has it
+  std::size_t expected_segments = 0;  // of one that reads the surface: at most
+  StrokeOutcome outcome;              // what reading it said
+
+  const Stroke& stroke() const { return beyond ? *beyond : source->stroke; }
+};
+
+// Reads the file of a stamp, relative to the folder. The source must outlive the result. Throws InvalidInput for a
+// stroke that cannot be applied to any shape.
+PreparedStroke prepare_stroke(const SessionStroke& source, const std::filesystem::path& folder);
+
+// How far a stroke is applied, and in which direction.
+struct RunOptions {
+  bool backwards = false;
+  double part = 1;          // of what its strength applies, from the first segment on
+  bool has_frames = false;  // moments within the stroke will be asked for
+};
+
+// Call enter, then frame for any number of moments in order, then leave. Each does nothing once the status is not done.
+class StrokeRun {
+ public:
+  // The shape must outlive the run.
+  StrokeRun(PreparedStroke stroke, const RunOptions& options, DeformedShape& shape, Progress* progress);
+
+  // Reads the surface if the stroke has not been read, and checks its barrels. Throws InvalidInput for a stroke that
+  // the shape cannot take.
+  void enter();
+  // The same without the check.
+  void read();
+
+  // Returns the shape at a moment of the stroke, from 0 to 1; the next call changes it.
+  const DeformedShape& frame(double moment);
+
+  // Completes the stroke, and remeshes.
+  void leave();
+
+  AdvectStatus status() const { return stroke_.outcome.status; }
+  const PreparedStroke& stroke() const { return stroke_; }  // after enter: as it was read
+  StrokeOutcome take_outcome() { return std::move(stroke_.outcome); }
+  std::size_t segments() const;  // of the flow that have moved the shape, a part of one counted as one
+  Flow flow() const;             // that the stroke moves the shape by, as far as it is applied
+  const std::optional<Remeshed>& remeshed() const { return remeshed_; }
+
+ private:
+  // Of a stroke with barrels, of one segment: the points that the same parts of its flow moved, one part or the sum of
+  // several, and the shape as these leave it backwards if everything moves.
+  struct TakenBack {
+    unsigned parts = 1;  // as bits
+    DeformedShape shape{};
+    AdvectStatus status = AdvectStatus::done;
+    std::vector<bool> members{};
+  };
+
+  double length() const;  // as far as its strength applies the stroke, in segments or points to relax at
+  double end() const { return options_.part * length(); }
+  void check_barrel();
+  void warn_of_cpu();
+  void warn_of_border();
+  void advance(double to);
+  void move_between(double from, double to, DeformedShape& shape);
+  const std::vector<TakenBack>& taken_back();
+  TakenBack taken_back_by(unsigned parts) const;
+  std::vector<bool> members_of(const Barrel& barrel, const TakenBack& back) const;
+  std::vector<unsigned> parts_that_moved() const;
+  void follow(double to, DeformedShape& shape, std::optional<Remeshed>& remeshed);
+
+  PreparedStroke stroke_;
+  RunOptions options_;
+  DeformedShape& shape_;
+  DeformedShape frame_;
+  Progress* progress_;
+  std::optional<RemeshSettings> settings_;
+  double at_ = 0;             // where the shape is within the stroke, in segments or points to relax at
+  std::vector<Vec3d> start_;  // the positions at the beginning of a stroke that is remeshed
+  std::optional<std::vector<TakenBack>> taken_back_;
+  std::optional<Remeshed> remeshed_;
+};
+
+}  // namespace knead::session_detail

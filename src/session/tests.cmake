@@ -1,0 +1,16 @@
+knead_test(knead_session_test SOURCES
+  ${CMAKE_CURRENT_LIST_DIR}/deformed_shape_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/flow_of_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/mask_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/mirror_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/relax_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/replay_backend_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/remesh_limits_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/replay_remeshed_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/frames_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/replay_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/session_errors_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/session_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/stroke_keys_test.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/surface_stroke_test.cpp
+  LIBRARIES nlohmann_json::nlohmann_json)

@@ -1,0 +1,441 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+#include "mesh/edges.h"
+#include "strokes/describe.h"
+#include "strokes/pose.h"
+
+namespace knead {
+
+namespace {
+
+using namespace detail;
+using namespace tool_detail;
+
+constexpr double kEnd = 0.03;           // of the zone's width, at both its ends, stays straight
+constexpr double kSpacing = 0.06;       // of the grids, of the diagonal; less where the zone is short
+constexpr double kLeastSpacing = 0.02;  // of the diagonal
+constexpr double kSpacingOfZone = 0.5;  // of the zone's width, at most
+constexpr double kMostBending = 0.45;   // the half thickness over the arc's radius
+constexpr double kStraight = 1e-9;      // radians below which there is no arc
+constexpr double kMostDistance = 0.02;  // of the diagonal: of the part from its place
+
+// The coordinates of a bend, and the arc that its zone becomes.
+class Arc {
+ public:
+  explicit Arc(const BendStroke& stroke)
+      : between_(bend_thresholds(stroke)),
+        normal_(unit(stroke.normal)),
+        angle_(stroke.angle_deg * kRadiansPerDegree),
+        root_(stroke.center) {
+    const double end = kEnd * (between_.outer - between_.inner);
+    between_.inner += end;
+    between_.outer -= end;
+    root_ += normal_ * between_.outer;
+    axis_ = normalized(stroke.axis - normal_ * dot(normal_, stroke.axis));
+    side_ = cross(normal_, axis_);
+  }
+
+  double inner() const { return between_.inner; }
+  double outer() const { return between_.outer; }
+  double width() const { return between_.outer - between_.inner; }
+  double angle() const { return angle_; }
+  const Vec3d& axis() const { return axis_; }
+  double height(const Vec3d& p) const { return between_.outer + dot(normal_, p - root_); }
+  double offset(const Vec3d& p) const { return dot(side_, p - root_); }
+  double from_line(const Vec3d& p) const {
+    const Vec3d d = p - root_;
+    return norm(d - normal_ * dot(normal_, d));
+  }
+
+  // Takes the arc from the centre to the middle of the part.
+  void shift(double offset) { root_ += side_ * offset; }
+
+  // Where a point of the part that moves is at a time from 0 to 1.
+  Vec3d place(const Vec3d& start, double time) const {
+    const Vec3d d = start - root_;
+    const SinCos<double> turn = sincos(angle_ * time);
+    const double curvature = angle_ * time / width();
+    const bool is_straight = std::abs(angle_ * time) < kStraight;
+    const double ahead = is_straight ? width() : turn.sin / curvature;
+    const double aside = is_straight ? 0 : (1 - turn.cos) / curvature;
+    return root_ - normal_ * ahead + side_ * aside +
+           (side_ * turn.sin - normal_ * turn.cos) * (-dot(normal_, d) - width()) +
+           (side_ * turn.cos + normal_ * turn.sin) * dot(side_, d) + axis_ * dot(axis_, d);
+  }
+
+ private:
+  Thresholds<double> between_;
+  Vec3d normal_;  // a unit vector, from the part that moves to the rest
+  double angle_;  // radians
+  Vec3d root_;    // where the arc begins
+  Vec3d axis_;    // unit vectors across the normal; a positive angle bends towards the side
+  Vec3d side_;
+};
+
+enum class Role : std::uint8_t { rests, bends, moves, none };  // none: no triangle uses the vertex
+
+std::vector<Role> roles_by_radius(const BendStroke& stroke, const Arc& arc, std::span<const Vec3d> positions) {
+  std::vector<Role> roles(positions.size(), Role::rests);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    const double height = arc.height(positions[i]);
+    if (height >= arc.outer() || (stroke.radius && arc.from_line(positions[i]) > *stroke.radius)) continue;
+    roles[i] = height <= arc.inner() ? Role::moves : Role::bends;
+  }
+  return roles;
+}
+
+// Joins the vertices of edges whose two ends are chosen.
+DisjointSets pieces_of(const LiveSurface& surface, const std::vector<bool>& chosen) {
+  DisjointSets sets(surface.positions.size());
+  for (const Triangle& t : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      if (chosen[t[i]] && chosen[t[(i + 1) % 3]]) sets.join(t[i], t[(i + 1) % 3]);
+    }
+  }
+  return sets;
+}
+
+// The vertex that is in the zone and nearest to its centre; vertices without triangles do not count.
+std::optional<std::uint32_t> middle_of_zone(const BendStroke& stroke, const LiveSurface& surface,
+                                            const std::vector<bool>& in_zone) {
+  std::optional<std::uint32_t> nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) {
+      const double distance = norm(surface.positions[v] - stroke.center);
+      if (!in_zone[v] || !(distance < least)) continue;
+      least = distance;
+      nearest = v;
+    }
+  }
+  return nearest;
+}
+
+struct Parts {
+  std::vector<Role> roles;
+  bool is_joined_twice = false;  // the part that moves is also joined to the rest elsewhere
+};
+
+// By what hangs together: the zone's piece nearest to the centre bends, and what is joined to it on the side of `inner`
+// moves. Nothing if the zone has no vertex.
+std::optional<Parts> parts_by_pieces(const BendStroke& stroke, const Arc& arc, const LiveSurface& surface) {
+  const std::size_t count = surface.positions.size();
+  std::vector<bool> bends(count);
+  for (std::size_t v = 0; v < count; ++v) {
+    const double height = arc.height(surface.positions[v]);
+    bends[v] = height > arc.inner() && height < arc.outer();
+  }
+  const std::optional<std::uint32_t> middle = middle_of_zone(stroke, surface, bends);
+  if (!middle) return std::nullopt;
+  DisjointSets zones = pieces_of(surface, bends);
+  for (std::uint32_t v = 0; v < count; ++v) bends[v] = bends[v] && zones.find(v) == zones.find(*middle);
+  std::vector<bool> others = bends;
+  others.flip();
+  DisjointSets pieces = pieces_of(surface, others);
+  constexpr std::uint8_t kMoves = 1;
+  constexpr std::uint8_t kRests = 2;
+  std::vector<std::uint8_t> touches(count, 0);  // at a piece's number: the ends of the zone that it is joined to
+  for (const Triangle& t : surface.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (const std::uint32_t other : {t[(i + 1) % 3], t[(i + 2) % 3]}) {
+        if (!bends[t[i]] || bends[other]) continue;
+        touches[pieces.find(other)] |= arc.height(surface.positions[other]) <= arc.inner() ? kMoves : kRests;
+      }
+    }
+  }
+  Parts parts{std::vector<Role>(count, Role::rests)};
+  for (std::uint32_t v = 0; v < count; ++v) {
+    const std::uint8_t touched = bends[v] ? 0 : touches[pieces.find(v)];
+    if (bends[v]) parts.roles[v] = Role::bends;
+    if (touched == kMoves) parts.roles[v] = Role::moves;
+    parts.is_joined_twice = parts.is_joined_twice || touched == (kMoves | kRests);
+  }
+  return parts;
+}
+
+std::vector<Role> without_strays(const std::vector<Role>& roles, const LiveSurface& surface) {
+  std::vector<Role> result(roles.size(), Role::none);
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) result[v] = roles[v];
+  }
+  return result;
+}
+
+std::vector<Role> roles_of(const BendStroke& stroke, const Arc& arc, const LiveSurface& surface) {
+  if (surface.triangles.empty()) return roles_by_radius(stroke, arc, surface.positions);
+  if (!stroke.radius_auto) return without_strays(roles_by_radius(stroke, arc, surface.positions), surface);
+  std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
+  if (!parts) return {};
+  if (parts->is_joined_twice) {
+    throw InvalidInput(
+        "\"radius\": the part that would move is also joined to the rest elsewhere, so it cannot bend away from it; "
+        "choose another place, or give \"radius\" as a number");
+  }
+  return without_strays(parts->roles, surface);
+}
+
+std::vector<Vec3d> where(std::span<const Vec3d> positions, const std::vector<Role>& roles, Role role) {
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < roles.size(); ++i) {
+    if (roles[i] == role) result.push_back(positions[i]);
+  }
+  return result;
+}
+
+// Takes the arc to the middle of what bends; refuses what is too thick for it.
+void fit(Arc& arc, const std::vector<Vec3d>& bending) {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const Vec3d& p : bending) {
+    least = std::min(least, arc.offset(p));
+    most = std::max(most, arc.offset(p));
+  }
+  arc.shift(0.5 * (least + most));
+  const double thickness = most - least;
+  const double turn = std::abs(arc.angle());
+  if (arc.width() * kMostBending >= 0.5 * thickness * turn) return;
+  constexpr double kRound = 1.01;  // the numbers are rounded to three digits
+  const double per_arc = kRound / (1 - 2 * kEnd);
+  throw InvalidInput(
+      fmt::format("\"angle_deg\": a zone {:.3g} wide is too short for {:.4g} degrees and a part {:.3g} thick; bend by "
+                  "at most {:.0f} degrees, or make the zone {:.3g} wide or wider",
+                  arc.width() / (1 - 2 * kEnd), turn / kRadiansPerDegree, thickness,
+                  std::floor(2 * arc.width() * kMostBending / thickness / kRadiansPerDegree),
+                  0.5 * thickness * turn / kMostBending * per_arc));
+}
+
+// The middle of the zone is free, so that it finds the motion that strains it least.
+PoseProblem problem_of(const BendStroke& stroke, const LiveSurface& surface, int threads,
+                       std::vector<std::string>& warnings) {
+  Arc arc(stroke);
+  const std::vector<Role> roles = roles_of(stroke, arc, surface);
+  const std::vector<Vec3d> bending = where(surface.positions, roles, Role::bends);
+  if (bending.empty()) {
+    throw InvalidInput(
+        "\"width\": no vertex of the shape lies in the zone that would bend; make the zone wider, move \"center\" "
+        "into the part, or remesh the shape");
+  }
+  fit(arc, bending);
+  PoseProblem problem;
+  problem.threads = threads;
+  problem.progress = surface.progress;
+  problem.diagonal = diagonal_of(surface);
+  problem.spacing =
+      std::max(kLeastSpacing * problem.diagonal, std::min(kSpacing * problem.diagonal, kSpacingOfZone * arc.width()));
+  problem.across = arc.axis();
+  problem.body = body_of(surface, problem.spacing, kSamplesInside, threads, warnings);
+  problem.body.stiffness.clear();  // all alike: a bar with few vertices keeps its volume better so
+  std::vector<Vec3d> rests;
+  std::vector<Vec3d> moves;
+  const auto assign = [&](const Vec3d& p, Role role) {
+    const bool bends = role == Role::bends;
+    const double height = arc.height(p);
+    if (role == Role::rests || (bends && height >= arc.outer())) rests.push_back(p);
+    if (role == Role::moves || (bends && height <= arc.inner())) moves.push_back(p);
+  };
+  for (std::size_t i = 0; i < roles.size(); ++i) assign(surface.positions[i], roles[i]);
+  if (moves.empty()) {
+    throw InvalidInput(
+        "\"center\": nothing of the shape lies where the bend would move it; move the zone towards "
+        "what should stay");
+  }
+  // Where vertices are few, the body's samples say more of where its parts are.
+  const std::vector<std::uint32_t> nearest = nearest_of(surface.positions, problem.body.points);
+  for (std::size_t i = 0; i < nearest.size(); ++i) assign(problem.body.points[i], roles[nearest[i]]);
+  if (!rests.empty()) problem.parts.push_back(part_of(rests, problem.spacing));
+  PosedPart& part = problem.parts.emplace_back(part_of(moves, problem.spacing));
+  part.angle = arc.angle();
+  part.way = [arc](const Vec3d& start, double time) { return arc.place(start, time); };
+  return problem;
+}
+
+bool is_spoiled(const PoseResult& result) {
+  return std::max(result.greatest_stretch, 1 / result.least_stretch) > kStrongStretch ||
+         result.part_distance > kMostDistance;
+}
+
+// A bend that was solved.
+struct SolvedBend {
+  Flow flow;
+  PoseResult result;
+  double diagonal = 0;
+};
+
+SolvedBend solved(const BendStroke& stroke, const LiveSurface& surface, int threads) {
+  SolvedBend solved;
+  PoseProblem problem = problem_of(stroke, surface, threads, solved.result.warnings);
+  solved.diagonal = problem.diagonal;
+  const PoseOutcome outcome = find_flow(std::move(problem), solved.flow);
+  solved.result.part_distance = outcome.part_distance / solved.diagonal;
+  solved.result.unknowns = outcome.unknowns;
+  solved.result.segments = outcome.segments;
+  measure_stretch(solved.flow, surface, solved.diagonal, threads, solved.result);
+  return solved;
+}
+
+// The share of a bend's segments that spoil nothing.
+double sound_share(const SolvedBend& bend, const LiveSurface& surface, int threads) {
+  const std::size_t count = bend.flow.segments.size() - 1;  // the last one takes no time
+  std::size_t sound = 0;
+  std::size_t spoiled = count;
+  while (sound + 1 < spoiled) {
+    const std::size_t middle = (sound + spoiled) / 2;
+    PoseResult result;
+    measure_stretch(prefix(bend.flow, static_cast<double>(middle)), surface, bend.diagonal, threads, result);
+    (is_spoiled(result) ? spoiled : sound) = middle;
+  }
+  return static_cast<double>(sound) / static_cast<double>(count);
+}
+
+// Names an angle that was tried, at most this one.
+[[noreturn]] void refuse(BendStroke stroke, double angle, const LiveSurface& surface, int threads) {
+  constexpr double kLess = 0.92;
+  const double sign = stroke.angle_deg < 0 ? -1 : 1;
+  for (; angle >= 1; angle = std::floor(kLess * angle)) {
+    stroke.angle_deg = sign * angle;
+    if (!is_spoiled(solved(stroke, surface, threads).result)) break;
+  }
+  const std::string what = "\"angle_deg\": the part would meet itself or the rest; ";
+  if (angle < 1) throw InvalidInput(what + "choose another \"center\", or make the zone wider");
+  throw InvalidInput(fmt::format("{}bend by at most {:.0f} degrees, or make the zone wider", what, sign * angle));
+}
+
+}  // namespace
+
+bool bends_body(const BendStroke& stroke, const LiveSurface& surface) {
+  if (std::abs(stroke.angle_deg) > kMostOfPlainBend) return true;
+  if (!stroke.radius_auto || surface.triangles.empty()) return false;
+  const Arc arc(stroke);
+  const std::optional<Parts> parts = parts_by_pieces(stroke, arc, surface);
+  if (!parts || parts->is_joined_twice) return false;
+  for (std::size_t i = 0; i < parts->roles.size(); ++i) {
+    if (parts->roles[i] == Role::moves && arc.height(surface.positions[i]) > arc.inner()) return true;
+  }
+  BendStroke any = stroke;
+  any.radius_auto = false;
+  any.radius = 1;
+  return !propose_barrel(*barrel_of(any), surface.positions, surface.triangles).radius;
+}
+
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads) {
+  if (surface.positions.empty()) return {};
+  constexpr double kFullTurn = 360;  // closes a ring
+  constexpr double kMostTurn = 345;
+  if (std::abs(stroke.angle_deg) >= kFullTurn) refuse(stroke, kMostTurn, surface, threads);
+  SolvedBend bend = solved(stroke, surface, threads);
+  if (is_spoiled(bend.result)) {
+    refuse(stroke, std::floor(std::abs(stroke.angle_deg) * sound_share(bend, surface, threads)), surface, threads);
+  }
+  bend.result.stopped = !apply_grids(bend.flow, surface);
+  return std::move(bend.result);
+}
+
+namespace tool_detail {
+
+Thresholds<double> bend_thresholds(const BendStroke& stroke) {
+  if (const auto* given = std::get_if<BendThresholds>(&stroke.extent)) {
+    return {given->inner, given->outer, stroke.falloff};
+  }
+  const auto& extent = std::get<BendWidth>(stroke.extent);
+  const double fraction = extent.center_fraction.value_or(falloff_facts(stroke.falloff).half);
+  return {-fraction * extent.width, (1 - fraction) * extent.width, stroke.falloff};
+}
+
+void move_center(BendStroke& stroke, int falloff) {
+  auto* const zone = std::get_if<BendThresholds>(&stroke.extent);
+  if (zone == nullptr) return;
+  const double moved = falloff_facts(falloff).half - falloff_facts(stroke.falloff).half;
+  const double shift = moved * (zone->outer - zone->inner);
+  stroke.center += unit(stroke.normal) * shift;
+  zone->inner -= shift;
+  zone->outer -= shift;
+}
+
+}  // namespace tool_detail
+
+namespace {
+
+using namespace tool_detail;
+
+// |a x n| and |a.n| of unit vectors below which they count as parallel, and as perpendicular.
+constexpr double kParallel = 1e-9;
+constexpr double kPerpendicular = 1e-3;
+
+std::vector<StrokeKey> keys(BendStroke& s) {
+  auto* const width = std::get_if<BendWidth>(&s.extent);
+  auto* const zone = std::get_if<BendThresholds>(&s.extent);
+  return {
+      {"center", Quantity::finite, &s.center},
+      {"axis", Quantity::direction, &s.axis},
+      {"normal", Quantity::direction, &s.normal},
+      {"angle_deg", Quantity::angle, &s.angle_deg, Presence::required, "rotation of the part that moves"},
+      {"width", Quantity::positive, width != nullptr ? &width->width : nullptr, Presence::required,
+       "of the zone that bends"},
+      {"center_fraction", Quantity::finite, width != nullptr ? &width->center_fraction : nullptr, Presence::optional},
+      {"inner", Quantity::other, zone != nullptr ? &zone->inner : nullptr, Presence::required,
+       "where the part that moves begins"},
+      {"outer", Quantity::other, zone != nullptr ? &zone->outer : nullptr, Presence::required,
+       "where the part that stays begins"},
+      {"gauge", Quantity::finite, &s.gauge, Presence::optional},
+      {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::optional, "of the barrel"}};
+}
+
+void prepare(BendStroke& stroke, const HasKey& has) {
+  const bool by_width = has("width") || has("center_fraction");
+  const bool by_thresholds = has("inner") || has("outer");
+  if (by_width == by_thresholds) {
+    throw InvalidInput(std::string(R"(a bend has either "width" (and "center_fraction") or "inner" and "outer", )") +
+                       (by_width ? "not both" : "got neither"));
+  }
+  if (by_thresholds) stroke.extent = BendThresholds{};
+}
+
+void validate(const BendStroke& stroke) {
+  if (norm(cross(unit(stroke.axis), unit(stroke.normal))) < kParallel) {
+    throw InvalidInput("\"normal\" must not be parallel to \"axis\": a bend turns it about the axis");
+  }
+  const Thresholds<double> thresholds = bend_thresholds(stroke);
+  require_thresholds(thresholds.inner, thresholds.outer);
+}
+
+bool reads_surface(const BendStroke& stroke) {
+  return stroke.radius_auto || std::abs(stroke.angle_deg) > kMostOfPlainBend;
+}
+
+Flow flow_of(const BendStroke& stroke) {
+  const Vec3d axis = unit(stroke.axis);
+  const Vec3d normal = unit(stroke.normal);
+  const double angle = stroke.angle_deg * kRadiansPerDegree;
+  const Rotation<double> motion{axis, angle, stroke.gauge, RotationGauge::axial};
+  const HalfSpace<double> region{normal, axis, 0.5 * angle};
+  Segment segment = resting_segment({stroke.center, motion, region, bend_thresholds(stroke)});
+  if (stroke.radius) segment.barrel = SegmentBarrel{stroke.center, normal, *stroke.radius};
+  return {{std::move(segment)}};
+}
+
+void warn(const BendStroke& stroke, Warnings& warnings) {
+  if (std::abs(dot(unit(stroke.axis), unit(stroke.normal))) > kPerpendicular) {
+    warnings.push_back(
+        "\"normal\" is not perpendicular to \"axis\", so the bend is skewed; make it perpendicular for a plain bend");
+  }
+}
+
+}  // namespace
+
+const Tool& BendStroke::tool() {
+  static const Tool kTool = describe<BendStroke>("bend", {keys, validate, flow_of, warn, reads_surface, prepare});
+  return kTool;
+}
+
+}  // namespace knead

@@ -1,0 +1,492 @@
+#include "strokes/limit_cylinder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "knead/region.h"
+#include "knead/tools.h"
+#include "mesh/edges.h"
+#include "strokes/continued.h"
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using tool_detail::crosses;
+using tool_detail::merged_reaches;
+using tool_detail::Reach;
+using tool_detail::reach_of;
+using tool_detail::Round;
+using tool_detail::short_number_between;
+
+void suggest(const std::vector<Reach>& merged, double radius, BarrelCheck& check) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  std::size_t at = 0;
+  while (at + 1 < merged.size() && merged[at + 1].min <= radius) ++at;
+  for (std::size_t i = at; i > 0 && !check.smaller; --i) {
+    check.smaller = short_number_between(merged[i - 1].max, merged[i].min, merged[i].min, Round::down);
+  }
+  for (std::size_t i = at; i < merged.size() && !check.larger; ++i) {
+    check.larger = short_number_between(merged[i].max, i + 1 < merged.size() ? merged[i + 1].min : kInfinity,
+                                        merged[i].max, Round::up);
+  }
+}
+
+// n(1) of a bend; a twist's normal rests.
+Vec3d last_normal(const Field& field) { return normal_at(std::get<HalfSpace<double>>(field.region), 1.0); }
+
+}  // namespace
+
+std::optional<Barrel> barrel_of(const Stroke& stroke) {
+  const auto* twist = std::get_if<TwistStroke>(&stroke);
+  const auto* bend = std::get_if<BendStroke>(&stroke);
+  if ((twist == nullptr || !twist->radius) && (bend == nullptr || !bend->radius)) return std::nullopt;
+  if (reads_surface(stroke)) return std::nullopt;
+  const Flow flow = flow_of(stroke);
+  const Segment& segment = flow.segments.front();
+  const Field& field = segment.fields.front();
+  return Barrel{segment.barrel->point, segment.barrel->direction, segment.barrel->radius, field.thresholds.outer,
+                last_normal(field)};
+}
+
+BarrelCheck check_barrel(const Barrel& barrel, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
+  BarrelCheck check;
+  const bool turns = barrel.last_normal != barrel.normal;
+  for (const Triangle& triangle : triangles) {
+    if (crosses(reach_of(barrel, barrel.normal, positions, triangle), barrel.radius)) {
+      ++check.crossing;
+    } else if (turns && crosses(reach_of(barrel, barrel.last_normal, positions, triangle), barrel.radius)) {
+      ++check.later;
+    }
+  }
+  if (check.crossing > 0) suggest(merged_reaches(barrel, positions, triangles), barrel.radius, check);
+  return check;
+}
+
+std::optional<double> nearest_radius(const BarrelCheck& check, double radius) {
+  if (!check.smaller) return check.larger;
+  if (!check.larger) return check.smaller;
+  return radius - *check.smaller < *check.larger - radius ? check.smaller : check.larger;
+}
+
+namespace {
+
+// still: the motion leaves it where it is, so that nothing needs to be known.
+enum class Kind : std::uint8_t { still, moved, unmoved, open };
+
+double distance_from_axis(const Barrel& barrel, const Vec3d& x) {
+  return norm(cross(barrel.normal, x - barrel.center));
+}
+
+Kind kind_of(const Barrel& barrel, const Vec3d& deformed, const Vec3d& taken_back, double slack) {
+  if (deformed == taken_back) return Kind::still;
+  if (distance_from_axis(barrel, taken_back) > barrel.radius + slack) return Kind::unmoved;
+  const bool would_move = distance_from_axis(barrel, deformed) < barrel.radius - slack &&
+                          dot(barrel.normal, deformed - barrel.center) < barrel.outer - slack;
+  return would_move ? Kind::moved : Kind::open;
+}
+
+template <class Visit>
+void for_each_side(std::span<const Triangle> triangles, Visit visit) {
+  for (const Triangle& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) visit(triangle[i], triangle[(i + 1) % 3]);
+  }
+}
+
+}  // namespace
+
+std::vector<bool> barrel_members(const Barrel& barrel, std::span<const Vec3d> deformed,
+                                 std::span<const Vec3d> taken_back, std::span<const Triangle> triangles, double slack) {
+  std::vector<Kind> kinds;
+  kinds.reserve(deformed.size());
+  for (std::size_t i = 0; i < deformed.size(); ++i) {
+    kinds.push_back(kind_of(barrel, deformed[i], taken_back[i], slack));
+  }
+  DisjointSets pieces(deformed.size());  // of open vertices
+  for_each_side(triangles, [&](std::uint32_t a, std::uint32_t b) {
+    if (kinds[a] == Kind::open && kinds[b] == Kind::open) pieces.join(a, b);
+  });
+  std::vector<int> votes(deformed.size(), 0);  // of a piece's neighbours, kept at its smallest vertex
+  const auto vote = [&](std::uint32_t voter, std::uint32_t open) {
+    if (kinds[open] != Kind::open) return;
+    if (kinds[voter] == Kind::moved) ++votes[pieces.find(open)];
+    if (kinds[voter] == Kind::unmoved) --votes[pieces.find(open)];
+  };
+  for_each_side(triangles, [&](std::uint32_t a, std::uint32_t b) {
+    vote(a, b);
+    vote(b, a);
+  });
+  std::vector<bool> members(deformed.size());
+  for (std::uint32_t i = 0; i < deformed.size(); ++i) {
+    members[i] = kinds[i] == Kind::moved;
+    if (kinds[i] != Kind::open) continue;
+    const int sum = votes[pieces.find(i)];
+    members[i] = sum > 0 || (sum == 0 && distance_from_axis(barrel, taken_back[i]) <= barrel.radius);
+  }
+  return members;
+}
+
+}  // namespace knead
+
+namespace knead::tool_detail {
+
+namespace {
+
+using Corners = std::array<Vec3d, 3>;  // of a triangle
+
+// A triangle cut by a plane has at most four corners.
+struct Polygon {
+  std::array<Vec3d, 4> corners;
+  int count = 0;
+
+  void add(const Vec3d& p) { corners[count++] = p; }
+};
+
+// The part of the triangle, given relative to the centre, with normal.d <= outer; empty where none of it is below.
+Polygon clip(const Corners& triangle, const Vec3d& normal, double outer) {
+  Polygon result;
+  std::array<double, 3> above{};
+  for (std::size_t i = 0; i < 3; ++i) above[i] = dot(normal, triangle[i]) - outer;
+  if (!(std::min({above[0], above[1], above[2]}) < 0)) return result;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (above[i] <= 0) result.add(triangle[i]);
+    if ((above[i] < 0 && above[j] > 0) || (above[i] > 0 && above[j] < 0)) {
+      result.add(triangle[i] + (triangle[j] - triangle[i]) * (above[i] / (above[i] - above[j])));
+    }
+  }
+  return result;
+}
+
+// d without its part along the axis, rounded as advect rounds it when it decides whether a point belongs.
+Vec3d across_axis(const Vec3d& d, const Vec3d& axis) { return d - axis * dot(axis, d); }
+
+double distance_to_segment(const Vec3d& a, const Vec3d& b) {
+  const Vec3d e = b - a;
+  const double length2 = norm2(e);
+  const double along = length2 > 0 ? std::clamp(-dot(e, a) / length2, 0.0, 1.0) : 0.0;
+  return norm(a + e * along);
+}
+
+// Whether the axis meets the polygon, given its corners across the axis: they wind about the axis in one sense. Seen
+// edge-on it is as near as its edges, and the signs are noise.
+bool is_pierced(const Polygon& across, const Vec3d& axis, double farthest) {
+  constexpr double kEdgeOn = 1e-12;
+  bool positive = false;
+  bool negative = false;
+  double area = 0;
+  for (int i = 0; i < across.count; ++i) {
+    const double turn = dot(axis, cross(across.corners[i], across.corners[(i + 1) % across.count]));
+    positive = positive || turn > 0;
+    negative = negative || turn < 0;
+    area += turn;
+  }
+  return positive != negative && std::abs(area) > kEdgeOn * farthest * farthest;
+}
+
+Reach distances(Polygon polygon, const Vec3d& axis) {
+  for (int i = 0; i < polygon.count; ++i) polygon.corners[i] = across_axis(polygon.corners[i], axis);
+  Reach result{std::numeric_limits<double>::infinity(), 0};
+  for (int i = 0; i < polygon.count; ++i) {
+    const double length = norm(polygon.corners[i]);
+    result.max = std::max(result.max, length);
+    result.min = std::min(
+        {result.min, length, distance_to_segment(polygon.corners[i], polygon.corners[(i + 1) % polygon.count])});
+  }
+  if (is_pierced(polygon, axis, result.max)) result.min = 0;
+  return result;
+}
+
+}  // namespace
+
+std::optional<Reach> reach_of(const Barrel& barrel, const Vec3d& normal, std::span<const Vec3d> positions,
+                              const Triangle& triangle) {
+  const Corners corners{positions[triangle[0]] - barrel.center, positions[triangle[1]] - barrel.center,
+                        positions[triangle[2]] - barrel.center};
+  const Polygon polygon = clip(corners, normal, barrel.outer);
+  if (polygon.count == 0) return std::nullopt;
+  return distances(polygon, barrel.normal);
+}
+
+std::vector<Reach> merged(std::vector<Reach> all) {
+  std::sort(all.begin(), all.end(), [](const Reach& a, const Reach& b) { return a.min < b.min; });
+  std::vector<Reach> result;
+  for (const Reach& reach : all) {
+    if (result.empty() || reach.min > result.back().max) {
+      result.push_back(reach);
+    } else {
+      result.back().max = std::max(result.back().max, reach.max);
+    }
+  }
+  return result;
+}
+
+std::vector<Reach> merged_reaches(const Barrel& barrel, std::span<const Vec3d> positions,
+                                  std::span<const Triangle> triangles) {
+  std::vector<Reach> all;
+  for (const Triangle& triangle : triangles) {
+    if (const auto reach = reach_of(barrel, barrel.normal, positions, triangle)) all.push_back(*reach);
+  }
+  return merged(std::move(all));
+}
+
+std::optional<double> short_number_between(double low, double high, double target, Round round, int digits) {
+  const double exponent = std::floor(std::log10(std::max(target, std::numeric_limits<double>::min())));
+  for (; digits <= 15; ++digits) {
+    const double scale = std::pow(10.0, digits - 1 - exponent);
+    const double steps = target * scale;
+    const double value = (round == Round::up     ? std::floor(steps) + 1
+                          : round == Round::down ? std::ceil(steps) - 1
+                                                 : std::floor(steps + 0.5)) /
+                         scale;
+    if (low < value && value < high) return value;
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+constexpr double kFree = 1.25;  // times the gap's inner end, where it has no outer one
+constexpr int kDigits = 3;      // of a radius in a wide gap
+
+std::vector<bool> vertices_below(const Barrel& barrel, std::span<const Vec3d> positions) {
+  std::vector<bool> below(positions.size());
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    below[i] = dot(barrel.normal, positions[i] - barrel.center) < barrel.outer;
+  }
+  return below;
+}
+
+// A piece is known by its smallest vertex.
+std::vector<std::uint32_t> label(const std::vector<bool>& below, std::span<const Triangle> triangles) {
+  DisjointSets sets(below.size());
+  for (const Triangle& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::uint32_t a = triangle[i];
+      const std::uint32_t b = triangle[(i + 1) % 3];
+      if (below[a] && below[b]) sets.join(a, b);
+    }
+  }
+  std::vector<std::uint32_t> result;
+  result.reserve(triangles.size());
+  for (const Triangle& triangle : triangles) {
+    const auto lowest = std::find_if(triangle.begin(), triangle.end(), [&](std::uint32_t v) { return below[v]; });
+    result.push_back(lowest == triangle.end() ? BarrelPieces::kNone : sets.find(*lowest));
+  }
+  return result;
+}
+
+std::uint32_t nearest_piece(const std::vector<std::uint32_t>& piece, const Vec3d& center,
+                            std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  std::uint32_t nearest = BarrelPieces::kNone;
+  double least2 = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (piece[i] == BarrelPieces::kNone) continue;
+    double square = least2;
+    for (const std::uint32_t v : triangles[i]) square = std::min(square, norm2(positions[v] - center));
+    if (square < least2) {
+      least2 = square;
+      nearest = piece[i];
+    }
+  }
+  return nearest;
+}
+
+// Of every piece, at its number.
+std::vector<Reach> piece_reaches(const std::vector<std::uint32_t>& piece,
+                                 const std::vector<std::optional<Reach>>& reach, std::size_t vertices) {
+  std::vector<Reach> result(vertices, {std::numeric_limits<double>::infinity(), 0});
+  for (std::size_t i = 0; i < piece.size(); ++i) {
+    if (piece[i] == BarrelPieces::kNone || !reach[i]) continue;
+    Reach& whole = result[piece[i]];
+    whole = {std::min(whole.min, reach[i]->min), std::max(whole.max, reach[i]->max)};
+  }
+  return result;
+}
+
+std::vector<Reach> later_reaches(const Barrel& barrel, std::span<const Vec3d> positions,
+                                 std::span<const Triangle> triangles) {
+  std::vector<Reach> all;
+  if (barrel.last_normal == barrel.normal) return all;
+  for (const Triangle& triangle : triangles) {
+    if (const auto reach = reach_of(barrel, barrel.last_normal, positions, triangle)) all.push_back(*reach);
+  }
+  return merged(std::move(all));
+}
+
+// What `taken` leaves of the gap (low, high): the nearest piece that is wide enough, else the widest, by the ratio of
+// its ends; all of the gap where nothing is left.
+Reach free_part(double low, double high, const std::vector<Reach>& taken) {
+  constexpr double kWide = kFree * kFree;
+  Reach best{low, low};
+  const auto consider = [&](double from, double to) {
+    const double ratio = best.max / best.min;
+    if (ratio < kWide && to > ratio * from) best = {from, to};
+  };
+  double from = low;
+  for (const Reach& reach : taken) {
+    consider(from, std::min(reach.min, high));
+    from = std::max(from, reach.max);
+  }
+  consider(from, high);
+  return best.min < best.max ? best : Reach{low, high};
+}
+
+}  // namespace
+
+BarrelPieces barrel_pieces(const Barrel& barrel, std::span<const Vec3d> positions,
+                           std::span<const Triangle> triangles) {
+  BarrelPieces result;
+  result.piece = label(vertices_below(barrel, positions), triangles);
+  result.part = nearest_piece(result.piece, barrel.center, positions, triangles);
+  if (result.part == BarrelPieces::kNone) return result;
+  std::vector<std::optional<Reach>> reach;
+  reach.reserve(triangles.size());
+  for (const Triangle& triangle : triangles) reach.push_back(reach_of(barrel, barrel.normal, positions, triangle));
+  const std::vector<Reach> whole = piece_reaches(result.piece, reach, positions.size());
+  result.part_max = whole[result.part].max;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (result.piece[i] == BarrelPieces::kNone || result.piece[i] == result.part || !reach[i]) continue;
+    const Reach& other = whole[result.piece[i]];
+    if (other.max <= result.part_max) {
+      ++result.within;
+    } else if (other.min > result.part_max) {
+      result.others = std::min(result.others, other.min);
+    } else {
+      if (reach[i]->min <= result.part_max) ++result.blocking;
+      result.blocking_min = std::min(result.blocking_min, other.min);
+    }
+  }
+  result.later = later_reaches(barrel, positions, triangles);
+  return result;
+}
+
+std::optional<double> radius_in_gap(const BarrelPieces& pieces) {
+  if (pieces.part == BarrelPieces::kNone || pieces.blocking > 0) return std::nullopt;
+  const Reach gap = free_part(pieces.part_max, pieces.others, pieces.later);
+  const double middle = std::isinf(gap.max) ? kFree * gap.min : std::sqrt(gap.min * gap.max);
+  return short_number_between(gap.min, gap.max, middle, Round::nearest, kDigits);
+}
+
+}  // namespace knead::tool_detail
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr double kSpread = 1.6;   // times the thickness: the farthest that the part may reach in the plane r = outer
+constexpr double kMargin = 1.1;   // distance of everything else over that of the part
+constexpr double kStride = 0.25;  // of the thickness: from place to place
+constexpr int kMostPlaces = 200;
+
+struct Shape {
+  std::span<const Vec3d> positions;
+  std::span<const Triangle> triangles;
+};
+
+// Checks that the part is joined to the rest in one place only, about as thick there as at the point. Returns the
+// problem, or nothing.
+std::string root_problem(const Barrel& barrel, const BarrelPieces& pieces, double thickness, const Shape& shape) {
+  const auto loops =
+      slice(barrel.center + barrel.normal * barrel.outer, barrel.normal, shape.positions, shape.triangles);
+  const std::optional<SliceLoop> root = innermost(loops);
+  if (!root || pieces.piece[root->triangle] != pieces.part) return "its root does not go around the line";
+  if (root->reach > kSpread * thickness) {
+    return fmt::format("it is {:.3g} thick at its root, against {:.3g} at the point", root->reach, thickness);
+  }
+  const auto roots = std::count_if(loops.begin(), loops.end(),
+                                   [&](const SliceLoop& loop) { return pieces.piece[loop.triangle] == pieces.part; });
+  return roots == 1 ? "" : fmt::format("it is joined to the rest in {} places", roots);
+}
+
+// Returns the part's height over the centre, towards the tip.
+double length_of(const Barrel& barrel, const BarrelPieces& pieces, const Shape& shape) {
+  double length = 0;
+  for (std::size_t i = 0; i < shape.triangles.size(); ++i) {
+    if (pieces.piece[i] != pieces.part) continue;
+    for (const std::uint32_t v : shape.triangles[i]) {
+      length = std::max(length, -dot(barrel.normal, shape.positions[v] - barrel.center));
+    }
+  }
+  return length;
+}
+
+// Completes the proposal at its centre, or says what is wrong there.
+void try_place(BarrelPlacement& proposal, const Vec3d& last_normal, const Shape& shape) {
+  const Barrel barrel{proposal.center, proposal.normal, 0, proposal.outer, last_normal};
+  const BarrelPieces pieces = barrel_pieces(barrel, shape.positions, shape.triangles);
+  const std::optional<double> radius = radius_in_gap(pieces);
+  if (!radius || pieces.others < kMargin * pieces.part_max) {
+    proposal.problem = "something else is as near to the line as the part's farthest point";
+  } else if (length_of(barrel, pieces, shape) <= -proposal.inner) {
+    proposal.problem = "it ends before the motion's inner region begins";
+  } else {
+    proposal.problem = root_problem(barrel, pieces, proposal.thickness, shape);
+    proposal.radius = *radius;
+  }
+}
+
+// With a zone of that width: from the point towards the tip, to the first place that will do.
+BarrelPlacement first_place(const BarrelQuery& query, const Vec3d& direction, double thickness, double width,
+                            const Shape& shape, const Progress* progress) {
+  BarrelPlacement proposal{query.point, -direction, -kCenterFraction * width, (1 - kCenterFraction) * width, 0,
+                           thickness,   {}};
+  Vec3d last_normal = proposal.normal;
+  if (query.axis != Vec3d{0, 0, 0}) {
+    last_normal = rotate(proposal.normal, unit(query.axis), sincos(0.5 * query.angle_deg * kRadiansPerDegree));
+  }
+  std::string first_problem;
+  for (int i = 0; i < kMostPlaces; ++i) {
+    stop_if_cancelled(progress);
+    proposal.center = query.point + direction * (kStride * thickness * i);
+    if (!innermost(slice(proposal.center, proposal.normal, shape.positions, shape.triangles))) break;  // past the tip
+    try_place(proposal, last_normal, shape);
+    if (proposal.problem.empty()) return proposal;
+    if (i == 0) first_problem = proposal.problem;
+  }
+  proposal.problem = first_problem;
+  return proposal;
+}
+
+}  // namespace
+
+BarrelPlacement place_barrel(const BarrelQuery& query, std::span<const Vec3d> positions,
+                             std::span<const Triangle> triangles, const Progress* progress) {
+  check_triangles(triangles, positions);
+  require_finite("point", query.point);
+  require_direction("direction", query.direction);
+  require_finite("axis", query.axis);
+  require_angle("angle_deg", query.angle_deg);
+  const Shape shape{positions, triangles};
+  const Vec3d direction = unit(query.direction);
+  const std::optional<SliceLoop> around = innermost(slice(query.point, direction, positions, triangles));
+  BarrelPlacement proposal;
+  if (!around) {
+    proposal.problem =
+        "there is no limb at this point: nothing goes around it across the direction; choose a part such as a finger, "
+        "an arm or a neck, between its ends";
+    return proposal;
+  }
+  for (const double zone : {2.0, 1.2}) {
+    proposal = first_place(query, direction, around->reach, zone * around->reach, shape, progress);
+    if (proposal.problem.empty()) return proposal;
+  }
+  proposal.problem = fmt::format(
+      "from the point to the tip there is no place where the part can be moved alone: at the point {}; choose a "
+      "point nearer to the tip, or a direction along the middle of the part",
+      proposal.problem);
+  return proposal;
+}
+
+}  // namespace knead

@@ -1,0 +1,408 @@
+#include "strokes/mirror.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "field/grid.h"
+#include "flow/culling.h"
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+namespace {
+
+constexpr std::size_t kMostPlanes = 3;
+constexpr double kRightAngle = 1e-9;  // the greatest cosine of one
+constexpr double kSame = 1e-9;        // of a size or speed: images that differ by less are one
+constexpr double kSameBox = 1e-6;     // likewise, of the supports' boxes
+constexpr std::size_t kMostAnchors = 12;
+
+// The axis to which the plane is at a right angle, exactly.
+std::optional<std::size_t> axis_of(const MirrorPlane& plane) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    Vec3d rest = plane.normal;
+    rest[axis] = 0;
+    if (rest == Vec3d{0, 0, 0}) return axis;
+  }
+  return std::nullopt;
+}
+
+std::optional<unsigned> coordinate_plane(const MirrorPlane& plane) {
+  const std::optional<std::size_t> axis = axis_of(plane);
+  return axis && plane.point[*axis] == 0 ? std::optional(1U << *axis) : std::nullopt;
+}
+
+// What each axis plane gives to the sum of all images.
+std::array<std::optional<double>, 3> planes_of(const Mirror& mirror) {
+  std::array<std::optional<double>, 3> planes;
+  for (const MirrorPlane& plane : mirror) {
+    if (const std::optional<std::size_t> axis = axis_of(plane)) planes[*axis] = plane.point[*axis];
+  }
+  return planes;
+}
+
+// Places by which a field's motion is told from others, about a place that it moves.
+void add_places(const Vec3d& anchor, double size, std::vector<Vec3d>& places) {
+  for (const Vec3d& by :
+       {Vec3d{0.31, 0.17, -0.23}, Vec3d{-0.29, 0.41, 0.13}, Vec3d{0.07, -0.53, 0.37}, Vec3d{-0.11, -0.19, -0.61}}) {
+    places.push_back(anchor + by * size);
+  }
+}
+
+void add_anchors(const PointSet<double>& set, const Vec3d& center, std::vector<Vec3d>& anchors) {
+  for (const Vec3d& p : set.points) anchors.push_back(center + p);
+  for (const auto& curve : set.curves) anchors.push_back(center + curve.front());
+}
+
+// Where a field moves points, and over which length it changes.
+double find_anchors(const Field& field, std::vector<Vec3d>& anchors) {
+  const Vec3d& c = field.center;
+  anchors = {c};
+  if (const auto* capsule = std::get_if<Capsule<double>>(&field.region)) {
+    anchors = {c - capsule->half_axis, c + capsule->half_axis};
+  } else if (const auto* space = std::get_if<HalfSpace<double>>(&field.region)) {
+    anchors = {c + space->normal * (0.5 * (field.thresholds.inner + field.thresholds.outer))};
+    return field.thresholds.outer - field.thresholds.inner;
+  } else if (const auto* set = std::get_if<PointSet<double>>(&field.region)) {
+    anchors.clear();
+    add_anchors(*set, c, anchors);
+  } else if (const auto* handles = std::get_if<Handles<double>>(&field.region)) {
+    anchors.clear();
+    add_anchors(handles->full, c, anchors);
+    add_anchors(handles->zero, c, anchors);
+    return norm(anchors.back() - anchors.front());
+  }
+  return field.thresholds.outer;
+}
+
+std::vector<Vec3d> places_in(const Segment& segment) {
+  std::vector<Vec3d> places;
+  if (!segment.grid.is_empty()) {
+    const Box box = detail::box_in_use(segment.grid);
+    if (box.empty()) return places;
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      const auto share = [&](unsigned axis) { return (corner >> axis & 1U) != 0 ? 0.75 : 0.25; };
+      const Vec3d at{share(0), share(1), share(2)};
+      const Vec3d by = box.max - box.min;
+      add_places(box.min + Vec3d{at.x * by.x, at.y * by.y, at.z * by.z}, 0.3 * norm(by), places);
+    }
+    return places;
+  }
+  for (std::size_t i = 0; i < segment.fields.size(); i += segment.fields.size() / kMostAnchors + 1) {
+    std::vector<Vec3d> anchors;
+    const double size = find_anchors(segment.fields[i], anchors);
+    for (std::size_t k = 0; k < anchors.size(); k += anchors.size() / kMostAnchors + 1) {
+      add_places(anchors[k], size, places);
+    }
+  }
+  return places;
+}
+
+bool are_near(const Vec3d& a, const Vec3d& b, double distance) { return norm(a - b) <= distance; }
+
+bool have_same_barrel(const std::optional<SegmentBarrel>& a, const std::optional<SegmentBarrel>& b) {
+  if (!a || !b) return !a && !b;
+  const Vec3d by = b->point - a->point;
+  return std::abs(a->radius - b->radius) <= kSame * a->radius && norm(cross(a->direction, b->direction)) <= kSame &&
+         norm(cross(a->direction, by)) <= kSame * a->radius;
+}
+
+// Whether two images of a segment do the same to every point, up to rounding.
+bool are_same(const Segment& a, const Segment& b) {
+  if (a == b) return true;
+  if (!have_same_barrel(a.barrel, b.barrel)) return false;
+  const Box of_a = detail::support_of(a);
+  const Box of_b = detail::support_of(b);
+  const double size = of_a.diagonal();
+  if (std::isfinite(size) && !of_a.empty() &&
+      !(are_near(of_a.min, of_b.min, kSameBox * size) && are_near(of_a.max, of_b.max, kSameBox * size))) {
+    return false;
+  }
+  const std::vector<Vec3d> places = places_in(a);
+  double greatest = 0;
+  double difference = 0;
+  for (const double time : {0.0, 0.5, 1.0}) {
+    const std::vector<Vec3d> by_a = velocities(Flow{{a}}, places, time);
+    const std::vector<Vec3d> by_b = velocities(Flow{{b}}, places, time);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      greatest = std::max({greatest, norm(by_a[i]), norm(by_b[i])});
+      difference = std::max(difference, norm(by_a[i] - by_b[i]));
+    }
+    if (difference > kSame * greatest) return false;
+  }
+  return true;
+}
+
+Stroke image_of_flow(const Stroke& stroke, const SymmetryImage& image) { return image_of(stroke, image, {}); }
+
+// One segment of the stroke, and those of its images: their sum.
+Segment sum_of(const std::vector<Segment>& images, const Mirror& mirror) {
+  Segment sum;
+  for (const Segment& image : images) {
+    const auto is_it = [&](const Segment& other) { return are_same(other, image); };
+    if (std::none_of(sum.parts.begin(), sum.parts.end(), is_it)) sum.parts.push_back(image);
+  }
+  if (sum.parts.size() == 1) return images.front();
+  sum.mirrored_at = planes_of(mirror);
+  return sum;
+}
+
+// The pins of a stroke and of its images.
+class MirroredPins {
+ public:
+  MirroredPins(const PinsStroke& stroke, const Mirror& mirror)
+      : result_(stroke), images_(images_in(mirror)), same_(kSame * size_of(stroke)) {
+    result_.turn.resize(stroke.points.size());
+  }
+
+  PinsStroke find() {
+    const std::size_t count = result_.points.size();
+    for (std::size_t i = 0; i < count; ++i) keep_in_planes(i);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (const SymmetryImage& image : images_) add_image(i, image);
+    }
+    const auto is_none = [](const auto& turn) { return !turn; };
+    if (std::all_of(result_.turn.begin(), result_.turn.end(), is_none)) result_.turn.clear();
+    return std::move(result_);
+  }
+
+ private:
+  static double size_of(const PinsStroke& stroke) {
+    Box box = bounding_box(stroke.points);
+    for (const Vec3d& p : stroke.to) box.extend(p);
+    return std::max({box.diagonal(), norm(box.min), norm(box.max)});
+  }
+
+  PinsStroke one(std::size_t i) const {
+    PinsStroke pin;
+    pin.points = {result_.points[i]};
+    pin.to = {result_.to[i]};
+    pin.radius = 1;
+    if (result_.turn[i]) pin.turn = {result_.turn[i]};
+    return pin;
+  }
+  PinsStroke image(std::size_t i, const SymmetryImage& image) const {
+    return std::get<PinsStroke>(image_of_flow(one(i), image));
+  }
+
+  static Vec3d vector_of(const PinRotation& turn) { return normalized(turn.axis) * turn.angle_deg; }
+
+  // A pin that is its own image goes where the images on the whole go, and turns as they do.
+  void keep_in_planes(std::size_t i) {
+    Vec3d to = result_.to[i];
+    Vec3d turn = result_.turn[i] ? vector_of(*result_.turn[i]) : Vec3d{};
+    double count = 1;
+    for (const SymmetryImage& each : images_) {
+      const PinsStroke other = image(i, each);
+      if (!are_near(other.points[0], result_.points[i], same_)) continue;
+      to += other.to[0];
+      if (!other.turn.empty()) turn += vector_of(*other.turn[0]);
+      ++count;
+    }
+    if (count == 1) return;
+    if (!are_near(to / count, result_.to[i], same_)) result_.to[i] = to / count;
+    if (!result_.turn[i] || are_near(turn / count, vector_of(*result_.turn[i]), kSame)) return;
+    result_.turn[i] = PinRotation{result_.turn[i]->axis, 0};
+    if (norm(turn) > 0) result_.turn[i] = PinRotation{turn, norm(turn) / count};
+  }
+
+  void add_image(std::size_t i, const SymmetryImage& each) {
+    const PinsStroke other = image(i, each);
+    for (std::size_t k = 0; k < result_.points.size(); ++k) {
+      if (!are_near(result_.points[k], other.points[0], same_)) continue;
+      if (are_near(result_.to[k], other.to[0], same_)) return;
+      throw InvalidInput(fmt::format(
+          "\"points\": pin {} is the mirror image of pin {}, but goes elsewhere; leave one of them out", k + 1, i + 1));
+    }
+    result_.points.push_back(other.points[0]);
+    result_.to.push_back(other.to[0]);
+    result_.turn.push_back(other.turn.empty() ? std::nullopt : other.turn[0]);
+  }
+
+  PinsStroke result_;
+  std::vector<SymmetryImage> images_;
+  double same_;
+};
+
+// The parts and pins of a pose and of its images.
+class MirroredPose {
+ public:
+  MirroredPose(PoseStroke stroke, const Mirror& mirror, std::span<const Vec3d> positions)
+      : result_(std::move(stroke)), images_(images_in(mirror)), same_(kSame * bounding_box(positions).diagonal()) {
+    for (PoseItem& item : result_.parts) {
+      std::visit([&](auto& own) { look_up(own, positions); }, item);
+    }
+  }
+
+  PoseStroke find() {
+    const std::vector<PoseItem> own = result_.parts;
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      for (const SymmetryImage& image : images_) {
+        PoseStroke one = result_;
+        one.parts = {own[i]};
+        one.stiffness.clear();
+        add(std::get<PoseStroke>(image_of_flow(one, image)).parts.front(), i);
+      }
+    }
+    return std::move(result_);
+  }
+
+ private:
+  static void look_up(PosePart& part, std::span<const Vec3d> positions) {
+    for (const VertexRange& range : part.vertices) {
+      require_vertex("parts", positions, range.last);
+      part.points.insert(part.points.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
+    }
+    part.vertices.clear();
+  }
+  static void look_up(PosePin& pin, std::span<const Vec3d> positions) {
+    if (!pin.vertex) return;
+    require_vertex("parts", positions, *pin.vertex);
+    pin.point = positions[*pin.vertex];
+    pin.vertex.reset();
+  }
+
+  // The image of item i: a part that holds gets the image's points, what is its own image stays alone.
+  void add(const PoseItem& image, std::size_t i) {
+    if (const auto* pin = std::get_if<PosePin>(&image)) return add(*pin, std::get<PosePin>(result_.parts[i]));
+    const auto& part = std::get<PosePart>(image);
+    auto& own = std::get<PosePart>(result_.parts[i]);
+    std::vector<Vec3d> apart;
+    for (const Vec3d& p : part.points) {
+      const auto is_it = [&](const Vec3d& q) { return are_near(p, q, same_); };
+      if (std::none_of(own.points.begin(), own.points.end(), is_it)) apart.push_back(p);
+    }
+    if (own.hold) {
+      own.points.insert(own.points.end(), apart.begin(), apart.end());
+    } else if (!apart.empty()) {
+      result_.parts.emplace_back(part);
+    }
+  }
+  void add(const PosePin& image, PosePin& own) {
+    if (!are_near(*image.point, *own.point, same_)) {
+      result_.parts.emplace_back(image);
+      return;
+    }
+    for (std::size_t k = 0; k < own.path.size(); ++k) own.path[k] = (own.path[k] + image.path[k]) * 0.5;
+  }
+
+  PoseStroke result_;
+  std::vector<SymmetryImage> images_;
+  double same_;
+};
+
+}  // namespace
+
+void validate(const Mirror& mirror) {
+  if (mirror.size() > kMostPlanes) {
+    throw InvalidInput(fmt::format("\"mirror\" must be 1 to {} planes, got {}", kMostPlanes, mirror.size()));
+  }
+  for (std::size_t i = 0; i < mirror.size(); ++i) {
+    if (!is_finite(mirror[i].point)) throw InvalidInput("\"mirror\" must have a finite \"point\"");
+    const double length = norm(mirror[i].normal);
+    if (!(std::isfinite(length) && length > 0)) {
+      throw InvalidInput("\"mirror\" must have a \"normal\" of a finite length above 0");
+    }
+    for (std::size_t k = 0; k < i; ++k) {
+      if (std::abs(dot(normalized(mirror[k].normal), normalized(mirror[i].normal))) > kRightAngle) {
+        throw InvalidInput(
+            fmt::format("\"mirror\" must have planes at right angles; planes {} and {} are not", k + 1, i + 1));
+      }
+    }
+  }
+}
+
+Mirror coordinate_mirror(std::string_view names) {
+  Mirror mirror;
+  for (const auto& [name, normal] : {std::pair{'x', Vec3d{1, 0, 0}}, {'y', {0, 1, 0}}, {'z', {0, 0, 1}}}) {
+    if (names.find(name) != std::string_view::npos) mirror.push_back({normal});
+  }
+  if (mirror.empty() || mirror.size() != names.size()) {
+    throw InvalidInput(
+        fmt::format(R"("mirror" must be some of the letters x, y and z, such as "x" or "xz", got "{}")", names));
+  }
+  return mirror;
+}
+
+std::vector<SymmetryImage> images_in(const Mirror& mirror) {
+  // As Segment::mirrored_at has coordinate planes, in the order of their axes.
+  Mirror planes = mirror;
+  std::stable_sort(planes.begin(), planes.end(), [](const MirrorPlane& a, const MirrorPlane& b) {
+    return axis_of(a).value_or(3) < axis_of(b).value_or(3);
+  });
+  std::vector<SymmetryImage> images;
+  const auto is_coordinate = [](const MirrorPlane& plane) { return coordinate_plane(plane).has_value(); };
+  const bool exact = std::all_of(planes.begin(), planes.end(), is_coordinate);
+  for (unsigned mask = 1; mask < 1U << planes.size(); ++mask) {
+    SymmetryImage image;
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      if ((mask >> i & 1U) == 0) continue;
+      image.motion = image.motion * reflection_in(planes[i].point, planes[i].normal);
+      if (exact) image.planes |= *coordinate_plane(planes[i]);
+    }
+    images.push_back(image);
+  }
+  return images;
+}
+
+Flow flow_of(const Stroke& stroke, const Mirror& mirror) {
+  if (mirror.empty()) return flow_of(stroke);
+  validate(mirror);
+  validate(stroke);
+  if (std::holds_alternative<MaskStroke>(stroke) || !is_flow(stroke)) {
+    throw InvalidInput(fmt::format("a {} has no \"mirror\"", tool_name(stroke)));
+  }
+  if (const auto* pins = std::get_if<PinsStroke>(&stroke)) {
+    Flow flow = flow_of(MirroredPins(*pins, mirror).find());
+    for (Segment& segment : flow.segments) segment.mirrored_at = planes_of(mirror);
+    return flow;
+  }
+  std::vector<Flow> flows{flow_of(stroke)};
+  for (const SymmetryImage& image : images_in(mirror)) {
+    flows.push_back(flow_of(image_of_flow(stroke, image)));
+    if (flows.back().segments.size() != flows.front().segments.size()) {
+      throw InvalidInput("\"mirror\": two places of the stroke are too near to each other to be mirrored");
+    }
+  }
+  Flow result;
+  for (std::size_t i = 0; i < flows.front().segments.size(); ++i) {
+    std::vector<Segment> images;
+    images.reserve(flows.size());
+    for (Flow& flow : flows) images.push_back(std::move(flow.segments[i]));
+    result.segments.push_back(sum_of(images, mirror));
+  }
+  return result;
+}
+
+PoseStroke with_images(const PoseStroke& stroke, const Mirror& mirror, std::span<const Vec3d> positions) {
+  if (stroke.exact) throw InvalidInput("\"exact\" and \"mirror\" do not go together; leave one of them out");
+  return MirroredPose(stroke, mirror, positions).find();
+}
+
+std::vector<Barrel> barrels_of(const Stroke& stroke, const Mirror& mirror) {
+  std::vector<Barrel> barrels;
+  std::vector<Segment> segments;
+  const auto add = [&](const Stroke& image) {
+    const std::optional<Barrel> barrel = barrel_of(image);
+    if (!barrel) return;
+    Segment segment = flow_of(image).segments.front();
+    const auto is_it = [&](const Segment& other) { return are_same(other, segment); };
+    if (std::any_of(segments.begin(), segments.end(), is_it)) return;
+    segments.push_back(std::move(segment));
+    barrels.push_back(*barrel);
+  };
+  add(stroke);
+  if (barrels.empty()) return barrels;
+  for (const SymmetryImage& image : images_in(mirror)) add(image_of_flow(stroke, image));
+  return barrels;
+}
+
+}  // namespace knead

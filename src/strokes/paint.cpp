@@ -1,0 +1,242 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/tools.h"
+#include "strokes/continued.h"
+#include "strokes/describe.h"
+#include "strokes/mirror.h"
+
+namespace knead::tool_detail {
+
+namespace {
+
+constexpr std::size_t kPartsPerPiece = 16;
+
+// The derivative at the point i of the parabola through three neighbours among which it is; for two points, the line.
+Vec3d parabola_tangent(const std::vector<Vec3d>& points, const std::vector<double>& knots, std::size_t i) {
+  const std::size_t last = points.size() - 1;
+  if (last == 0) return {0, 0, 0};
+  if (last == 1) return (points[1] - points[0]) / (knots[1] - knots[0]);
+  const std::size_t a = std::clamp<std::size_t>(i, 1, last - 1) - 1;
+  const double h0 = knots[a + 1] - knots[a];
+  const double h1 = knots[a + 2] - knots[a + 1];
+  const Vec3d slope0 = (points[a + 1] - points[a]) / h0;
+  const Vec3d slope1 = (points[a + 2] - points[a + 1]) / h1;
+  const Vec3d half_curvature = (slope1 - slope0) / (h0 + h1);
+  return slope0 + half_curvature * (2 * knots[i] - knots[a] - knots[a + 1]);
+}
+
+}  // namespace
+
+PathCurve::PathCurve(std::span<const Vec3d> points) : points_(points.begin(), points.end()) {
+  points_.erase(std::unique(points_.begin(), points_.end()), points_.end());
+  knots_.push_back(0);
+  for (std::size_t i = 1; i < points_.size(); ++i) {
+    knots_.push_back(knots_.back() + std::sqrt(norm(points_[i] - points_[i - 1])));
+  }
+  for (std::size_t i = 0; i < points_.size(); ++i) tangents_.push_back(parabola_tangent(points_, knots_, i));
+  lengths_.push_back(0);
+  Vec3d previous = points_.front();
+  for (std::size_t piece = 0; piece + 1 < points_.size(); ++piece) {
+    for (std::size_t part = 1; part <= kPartsPerPiece; ++part) {
+      const Vec3d p = on_piece(piece, static_cast<double>(part) / kPartsPerPiece);
+      lengths_.push_back(lengths_.back() + norm(p - previous));
+      previous = p;
+    }
+  }
+}
+
+Vec3d PathCurve::at(double length) const {
+  if (points_.size() == 1 || length <= 0) return points_.front();
+  if (length >= lengths_.back()) return points_.back();
+  const auto after = std::upper_bound(lengths_.begin(), lengths_.end(), length);
+  const auto part = static_cast<std::size_t>(after - lengths_.begin()) - 1;
+  const double within = (length - lengths_[part]) / (lengths_[part + 1] - lengths_[part]);
+  return on_piece(part / kPartsPerPiece, (static_cast<double>(part % kPartsPerPiece) + within) / kPartsPerPiece);
+}
+
+Vec3d PathCurve::on_piece(std::size_t piece, double fraction) const {
+  const double h = knots_[piece + 1] - knots_[piece];
+  const double s = fraction;
+  const double rest = 1 - s;
+  return points_[piece] * (rest * rest * (1 + 2 * s)) + points_[piece + 1] * (s * s * (3 - 2 * s)) +
+         (tangents_[piece] * rest - tangents_[piece + 1] * s) * (h * s * rest);
+}
+
+}  // namespace knead::tool_detail
+
+namespace knead {
+
+double dab_length(int falloff) {
+  constexpr std::array kLengths{81.0 / 140, 17.0 / 35, 181.0 / 462, 47.0 / 143, 81.0 / 286};
+  return kLengths[static_cast<std::size_t>(falloff - kLeastFalloff)];
+}
+
+PaintDabs paint_dabs(const PaintStroke& stroke) {
+  constexpr double kSpacing = 1.0 / 8;  // of outer: of the dabs of the default falloff, and the greatest depth of one
+  constexpr double kMostDabs = 1e6;
+  const tool_detail::PathCurve curve(stroke.path);
+  const double doses = std::max(curve.length() / (dab_length(stroke.falloff) * stroke.outer), 1.0);
+  const double spacing = kSpacing * (dab_length(stroke.falloff) / dab_length(kDefaultFalloff));
+  const double by_length = std::ceil(curve.length() / (spacing * stroke.outer));
+  const double by_depth = std::ceil(doses * std::abs(stroke.depth) / (kSpacing * stroke.outer));
+  const double count = curve.length() > 0 ? std::max(by_length, by_depth) : 1;
+  if (!(count <= kMostDabs)) {
+    throw InvalidInput(
+        fmt::format("\"path\" is {:.3g} long and would need {:.3g} dabs, more than {:.0f}; make \"outer\" "
+                    "larger, or \"depth\" smaller",
+                    curve.length(), count, kMostDabs));
+  }
+  PaintDabs dabs{{}, stroke.depth * doses / count};
+  for (double i = 0; i < count; ++i) dabs.aims.push_back(curve.at(curve.length() * ((i + 0.5) / count)));
+  return dabs;
+}
+
+void paint_on(const PaintStroke& stroke, const LiveSurface& surface) {
+  if (surface.triangles.empty() && !surface.normal) {
+    throw InvalidInput(
+        "\"path\" needs a surface, or a point cloud with normals; give \"samples\" with normals instead");
+  }
+  constexpr double kMoreThanRounding = 1.001;  // a float's rounding of a distance, in which vertices may move as well
+  const PaintDabs dabs = paint_dabs(stroke);
+  tool_detail::SurfaceFinder finder(surface);
+  for (const Vec3d& aim : dabs.aims) {
+    const std::optional<PaintSample> sample = finder.closest(aim);
+    if (!sample)
+      throw InvalidInput("\"path\" leads to a place where the surface has no normal; give \"samples\" instead");
+    if (!surface.apply(PaintStroke{stroke.outer, dabs.depth, {*sample}, {}, stroke.falloff})) return;
+    finder.follow(sample->point, kMoreThanRounding * (stroke.outer + std::abs(dabs.depth)));
+  }
+}
+
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(PaintStroke& s) {
+  return {{"outer", Quantity::positive, &s.outer, Presence::required, "radius of one dab"},
+          {"depth", Quantity::other, &s.depth, Presence::required,
+           "how far one dab moves the surface; negative pulls it out"},
+          {"samples", Quantity::other, s.path.empty() ? &s.samples : nullptr},
+          {"path", Quantity::finite, &s.path, Presence::not_empty}};
+}
+
+void prepare(PaintStroke& stroke, const HasKey& has) {
+  if (!has("path")) return;
+  if (has("samples")) throw InvalidInput(R"(a paint stroke has either "samples" or "path", not both)");
+  stroke.path.resize(1);  // so that "samples" does not apply
+}
+
+void validate(const PaintStroke& stroke) {
+  if (!std::isfinite(stroke.depth) || stroke.depth == 0) {
+    throw InvalidInput(fmt::format(
+        "\"depth\" must be a number other than 0 (greater pushes in, less pulls out), got {}", stroke.depth));
+  }
+  if (stroke.path.empty()) require_count("samples", stroke.samples.size(), 1, "samples");
+  for (const PaintSample& sample : stroke.samples) {
+    require_finite("point", sample.point);
+    require_direction("normal", sample.normal);
+  }
+}
+
+bool reads_surface(const PaintStroke& stroke) { return !stroke.path.empty(); }
+
+Flow flow_of(const PaintStroke& stroke) {
+  Flow flow;
+  for (const PaintSample& sample : stroke.samples) {
+    const Vec3d displacement = unit(sample.normal) * -stroke.depth;
+    flow.segments.push_back(carried_segment(
+        {sample.point, Translation<double>{displacement}, Ball<double>{}, {0, stroke.outer}}, displacement));
+  }
+  return flow;
+}
+
+void prolong(PaintStroke& stroke, double strength) { stroke.depth *= strength; }
+
+}  // namespace
+
+const Tool& PaintStroke::tool() {
+  static const Tool kTool =
+      describe<PaintStroke>("paint", {keys, validate, flow_of, nullptr, reads_surface, prepare, prolong});
+  return kTool;
+}
+
+namespace {
+
+constexpr int kDabs = 6;                  // that add up to the full depth
+constexpr double kProbe = 1e-3;           // of the radius: how far apart the points are that tell a normal
+constexpr double kProbeTolerance = 1e-7;  // of the radius
+
+// The sample at a place of the surface as it was, where the dabs so far have brought it.
+PaintSample carried(const PaintSample& at, const PaintDrag& drag) {
+  const double outer = drag.stroke.outer;
+  const Vec3d u = any_orthogonal(at.normal);
+  const Vec3d v = cross(at.normal, u);
+  std::array<Vec3d, 3> points{at.point, at.point + u * (kProbe * outer), at.point + v * (kProbe * outer)};
+  AdvectOptions options;
+  options.tolerance = kProbeTolerance * outer;
+  options.precision = Precision::float64;
+  options.threads = 1;
+  advect(drag.done, points, options);
+  const Vec3d normal = cross(points[1] - points[0], points[2] - points[0]);
+  return {points[0], norm(normal) > 0 ? normalized(normal) : at.normal};
+}
+
+// Goes on with another radius: the depth of a dab is relative to it.
+void set_radius(double radius, PaintDrag& drag) {
+  PaintStroke& stroke = drag.stroke;
+  if (stroke.outer == radius) return;
+  if (!stroke.samples.empty()) drag.earlier.push_back(stroke);
+  stroke.samples.clear();
+  stroke.depth *= radius / stroke.outer;
+  drag.spacing *= radius / stroke.outer;
+  stroke.outer = radius;
+}
+
+void add_dab(const PaintTouch& touch, PaintDrag& drag) {
+  set_radius(touch.radius, drag);
+  PaintStroke dab = drag.stroke;
+  dab.samples = {carried(touch.at, drag)};
+  drag.stroke.samples.push_back(dab.samples.front());
+  Flow flow = flow_of(dab);
+  std::move(flow.segments.begin(), flow.segments.end(), std::back_inserter(drag.done.segments));
+}
+
+}  // namespace
+
+std::vector<Stroke> PaintDrag::strokes() const {
+  std::vector<Stroke> all(earlier.begin(), earlier.end());
+  all.emplace_back(stroke);
+  return all;
+}
+
+PaintDrag begin_paint(const PaintStroke& stroke, const PaintTouch& touch) {
+  PaintDrag drag;
+  drag.stroke = stroke;
+  drag.stroke.depth = stroke.depth / kDabs;
+  drag.spacing = dab_length(stroke.falloff) * stroke.outer / kDabs;
+  drag.last = touch.at.point;
+  add_dab(touch, drag);
+  return drag;
+}
+
+void drag_paint(PaintDrag& drag, const PaintTouch& touch) {
+  drag.travelled += norm(touch.at.point - drag.last) * touch.pressure;
+  drag.last = touch.at.point;
+  if (drag.travelled < drag.spacing) return;
+  drag.travelled = std::min(drag.travelled - drag.spacing, drag.spacing);
+  add_dab(touch, drag);
+}
+
+void end_paint(PaintDrag& drag) {
+  if (drag.stroke.samples.size() + drag.earlier.size() > 1) return;
+  drag.stroke.samples.resize(kDabs, drag.stroke.samples.front());
+}
+
+}  // namespace knead

@@ -1,0 +1,281 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/tools.h"
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr std::size_t kMostPins = 2000;
+// Within the radius of each other at some time: about 15 s and 300 MB for solving the equations.
+constexpr std::size_t kMostPairs = 200'000;
+// Two pins nearer than this part of the radius are one place; with different motions they contradict each other.
+constexpr double kOnePlace = 1e-6;
+constexpr double kContradiction = 1e-3;
+// "auto": so many times the median distance to the third nearest pin, and the longest displacement.
+constexpr double kSpacings = 2;
+constexpr double kDisplacements = 2;
+constexpr std::size_t kNeighbor = 3;
+// The stretch is found before the flow is used, and in every batch of a drag. So of more pins than a pack holds only a
+// pack is looked at: the pin that differs most from others, and those nearest to it. Only about the first of them the
+// pack's flow is near enough to the whole one.
+constexpr std::size_t kPack = 200;
+constexpr std::size_t kCore = 40;
+constexpr double kStrongStretchOfPins = 10;
+
+Vec3d motion_of(const PinsStroke& stroke, std::size_t i) { return stroke.to[i] - stroke.points[i]; }
+
+// Radians over the stroke.
+Vec3d rate_of(const PinsStroke& stroke, std::size_t i) {
+  if (stroke.turn.empty() || !stroke.turn[i]) return {0, 0, 0};
+  return unit(stroke.turn[i]->axis) * (stroke.turn[i]->angle_deg * kRadiansPerDegree);
+}
+
+// Of the third nearest other pin; of the farthest where there are fewer.
+double distance_to_neighbor(const PinsStroke& stroke, std::size_t i) {
+  std::vector<double> square;
+  for (std::size_t j = 0; j < stroke.points.size(); ++j) {
+    if (j != i) square.push_back(norm2(stroke.points[j] - stroke.points[i]));
+  }
+  if (square.empty()) return 0;
+  const auto chosen = square.begin() + static_cast<std::ptrdiff_t>(std::min(kNeighbor, square.size()) - 1);
+  std::nth_element(square.begin(), chosen, square.end());
+  return std::sqrt(*chosen);
+}
+
+double automatic_radius(const PinsStroke& stroke) {
+  std::vector<double> spacings;
+  double longest = 0;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    spacings.push_back(distance_to_neighbor(stroke, i));
+    longest = std::max(longest, norm(motion_of(stroke, i)));
+  }
+  const auto median = spacings.begin() + static_cast<std::ptrdiff_t>(spacings.size() / 2);
+  std::nth_element(spacings.begin(), median, spacings.end());
+  return std::max(kSpacings * *median, kDisplacements * longest);
+}
+
+double radius_of(const PinsStroke& stroke) { return stroke.radius ? *stroke.radius : automatic_radius(stroke); }
+
+// When two pins are nearest to each other, and how near.
+struct Approach {
+  double t = 0;
+  double distance = 0;
+};
+
+Approach approach_of(const PinsStroke& stroke, std::size_t i, std::size_t j) {
+  const Vec3d d = stroke.points[i] - stroke.points[j];
+  const Vec3d u = motion_of(stroke, i) - motion_of(stroke, j);
+  const double t = norm2(u) > 0 ? std::clamp(-dot(d, u) / norm2(u), 0.0, 1.0) + 0.0 : 0.0;  // no -0
+  return {t, norm(d + u * t)};
+}
+
+// Calls body with every two pins, the first numbers first.
+template <class Body>
+void for_pairs(const PinsStroke& stroke, const Body& body) {
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    for (std::size_t j = i + 1; j < stroke.points.size(); ++j) body(i, j);
+  }
+}
+
+std::vector<StrokeKey> keys(PinsStroke& s) {
+  return {{"points", Quantity::finite, &s.points},
+          {"to", Quantity::finite, &s.to},
+          {"radius", Quantity::positive, AutoNumber{&s.radius, &s.radius_auto}, Presence::required,
+           "everything farther from all pins stays"},
+          {"turn", Quantity::other, &s.turn, Presence::optional}};
+}
+
+// How many vectors of unknowns a pin has.
+std::size_t unknowns_of(const PinsStroke& stroke, std::size_t i) {
+  return !stroke.turn.empty() && stroke.turn[i] ? 4 : 1;
+}
+
+void require_solvable(const PinsStroke& stroke, double radius) {
+  std::size_t pairs = 0;
+  for_pairs(stroke, [&](std::size_t i, std::size_t j) {
+    const Approach nearest = approach_of(stroke, i, j);
+    if (nearest.distance < radius) pairs += unknowns_of(stroke, i) * unknowns_of(stroke, j);
+    const bool together = motion_of(stroke, i) == motion_of(stroke, j);
+    if (nearest.distance > (together ? kOnePlace : kContradiction) * radius) return;
+    throw InvalidInput(together ? fmt::format("\"points\": pins {} and {} are at the same place; remove one", i, j)
+                                : fmt::format("\"to\": pins {} and {} meet at the time {:.3g} of the stroke's 0 to 1, "
+                                              "and move apart; move one of them another way, or remove it",
+                                              i, j, nearest.t));
+  });
+  if (pairs > kMostPairs) {
+    throw InvalidInput(fmt::format(
+        "\"radius\": {} pairs of pins are nearer than {:.4g} to each other, and {} at most can be solved; make "
+        "it smaller, or give fewer pins{}",
+        pairs, radius, kMostPairs, stroke.turn.empty() ? "" : " or turns (two pins that turn count 16 times)"));
+  }
+}
+
+void validate_turn(const PinsStroke& stroke) {
+  if (stroke.turn.empty()) return;
+  if (stroke.turn.size() != stroke.points.size()) {
+    throw InvalidInput(fmt::format("\"turn\" must hold as many rotations or nulls as \"points\", {}, got {}",
+                                   stroke.points.size(), stroke.turn.size()));
+  }
+  for (const std::optional<PinRotation>& rotation : stroke.turn) {
+    if (!rotation) continue;
+    require_direction("axis", rotation->axis);
+    require_angle("angle_deg", rotation->angle_deg);
+  }
+}
+
+// A pin that moves through more of its radii takes long, and the equations have no digits left for the others.
+void require_near(const PinsStroke& stroke, double radius) {
+  constexpr double most = 1e6;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    const double distance = norm(motion_of(stroke, i));
+    if (distance <= most * radius) continue;
+    throw InvalidInput(
+        fmt::format("\"to\": pin {} moves by {:.3g}, {:.2g} times \"radius\", and at most {:g} are possible; "
+                    "correct its place, or make \"radius\" larger",
+                    i, distance, distance / radius, most));
+  }
+}
+
+void validate(const PinsStroke& stroke) {
+  require_count("points", stroke.points.size(), 1, "points");
+  if (stroke.points.size() > kMostPins) {
+    throw InvalidInput(fmt::format("\"points\" must hold at most {} pins, got {}", kMostPins, stroke.points.size()));
+  }
+  if (stroke.to.size() != stroke.points.size()) {
+    throw InvalidInput(fmt::format("\"to\" must hold as many places as \"points\", {}, got {}", stroke.points.size(),
+                                   stroke.to.size()));
+  }
+  validate_turn(stroke);
+  if (!stroke.radius && !stroke.radius_auto) throw InvalidInput("\"radius\" must be a number above 0, or \"auto\"");
+  const double radius = radius_of(stroke);
+  if (!(radius > 0)) {
+    throw InvalidInput("\"radius\" cannot be \"auto\" for one pin that is held, got \"auto\"; give a number");
+  }
+  require_finite("radius", radius);
+  require_near(stroke, radius);
+  require_solvable(stroke, radius);
+}
+
+Flow flow_of(const PinsStroke& stroke) {
+  Segment segment;
+  segment.time_law = TimeLaw::pinned;
+  const double radius = radius_of(stroke);
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    segment.fields.push_back(
+        {stroke.points[i], Translation<double>{motion_of(stroke, i)}, Ball<double>{}, {0, radius, kPinFalloff}});
+  }
+  for (std::size_t i = 0; i < stroke.turn.size(); ++i) {
+    if (stroke.turn[i]) segment.turns.push_back({static_cast<std::uint32_t>(i), rate_of(stroke, i)});
+  }
+  return {{std::move(segment)}};
+}
+
+// Places about the first pins where the flow may stretch a shape most: at them, between each and its nearest one, and
+// ahead, behind and beside those that move.
+std::vector<Vec3d> places_about(const PinsStroke& stroke, std::size_t count, double radius) {
+  std::vector<Vec3d> places(stroke.points.begin(), stroke.points.begin() + static_cast<std::ptrdiff_t>(count));
+  for (std::size_t i = 0; i < count; ++i) {
+    const Vec3d& place = stroke.points[i];
+    const Vec3d* nearest = nullptr;
+    for (const Vec3d& other : stroke.points) {
+      if (&other == &place) continue;
+      if (nearest == nullptr || norm2(other - place) < norm2(*nearest - place)) nearest = &other;
+    }
+    if (nearest != nullptr) places.push_back((place + *nearest) * 0.5);
+    const Vec3d by = motion_of(stroke, i) + rate_of(stroke, i) * radius;
+    if (by == Vec3d{0, 0, 0}) continue;
+    const Vec3d along = unit(by);
+    const Vec3d beside = any_orthogonal(along);
+    for (const double part : {0.15, 0.4, 0.7}) {
+      for (const Vec3d& way : {along, -along, beside, -beside}) places.push_back(place + way * (part * radius));
+    }
+  }
+  return places;
+}
+
+// How fast the flow stretches between each pin and another one at least: their velocity against each other by their
+// least distance, or the pin's own velocity by the radius.
+std::vector<double> strain_rates(const PinsStroke& stroke, double radius) {
+  std::vector<double> rates;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    rates.push_back(std::max(norm(motion_of(stroke, i)) / radius, norm(rate_of(stroke, i))));
+  }
+  for_pairs(stroke, [&](std::size_t i, std::size_t j) {
+    const double apart = approach_of(stroke, i, j).distance;
+    if (!(apart < radius)) return;
+    const double rate = norm(motion_of(stroke, i) - motion_of(stroke, j)) / std::max(apart, kOnePlace * radius);
+    rates[i] = std::max(rates[i], rate);
+    rates[j] = std::max(rates[j], rate);
+  });
+  return rates;
+}
+
+// The numbers of the pins that come nearest to a pin, the nearest first: the pin itself.
+std::vector<std::size_t> pack_about(const PinsStroke& stroke, std::size_t pin) {
+  std::vector<std::pair<double, std::size_t>> distances;
+  for (std::size_t i = 0; i < stroke.points.size(); ++i) {
+    distances.emplace_back(i == pin ? -1 : approach_of(stroke, pin, i).distance, i);
+  }
+  std::partial_sort(distances.begin(), distances.begin() + kPack, distances.end());
+  std::vector<std::size_t> result;
+  for (std::size_t k = 0; k < kPack; ++k) result.push_back(distances[k].second);
+  return result;
+}
+
+GreatestStretch stretch_about(const PinsStroke& stroke, std::size_t count, double radius) {
+  const StrainOptions options{.length = radius, .step = 0.01};
+  return greatest_stretch(flow_of(stroke), places_about(stroke, count, radius), options);
+}
+
+GreatestStretch stretch_of_pack(const PinsStroke& stroke, double radius) {
+  const std::vector<double> rates = strain_rates(stroke, radius);
+  const auto worst = std::max_element(rates.begin(), rates.end());
+  PinsStroke pack;
+  pack.radius = radius;
+  for (const std::size_t i : pack_about(stroke, static_cast<std::size_t>(worst - rates.begin()))) {
+    pack.points.push_back(stroke.points[i]);
+    pack.to.push_back(stroke.to[i]);
+    if (!stroke.turn.empty()) pack.turn.push_back(stroke.turn[i]);
+  }
+  return stretch_about(pack, kCore, radius);
+}
+
+void warn(const PinsStroke& stroke, Warnings& warnings) {
+  const double radius = radius_of(stroke);
+  const std::size_t count = stroke.points.size();
+  const GreatestStretch found = count <= kPack ? stretch_about(stroke, count, radius) : stretch_of_pack(stroke, radius);
+  const double stretch = std::max(found.greatest, 1 / found.least);
+  if (!(stretch > kStrongStretchOfPins)) return;
+  const auto nearest =
+      std::min_element(stroke.points.begin(), stroke.points.end(),
+                       [&](const Vec3d& a, const Vec3d& b) { return norm2(a - found.where) < norm2(b - found.where); });
+  warnings.push_back(fmt::format(
+      "the flow stretches what is near pin {} about {:.2g} times; make \"radius\" larger, move the pin less, or let "
+      "pins near it come along",
+      nearest - stroke.points.begin(), stretch));
+}
+
+void prolong(PinsStroke& stroke, double strength) {
+  for (std::size_t i = 0; i < stroke.to.size(); ++i) stroke.to[i] = stroke.points[i] + motion_of(stroke, i) * strength;
+  for (std::optional<PinRotation>& rotation : stroke.turn) {
+    if (rotation) rotation->angle_deg *= strength;
+  }
+}
+
+}  // namespace
+
+const Tool& PinsStroke::tool() {
+  static const Tool kTool = describe<PinsStroke>("pins", {keys, validate, flow_of, warn, nullptr, nullptr, prolong});
+  return kTool;
+}
+
+}  // namespace knead

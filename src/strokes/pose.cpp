@@ -1,0 +1,373 @@
+#include "strokes/pose.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <unordered_map>
+#include <utility>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+#include "mesh/body_points.h"
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace detail;
+using namespace tool_detail;
+
+constexpr double kSpoiledStretch = 6;
+constexpr double kSpoiledDistance = 0.02;  // of the diagonal
+constexpr double kNotedDistance = 0.002;
+constexpr double kLeastDetail = 0.025;
+constexpr double kSamePlace = 1e-6;     // of the diagonal
+constexpr double kSpacingOfGap = 1.25;  // at most: a wider spacing cannot part what moves from what holds
+
+std::vector<Vec3d> all_points_of(const PosePart& part, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> all = part.points;
+  for (const VertexRange& range : part.vertices) {
+    require_vertex("vertices", positions, range.last);
+    all.insert(all.end(), positions.begin() + range.first, positions.begin() + range.last + 1);
+  }
+  return all;
+}
+
+PosedPart posed(const PosePart& part, std::span<const Vec3d> positions, double spacing) {
+  PosedPart result = part_of(all_points_of(part, positions), spacing);
+  if (part.rotation) {
+    result.axis = tool_detail::unit(part.rotation->axis);
+    result.center = part.rotation->center;
+    result.angle = part.rotation->angle_deg * tool_detail::kRadiansPerDegree;
+  }
+  if (part.translation) result.translation = *part.translation;
+  return result;
+}
+
+PosedPin posed(const PosePin& pin, std::span<const Vec3d> positions, double diagonal) {
+  if (pin.vertex) require_vertex("pin", positions, *pin.vertex);
+  PosedPin result;
+  result.path = {pin.vertex ? positions[*pin.vertex] : *pin.point};
+  result.size = pin.size * diagonal;
+  for (const Vec3d& place : pin.path) {
+    if (result.path.size() > 1 || norm(place - result.path.front()) > kSamePlace * diagonal)
+      result.path.push_back(place);
+  }
+  if (pin.turns_freely) return result;
+  result.turn = Vec3d{0, 0, 0};
+  if (pin.rotation) {
+    result.turn = tool_detail::unit(pin.rotation->axis) * (pin.rotation->angle_deg * tool_detail::kRadiansPerDegree);
+  }
+  return result;
+}
+
+// Two pins in each other's patch move together, or tear the shape.
+void require_apart(const std::vector<PosedPin>& pins) {
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    for (std::size_t j = i + 1; j < pins.size(); ++j) {
+      const Vec3d apart = pins[i].path.front() - pins[j].path.front();
+      const Vec3d motion = (pins[i].path.back() - pins[j].path.back()) - apart;
+      if (norm(apart) < 0.5 * (pins[i].size + pins[j].size) && norm(motion) > norm(apart)) {
+        throw InvalidInput(
+            fmt::format("\"parts\": two pins are {:.3g} apart and go different ways, by {:.3g}; remove one, move them "
+                        "together, or give smaller \"size\"s",
+                        norm(apart), norm(motion)));
+      }
+    }
+  }
+}
+
+// A sample is as stiff as the nearest vertex.
+void stiffen(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
+  if (stroke.stiffness.empty()) return;
+  std::vector<double> of_vertex(positions.size(), 1.0);
+  for (const PoseStiffness& region : stroke.stiffness) {
+    for (const VertexRange& range : region.vertices) {
+      require_vertex("vertices", positions, range.last);
+      std::fill(of_vertex.begin() + range.first, of_vertex.begin() + range.last + 1, region.value);
+    }
+  }
+  const std::vector<std::uint32_t> nearest = nearest_of(positions, body.points);
+  for (std::size_t i = 0; i < nearest.size(); ++i) body.stiffness[i] *= of_vertex[nearest[i]];
+}
+
+// From a part that moves to one that holds; infinite where there are no such parts.
+double least_gap(const PoseStroke& stroke, std::span<const Vec3d> positions) {
+  std::vector<Vec3d> held;
+  std::vector<Vec3d> moved;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* const part = std::get_if<PosePart>(&item);
+    if (part == nullptr) continue;
+    const std::vector<Vec3d> all = all_points_of(*part, positions);
+    std::vector<Vec3d>& to = part->hold ? held : moved;
+    to.insert(to.end(), all.begin(), all.end());
+  }
+  if (held.empty() || moved.empty()) return std::numeric_limits<double>::infinity();
+  const std::vector<std::uint32_t> nearest = nearest_of(held, moved);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < moved.size(); ++i) least = std::min(least, norm(held[nearest[i]] - moved[i]));
+  return least;
+}
+
+// A sample rests if the nearest vertex is of a part that holds.
+void mark_held(const PoseStroke& stroke, std::span<const Vec3d> positions, BodySamples& body) {
+  std::vector<bool> holds(positions.size(), false);
+  for (const PoseItem& item : stroke.parts) {
+    const auto* const part = std::get_if<PosePart>(&item);
+    if (part == nullptr || !part->hold) continue;
+    for (const VertexRange& range : part->vertices) {
+      std::fill(holds.begin() + range.first, holds.begin() + range.last + 1, true);
+    }
+  }
+  if (std::find(holds.begin(), holds.end(), true) == holds.end()) return;
+  for (const std::uint32_t vertex : nearest_of(positions, body.points)) body.held.push_back(holds[vertex]);
+}
+
+// A place far from the shape is a mistake.
+void require_near(const Vec3d& p, const LiveSurface& surface, double diagonal) {
+  constexpr double kFar = 10;  // diagonals
+  const Vec3d& there = surface.positions[surface.triangles.empty() ? 0 : surface.triangles.front()[0]];
+  if (norm(p - there) <= kFar * diagonal) return;
+  throw InvalidInput(
+      fmt::format("\"parts\": the place [{}, {}, {}] is far from the shape; was the session made for "
+                  "another shape?",
+                  p.x, p.y, p.z));
+}
+
+// `detail`: of the grids, which may be finer than the stroke asks for.
+void require_sound(const PoseResult& result, double detail) {
+  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
+  if (stretch <= kSpoiledStretch && result.part_distance <= kSpoiledDistance) return;
+  throw InvalidInput(fmt::format(
+      "\"parts\" contradict each other: the pose would stretch the shape {:.3g} times and leave a part {:.2g} of the "
+      "shape's size from its place; move them less, leave more room between them, or give a \"detail\" below {:.2g}",
+      stretch, result.part_distance, detail));
+}
+
+void warn(PoseResult& result, double detail) {
+  const double stretch = std::max(result.greatest_stretch, 1 / result.least_stretch);
+  if (stretch > kStrongStretch) {
+    result.warnings.push_back(fmt::format(
+        "the pose stretches the shape up to {:.2g} times; move the parts less, or leave more room between them",
+        stretch));
+  }
+  if (result.part_distance > kNotedDistance) {
+    result.warnings.push_back(
+        fmt::format("a part or pin ends {:.2g} of the shape's size from its place; give a \"detail\" below {:.2g}, or "
+                    "\"exact\": true",
+                    result.part_distance, detail));
+  }
+}
+
+}  // namespace
+
+PoseProblem tool_detail::problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                                    double least_detail, int threads, std::vector<std::string>& warnings) {
+  PoseProblem problem;
+  problem.threads = threads;
+  problem.progress = surface.progress;
+  if (surface.positions.empty()) throw InvalidInput("\"parts\": the shape has no vertices that could be posed");
+  problem.diagonal = diagonal_of(surface);
+  if (!(problem.diagonal > 0)) throw InvalidInput("\"parts\": the shape has no extent, so that nothing can be posed");
+  problem.most_spacing = stroke.detail * problem.diagonal;
+  problem.spacing = std::min(problem.most_spacing, std::max(least_detail * problem.diagonal,
+                                                            kSpacingOfGap * least_gap(stroke, surface.positions)));
+  for (const PoseItem& item : stroke.parts) {
+    if (const auto* part = std::get_if<PosePart>(&item)) {
+      problem.parts.push_back(posed(*part, surface.positions, problem.spacing));
+    } else {
+      problem.pins.push_back(posed(std::get<PosePin>(item), surface.positions, problem.diagonal));
+    }
+  }
+  for (const PosedPart& part : problem.parts) {
+    for (const Vec3d& p : part.points) require_near(p, surface, problem.diagonal);
+  }
+  for (const PosedPin& pin : problem.pins) require_near(pin.path.front(), surface, problem.diagonal);
+  require_apart(problem.pins);
+  problem.body = body_of(surface, problem.spacing, inside, threads, warnings);
+  stiffen(stroke, surface.positions, problem.body);
+  mark_held(stroke, surface.positions, problem.body);
+  return problem;
+}
+
+void require_vertex(std::string_view key, std::span<const Vec3d> positions, std::uint32_t vertex) {
+  if (vertex < positions.size()) return;
+  throw InvalidInput(
+      fmt::format("\"{}\" names vertex {}, but the shape has {}, numbered from 0; was the session "
+                  "made for another shape?",
+                  key, vertex, positions.size()));
+}
+
+PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  PoseResult result;
+  PoseProblem problem = problem_of(stroke, surface, kSamplesInside, kLeastDetail, threads, result.warnings);
+  const double diagonal = problem.diagonal;
+  const double detail = problem.spacing / diagonal;
+  Flow flow;
+  const PoseOutcome outcome = find_flow(std::move(problem), flow);
+  result.part_distance = outcome.part_distance / diagonal;
+  result.unknowns = outcome.unknowns;
+  result.segments = outcome.segments;
+  measure_stretch(flow, surface, diagonal, threads, result);
+  require_sound(result, detail);
+  result.stopped = !apply_grids(flow, surface);
+  if (result.stopped) return result;
+  if (stroke.exact && outcome.part_distance > 0) {
+    PinsStroke last;
+    last.points = outcome.reached;
+    last.to = outcome.places;
+    last.radius_auto = true;
+    result.stopped = !surface.apply(last);
+    result.part_distance = 0;
+  }
+  warn(result, detail);
+  return result;
+}
+
+}  // namespace knead
+
+namespace knead::tool_detail {
+
+namespace {
+
+using namespace detail;
+
+constexpr double kCellsOfSample = 0.4;      // the samples' greatest spacing, in that of the grid
+constexpr double kSurfaceStiffness = 20;    // of samples on the surface, which is what is seen
+constexpr std::size_t kPointsOfPart = 300;  // that ask for its motion; more where these lie farther apart than
+constexpr double kCellsOfPart = 0.5;        // this, in the spacing of the grid
+constexpr std::size_t kMaxPointsOfPart = 20000;
+constexpr std::size_t kCheckedOfPart = 2000;  // points whose places are looked at
+constexpr std::size_t kLookedAt = 400;        // points at which the flow's stretch is measured,
+constexpr double kStretchTolerance = 1e-5;    // with path lines so exact, of the diagonal
+
+std::vector<Vec3d> chosen(const std::vector<Vec3d>& points, const std::vector<std::uint32_t>& numbers) {
+  std::vector<Vec3d> result;
+  result.reserve(numbers.size());
+  for (const std::uint32_t i : numbers) result.push_back(points[i]);
+  return result;
+}
+
+// Unit normals of the surface at vertices; 0 where it has none.
+std::vector<Vec3d> normals_of(const std::vector<std::uint32_t>& vertices, const LiveSurface& surface) {
+  std::unordered_map<std::uint32_t, std::size_t> place;
+  for (std::size_t i = 0; i < vertices.size(); ++i) place.emplace(vertices[i], i);
+  std::vector<Vec3d> normals(vertices.size(), Vec3d{0, 0, 0});
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) {
+      const auto found = place.find(v);
+      if (found == place.end()) continue;
+      const Vec3d& a = surface.positions[t[0]];
+      normals[found->second] += cross(surface.positions[t[1]] - a, surface.positions[t[2]] - a);
+    }
+  }
+  for (Vec3d& n : normals) {
+    if (norm(n) > 0) n = normalized(n);
+  }
+  return normals;
+}
+
+// A gradient as a map of the plane that two vectors span.
+Mat3d restricted(const Mat3d& gradient, const Vec3d& s, const Vec3d& t) {
+  const Vec3d a = gradient * s;
+  const Vec3d b = gradient * t;
+  return {{a.x, b.x, 0}, {a.y, b.y, 0}, {a.z, b.z, 0}};
+}
+
+}  // namespace
+
+double diagonal_of(const LiveSurface& surface) {
+  Box box;
+  for (const Triangle& t : surface.triangles) {
+    for (const std::uint32_t v : t) box.extend(surface.positions[v]);
+  }
+  if (surface.triangles.empty()) {
+    for (const Vec3d& p : surface.positions) box.extend(p);
+  }
+  return norm(box.max - box.min);
+}
+
+PosedPart part_of(const std::vector<Vec3d>& all, double spacing) {
+  PosedPart result;
+  const std::size_t apart = points_apart(all, kCellsOfPart * spacing).size();
+  result.points = chosen(all, spread_points(all, std::clamp(apart, kPointsOfPart, kMaxPointsOfPart)));
+  result.checked = chosen(all, spread_points(all, kCheckedOfPart));
+  return result;
+}
+
+BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
+                    std::vector<std::string>& warnings) {
+  BodyPoints body = body_points(
+      surface.positions, surface.triangles,
+      {.inside = inside, .most_spacing = kCellsOfSample * spacing, .shell_depth = 0.25 * spacing, .threads = threads});
+  if (!body.is_closed && !surface.triangles.empty()) {
+    warnings.push_back("the surface is open: a shell below it is kept rigid in place of the body's inside");
+  }
+  BodySamples samples{std::move(body.points)};
+  samples.stiffness.assign(samples.points.size(), kSurfaceStiffness);
+  std::fill_n(samples.stiffness.begin(), body.inside, 1.0);
+  return samples;
+}
+
+std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points) {
+  std::vector<Triangle> corners;
+  corners.reserve(positions.size());
+  for (std::uint32_t i = 0; i < positions.size(); ++i) corners.push_back({i, i, i});
+  const SurfaceTree tree(corners, positions);
+  std::vector<std::uint32_t> result;
+  result.reserve(points.size());
+  for (const Vec3d& p : points) result.push_back(tree.closest(p)->triangle);
+  return result;
+}
+
+PoseOutcome find_flow(PoseProblem problem, Flow& flow) {
+  return PoseRun(std::move(problem)).go([&](const PotentialGrid& grid) {
+    Segment segment;
+    segment.grid = grid;
+    flow.segments.push_back(std::move(segment));
+    return true;
+  });
+}
+
+void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result) {
+  const std::vector<std::uint32_t> vertices = spread_points(surface.positions, kLookedAt);
+  const std::vector<Vec3d> points = chosen({surface.positions.begin(), surface.positions.end()}, vertices);
+  const std::vector<Vec3d> normals = normals_of(vertices, surface);
+  AdvectOptions options;
+  options.tolerance = kStretchTolerance * diagonal;
+  options.precision = Precision::float64;
+  options.threads = threads;
+  const std::vector<Mat3d> gradients = jacobians(flow, points, options);
+  double sum = 0;
+  std::size_t count = 0;
+  const auto add = [&](double value) {
+    result.greatest_stretch = std::max(result.greatest_stretch, value);
+    result.least_stretch = std::min(result.least_stretch, value);
+    sum += std::log(value) * std::log(value);
+    ++count;
+  };
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3d& n = normals[i];
+    const bool is_surface = norm(n) > 0;
+    const Vec3d t = is_surface ? any_orthogonal(n) : Vec3d{0, 0, 0};
+    const Stretches s = stretches_of(is_surface ? restricted(gradients[i], t, cross(n, t)) : gradients[i]);
+    add(s.greatest);
+    add(s.middle);
+    if (!is_surface) add(s.least);
+  }
+  result.rms_log_stretch = std::sqrt(sum / static_cast<double>(count));
+}
+
+bool apply_grids(const Flow& flow, const LiveSurface& surface) {
+  return std::all_of(flow.segments.begin(), flow.segments.end(),
+                     [&](const Segment& segment) { return surface.apply(GridStroke{segment.grid}); });
+}
+
+}  // namespace knead::tool_detail

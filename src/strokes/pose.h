@@ -1,0 +1,113 @@
+// Posing a surface, and bending its body by a pose (docs/mathematics.md, "Poses", "Bends of a body"). Internal to the
+// library.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "knead/flow.h"
+#include "knead/tools.h"
+#include "pose/pose_motion.h"
+
+namespace knead {
+
+// What a pose did. Distances are fractions of the shape's diagonal.
+struct PoseResult {
+  double part_distance = 0;     // the greatest of a point of a part, or of a pin, from its place
+  double greatest_stretch = 1;  // singular values of the flow along the surface, at points spread over it; of clouds in
+  double least_stretch = 1;     // all directions
+  double rms_log_stretch = 0;   // root mean square of their logarithms
+  std::size_t unknowns = 0;     // of a grid, the most
+  std::size_t segments = 0;
+  bool stopped = false;  // apply returned false
+  std::vector<std::string> warnings;
+};
+
+// Poses the surface: finds the grids of the whole motion, looks at what they do, and passes them to surface.apply as
+// GridStrokes, one for each step of at most 8 degrees. With `exact` a PinsStroke follows. These strokes, applied in
+// order, repeat the pose bit by bit, for every number of threads (0: all) and every order of vertices.
+// Time: about 0.1 s a step for `detail` 0.075, besides apply. Throws InvalidInput, beginning with the key in quotes,
+// for an invalid stroke, for vertices that the surface does not have, and for a pose that would spoil the shape: one
+// that stretches it more than 6 times, or leaves a part by more than 0.02 from its place. Nothing has moved then.
+PoseResult pose_on(const PoseStroke& stroke, const LiveSurface& surface, int threads = 0);
+
+// A pose that follows a pointer: each advance goes on from where the last one came to, so it takes only the time of its
+// own steps. The result is about that of the whole stroke: it depends on the ways between.
+class PoseDrag {
+ public:
+  // At the beginning of a pose: nothing has moved. Throws as pose_on.
+  PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads = 0);
+  PoseDrag(PoseDrag&&) noexcept;
+  PoseDrag& operator=(PoseDrag&&) noexcept;
+  PoseDrag(const PoseDrag&) = delete;
+  PoseDrag& operator=(const PoseDrag&) = delete;
+  ~PoseDrag();
+
+  // Returns whether the stroke is the same pose but for where its parts and pins go.
+  bool takes(const PoseStroke& stroke) const;
+
+  // Goes straight towards the ends of the stroke's ways, by about so many steps at most (of 8 degrees, or half of the
+  // grid's spacing), and passes their grids to apply. Returns false if that did. Throws InvalidInput where the
+  // equations cannot be solved.
+  bool advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// A plain bend by more degrees than this turns its zone against itself.
+inline constexpr double kMostOfPlainBend = 170;
+
+// Returns whether the stroke bends the body: by more than kMostOfPlainBend, or with "auto" where no barrel separates
+// the part from the rest, or where the part comes back over the zone or over what rests.
+bool bends_body(const BendStroke& stroke, const LiveSurface& surface);
+
+// Bends what lies in the zone of the stroke along an arc as long as the zone is wide, through the middle of the part;
+// what is beyond `inner` moves rigidly, all else holds, and nothing flows along the axis. With "auto" the part is what
+// hangs together with the zone's piece that is nearest to the centre, on the side of `inner`; with a radius it is what
+// is within the barrel. Passes GridStrokes to surface.apply, as pose_on. Throws InvalidInput, beginning with the key in
+// quotes, for a zone without vertices, for a part that the rest also hangs together with elsewhere, for a zone too
+// short for its angle, and for a bend that would spoil the shape: the angle that does not is then named.
+PoseResult bend_on(const BendStroke& stroke, const LiveSurface& surface, int threads);
+
+namespace tool_detail {
+
+// Of the box around what triangles use, or around a cloud.
+double diagonal_of(const LiveSurface& surface);
+
+// Returns a part that holds: evenly spread ones of its points, enough for a grid of that spacing.
+detail::PosedPart part_of(const std::vector<Vec3d>& all, double spacing);
+
+inline constexpr std::size_t kSamplesInside = 4000;  // of a body
+
+// Returns samples of the body for a grid of that spacing, about so many of them inside it. Adds a warning if the
+// surface is open.
+detail::BodySamples body_of(const LiveSurface& surface, double spacing, std::size_t inside, int threads,
+                            std::vector<std::string>& warnings);
+
+// Returns what a pose on the surface is, in numbers. Where a part moves near one that holds, the spacing is smaller
+// than the stroke's `detail`, down to `least_detail`. Throws as pose_on. Adds a warning if the surface is open.
+detail::PoseProblem problem_of(const PoseStroke& stroke, const LiveSurface& surface, std::size_t inside,
+                               double least_detail, int threads, std::vector<std::string>& warnings);
+
+// Returns for each point the number of the nearest position.
+std::vector<std::uint32_t> nearest_of(std::span<const Vec3d> positions, const std::vector<Vec3d>& points);
+
+// Solves the problem; the flow gets one segment for each grid.
+detail::PoseOutcome find_flow(detail::PoseProblem problem, Flow& flow);
+
+// Sets the stretches of the result, at evenly spread points.
+void measure_stretch(const Flow& flow, const LiveSurface& surface, double diagonal, int threads, PoseResult& result);
+
+// Passes each grid of the flow to surface.apply; returns false if that did.
+bool apply_grids(const Flow& flow, const LiveSurface& surface);
+
+}  // namespace tool_detail
+
+}  // namespace knead

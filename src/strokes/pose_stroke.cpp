@@ -1,0 +1,320 @@
+// A pose that follows a pointer.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "knead/error.h"
+#include "knead/region.h"
+#include "knead/vec.h"
+#include "strokes/describe.h"
+#include "strokes/pose.h"
+
+namespace knead {
+
+namespace {
+
+using namespace detail;
+using namespace tool_detail;
+
+constexpr std::size_t kSamples = 2500;  // inside the body: each advance must be quick
+constexpr double kLeastDetail = 0.05;
+constexpr double kStepAngle = 8;     // degrees
+constexpr double kStepLength = 0.5;  // of the grid's spacing
+
+// The same pose with nothing said of how far parts and pins go.
+PoseStroke without_ways(PoseStroke stroke) {
+  for (PoseItem& item : stroke.parts) {
+    if (auto* part = std::get_if<PosePart>(&item)) {
+      if (part->rotation) part->rotation->angle_deg = 0;
+      part->translation.reset();
+    } else {
+      std::get<PosePin>(item).path.clear();
+    }
+  }
+  return stroke;
+}
+
+// How far a part has gone.
+struct Way {
+  double angle_deg = 0;
+  Vec3d translation{0, 0, 0};
+};
+
+Way mixed(const Way& a, const Way& b, double t) {
+  return {a.angle_deg + (b.angle_deg - a.angle_deg) * t, a.translation + (b.translation - a.translation) * t};
+}
+
+std::vector<Way> ways_of(const PoseStroke& stroke) {
+  std::vector<Way> ways;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* part = std::get_if<PosePart>(&item);
+    if (part == nullptr) continue;
+    ways.push_back({part->rotation ? part->rotation->angle_deg : 0, part->translation.value_or(Vec3d{0, 0, 0})});
+  }
+  return ways;
+}
+
+}  // namespace
+
+struct PoseDrag::State {
+  PoseStroke pose;               // without ways
+  std::vector<PosedPart> parts;  // as they were at the beginning
+  std::vector<PosedPin> pins;
+  double spacing = 0;
+  std::vector<Way> ways;      // that the parts have gone
+  std::vector<Vec3d> places;  // of the pins
+  PoseRun run;
+
+  Vec3d place(std::size_t part, const Vec3d& start, const Way& way) const {
+    const PosedPart& own = parts[part];
+    return own.center + rotate(start - own.center, own.axis, sincos(way.angle_deg * kRadiansPerDegree)) +
+           way.translation;
+  }
+
+  // How many steps it takes to get there.
+  double steps_to(const std::vector<Way>& to, const std::vector<Vec3d>& pins_to) const {
+    double steps = 1;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      steps = std::max(steps, std::abs(to[i].angle_deg - ways[i].angle_deg) / kStepAngle);
+      for (const Vec3d& start : parts[i].points) {
+        steps = std::max(steps, norm(place(i, start, to[i]) - place(i, start, ways[i])) / (kStepLength * spacing));
+      }
+    }
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      steps = std::max(steps, norm(pins_to[i] - places[i]) / (kStepLength * spacing));
+    }
+    return steps;
+  }
+};
+
+PoseDrag::PoseDrag(const PoseStroke& stroke, const LiveSurface& surface, int threads) {
+  validate(stroke);
+  std::vector<std::string> warnings;
+  PoseProblem problem = problem_of(stroke, surface, kSamples, kLeastDetail, threads, warnings);
+  problem.settles = false;
+  problem.progress = nullptr;  // that of the surface may end before the drag
+  std::vector<Vec3d> places;
+  for (const PosedPin& pin : problem.pins) places.push_back(pin.path.front());
+  state_ = std::make_unique<State>(State{without_ways(stroke), problem.parts, problem.pins, problem.spacing,
+                                         std::vector<Way>(problem.parts.size()), std::move(places), PoseRun(problem)});
+}
+
+PoseDrag::PoseDrag(PoseDrag&&) noexcept = default;
+PoseDrag& PoseDrag::operator=(PoseDrag&&) noexcept = default;
+PoseDrag::~PoseDrag() = default;
+
+bool PoseDrag::takes(const PoseStroke& stroke) const { return without_ways(stroke) == state_->pose; }
+
+bool PoseDrag::advance(const PoseStroke& stroke, double most_steps, const std::function<bool(const Stroke&)>& apply) {
+  State& s = *state_;
+  const std::vector<Way> ends = ways_of(stroke);
+  std::vector<Vec3d> pin_ends;
+  for (const PoseItem& item : stroke.parts) {
+    const auto* pin = std::get_if<PosePin>(&item);
+    if (pin != nullptr) pin_ends.push_back(pin->path.empty() ? s.places[pin_ends.size()] : pin->path.back());
+  }
+  const double share = std::min(1.0, most_steps / s.steps_to(ends, pin_ends));
+  std::vector<PosedPart> parts = s.parts;
+  std::vector<Way> ways;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Way from = s.ways[i];
+    const Way to = mixed(from, ends[i], share);
+    parts[i].angle = (to.angle_deg - from.angle_deg) * kRadiansPerDegree;
+    parts[i].translation = {0, 0, 0};
+    if (!s.parts[i].holds()) {
+      parts[i].way = [&s, i, from, to](const Vec3d& start, double t) { return s.place(i, start, mixed(from, to, t)); };
+    }
+    ways.push_back(to);
+  }
+  std::vector<PosedPin> pins = s.pins;
+  std::vector<Vec3d> places;
+  for (std::size_t i = 0; i < pins.size(); ++i) {
+    places.push_back(s.places[i] + (pin_ends[i] - s.places[i]) * share);
+    pins[i].path = {s.places[i]};
+    if (places[i] != s.places[i]) pins[i].path.push_back(places[i]);
+  }
+  s.run.set_ways(std::move(parts), std::move(pins));
+  const PoseOutcome outcome = s.run.go([&](const PotentialGrid& grid) { return apply(GridStroke{grid}); });
+  s.ways = std::move(ways);
+  s.places = std::move(places);
+  return !outcome.stopped;
+}
+
+// The description of the tool "pose".
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr std::size_t kMaxPins = 1000;
+constexpr std::size_t kMaxPlaces = 10'000;  // of a pin's path
+constexpr double kFinest = 0.01;
+constexpr double kCoarsest = 0.5;
+constexpr double kMaxStiffness = 100;
+
+std::vector<StrokeKey> keys(PoseStroke& s) {
+  return {{"detail", Quantity::positive, &s.detail, Presence::optional,
+           "the finest motion, as a fraction of the shape's size; smaller numbers take longer"},
+          {"parts", Quantity::other, &s.parts},
+          {"stiffness", Quantity::other, &s.stiffness, Presence::optional},
+          {"exact", Quantity::other, &s.exact, Presence::optional}};
+}
+
+// Which part a range of vertices belongs to.
+struct OwnedRange {
+  VertexRange range;
+  std::size_t part = 0;
+};
+
+void append(const std::vector<VertexRange>& ranges, std::size_t part, std::vector<OwnedRange>& list) {
+  for (const VertexRange& range : ranges) {
+    if (range.last < range.first) {
+      throw InvalidInput(fmt::format("\"vertices\" has the range [{}, {}], whose last number is below its first",
+                                     range.first, range.last));
+    }
+    list.push_back({range, part});
+  }
+}
+
+// Nothing can move in two ways.
+void require_apart(const PoseStroke& stroke) {
+  std::vector<OwnedRange> ranges;
+  for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
+    if (const auto* part = std::get_if<PosePart>(&stroke.parts[i])) {
+      append(part->vertices, i, ranges);
+    } else if (const auto& vertex = std::get<PosePin>(stroke.parts[i]).vertex) {
+      ranges.push_back({{*vertex, *vertex}, i});
+    }
+  }
+  std::sort(ranges.begin(), ranges.end(),
+            [](const OwnedRange& a, const OwnedRange& b) { return a.range.first < b.range.first; });
+  const OwnedRange* farthest = nullptr;  // of the parts before
+  for (const OwnedRange& owned : ranges) {
+    if (farthest != nullptr && owned.range.first <= farthest->range.last && owned.part != farthest->part) {
+      throw InvalidInput(fmt::format("\"parts\": vertex {} is in part {} and in part {}; take it out of one of them",
+                                     owned.range.first, farthest->part + 1, owned.part + 1));
+    }
+    if (farthest == nullptr || owned.range.last > farthest->range.last) farthest = &owned;
+  }
+}
+
+void validate(const PosePart& part) {
+  if (part.vertices.empty() == part.points.empty()) {
+    throw InvalidInput(part.points.empty() ? "it has no vertices; give \"vertices\", or \"points\""
+                                           : "it has both \"vertices\" and \"points\"; give one of them");
+  }
+  require_finite("points", part.points);
+  const bool moves = part.rotation || part.translation;
+  if (moves == part.hold) {
+    throw InvalidInput(moves ? "it holds and moves; leave out \"hold\", or \"rotate\" and \"translate\""
+                             : "it neither holds nor moves; give \"hold\": true, \"rotate\" or \"translate\"");
+  }
+  if (part.rotation) {
+    require_direction("rotate", part.rotation->axis);
+    require_finite("center", part.rotation->center);
+    require_angle("angle_deg", part.rotation->angle_deg);
+  }
+  if (part.translation) require_finite("translate", *part.translation);
+}
+
+void validate(const PosePin& pin) {
+  if (pin.vertex.has_value() == pin.point.has_value()) {
+    throw InvalidInput("a pin needs either \"pin\", the number of a vertex, or \"pin_point\"");
+  }
+  if (pin.point) require_finite("pin_point", *pin.point);
+  require_finite("path", pin.path);
+  if (pin.path.empty() != pin.hold) {
+    throw InvalidInput(pin.hold ? "the pin holds and moves; leave out \"hold\", or \"to\" and \"path\""
+                                : "the pin neither holds nor moves; give \"hold\": true, \"to\" or \"path\"");
+  }
+  if (pin.path.size() > kMaxPlaces) {
+    throw InvalidInput(fmt::format("\"path\" must hold at most {} places, got {}", kMaxPlaces, pin.path.size()));
+  }
+  if (!(pin.size > 0 && pin.size <= kCoarsest)) {
+    throw InvalidInput(fmt::format("\"size\" must be above 0 and at most {}, got {}", kCoarsest, pin.size));
+  }
+  if (pin.rotation) {
+    require_direction("axis", pin.rotation->axis);
+    require_angle("angle_deg", pin.rotation->angle_deg);
+  }
+}
+
+bool moves(const PoseItem& item) {
+  if (const auto* pin = std::get_if<PosePin>(&item)) return !pin->hold || pin->rotation;
+  const auto& part = std::get<PosePart>(item);
+  const bool turns = part.rotation && part.rotation->angle_deg != 0;
+  return turns || (part.translation && *part.translation != Vec3d{0, 0, 0});
+}
+
+void validate_stiffness(const PoseStroke& stroke) {
+  std::vector<OwnedRange> ranges;
+  for (const PoseStiffness& region : stroke.stiffness) {
+    if (region.vertices.empty()) throw InvalidInput("\"stiffness\" names a region without vertices");
+    append(region.vertices, 0, ranges);
+    if (!(region.value >= 1 / kMaxStiffness && region.value <= kMaxStiffness)) {
+      throw InvalidInput(fmt::format("\"value\" of \"stiffness\" must be from {} to {}, got {}", 1 / kMaxStiffness,
+                                     kMaxStiffness, region.value));
+    }
+  }
+}
+
+void validate(const PoseStroke& stroke) {
+  if (!(stroke.detail >= kFinest && stroke.detail <= kCoarsest)) {
+    throw InvalidInput(
+        fmt::format("\"detail\" must be from {} to {} of the shape's size, got {}", kFinest, kCoarsest, stroke.detail));
+  }
+  require_count("parts", stroke.parts.size(), 1, "parts or pins");
+  std::size_t pins = 0;
+  for (std::size_t i = 0; i < stroke.parts.size(); ++i) {
+    try {
+      std::visit([](const auto& item) { validate(item); }, stroke.parts[i]);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(fmt::format("\"parts\": part {}: {}", i + 1, error.what()));
+    }
+    pins += std::holds_alternative<PosePin>(stroke.parts[i]) ? 1 : 0;
+  }
+  if (pins > kMaxPins) throw InvalidInput(fmt::format("\"parts\" must hold at most {} pins, got {}", kMaxPins, pins));
+  if (std::none_of(stroke.parts.begin(), stroke.parts.end(), moves)) {
+    throw InvalidInput("\"parts\": none of the parts and pins moves; give one \"rotate\", \"translate\" or \"to\"");
+  }
+  require_apart(stroke);
+  validate_stiffness(stroke);
+}
+
+// The last place of the path moves on in the last direction, so that there are as many places as before.
+void go_on(PosePin& pin, double strength) {
+  if (!pin.point && pin.path.size() < 2) {
+    throw InvalidInput("a pin that is a vertex cannot go on beyond its only place; give \"pin_point\", or a \"path\"");
+  }
+  std::vector<Vec3d> path = pin.path;
+  if (pin.point) path.insert(path.begin(), *pin.point);
+  prolong_path(path, strength);
+  pin.path.back() = path.back();
+}
+
+// Angles and translations are multiplied; a path goes on in its last direction.
+void prolong(PoseStroke& stroke, double strength) {
+  for (PoseItem& item : stroke.parts) {
+    if (auto* part = std::get_if<PosePart>(&item)) {
+      if (part->rotation) part->rotation->angle_deg *= strength;
+      if (part->translation) *part->translation *= strength;
+      continue;
+    }
+    auto& pin = std::get<PosePin>(item);
+    if (pin.hold) continue;
+    go_on(pin, strength);
+    if (pin.rotation) pin.rotation->angle_deg *= strength;
+  }
+}
+
+}  // namespace
+
+const Tool& PoseStroke::tool() {
+  static const Tool kTool = describe<PoseStroke>("pose", {keys, validate, nullptr, nullptr, nullptr, nullptr, prolong});
+  return kTool;
+}
+
+}  // namespace knead

@@ -1,0 +1,190 @@
+// The tool of a stamp: a closed mesh in its pose, and what is asked of it. Internal to the tool room.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "knead/mesh.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+
+namespace knead::tool_detail {
+
+// Places are relative to the tool's origin; directions are unit vectors. The tool need not be convex, nor in one piece;
+// where it passes through itself, what is inside of any part is inside.
+class StampTool {
+ public:
+  // Throws InvalidInput, beginning with "mesh" in quotes, where the mesh is not closed or does not look outward.
+  StampTool(const Mesh& mesh, const Mat3d& pose);
+
+  const Box& box() const { return box_; }
+
+  // From a place inside, the way out along a direction.
+  struct Front {
+    double need = 0;  // its length
+    Vec3d normal;     // of the face where it ends, a unit vector; the zero vector for a face without area
+  };
+  // Nothing where p is outside.
+  std::optional<Front> front(const Vec3d& p, const Vec3d& direction) const;
+
+  // The normal of the face nearest to p, as in Front.
+  Vec3d nearest_normal(const Vec3d& p) const;
+
+  // The shortest way out of the tool; nothing where p is outside.
+  std::optional<Vec3d> way_out(const Vec3d& p) const;
+
+  // The distance of p from the surface, on either side.
+  double distance(const Vec3d& p) const;
+
+  // The distance of p from the surface where p is inside, else 0.
+  double depth(const Vec3d& p) const;
+
+  // Half the tool's largest width across a direction, to 0.02%.
+  double half_width(const Vec3d& direction) const;
+
+  // How narrow the tool's front gets: on 95% of its area, seen along the direction, the tool is wider than that so much
+  // `below` its face, or half way to its back where it is thinner. To about a fifth, from 128 places.
+  double narrowest_width(const Vec3d& direction, double below) const;
+
+ private:
+  Vec3d normal_of(std::uint32_t triangle) const;
+  // The third shortest chord through p; nothing where p is outside.
+  std::optional<double> width_at(const Vec3d& p, std::span<const Vec3d> across) const;
+
+  std::vector<Vec3d> positions_;
+  std::vector<Triangle> triangles_;
+  Box box_;
+  SurfaceTree tree_;
+};
+
+// Where a stamp's tool meets the surface within a step. Internal to the tool room.
+
+// A place of the surface, which follows it as it moves: a vertex (three times the same), or a point of a triangle.
+struct Place {
+  Triangle vertices{};
+  std::array<double, 3> barycentric{1, 0, 0};
+
+  Vec3d at(std::span<const Vec3d> positions) const {
+    return positions[vertices[0]] * barycentric[0] + positions[vertices[1]] * barycentric[1] +
+           positions[vertices[2]] * barycentric[2];
+  }
+};
+
+struct Contact {
+  Place place;
+  Vec3d point;     // where it was found
+  double tau = 0;  // when the tool hits it: 0 at the step's beginning, 1 at its end, below 0 before
+};
+
+// A step: the tool's origin moves from `to - motion` to `to`. `spacing` is that of the samples on triangles.
+struct StampStep {
+  Vec3d to;
+  Vec3d motion;
+  double spacing = 0;
+  int threads = 0;  // 0: all
+};
+
+// The places of the surface that the tool pushes in the step, the earliest first; any two are `spacing` or more apart,
+// and every one that was found is within `spacing` of one of these. The same for every number of threads.
+std::vector<Contact> find_contacts(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+// Points that are `spacing` or more apart, in cubic cells of that size.
+class Thinned {
+ public:
+  explicit Thinned(double spacing) : spacing_(spacing) {}
+
+  // Whether p was taken, being as far from all before.
+  bool take(const Vec3d& p);
+
+ private:
+  std::int64_t index(double x) const;
+  bool is_near(const Vec3d& p, std::uint64_t key) const;
+
+  double spacing_;
+  std::unordered_map<std::uint64_t, std::vector<Vec3d>> cells_;
+};
+
+// A place of the surface inside the tool, and the shortest way out.
+struct Intrusion {
+  Place place;
+  Vec3d point;
+  Vec3d way;
+};
+
+// The places inside the tool at the step's end, the deepest first. The same for every number of threads.
+std::vector<Intrusion> find_intrusions(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+// The places nearer than `distance` to the tool's surface at the step's end, inside or outside.
+std::vector<Place> find_touching(const StampTool& tool, const LiveSurface& surface, const StampStep& step,
+                                 double distance);
+
+// How deep the surface's deepest place lies inside the tool; the step's motion counts for nothing.
+double deepest_penetration(const StampTool& tool, const LiveSurface& surface, const StampStep& step);
+
+// Where a stamp's tool slides along the surface: the contacts as pins (method, end of section 9). Internal to the tool
+// room.
+
+// Places inside the tool become pins that go the shortest way out. Places where the tool has been become pins that
+// stay, so that the flow back does not fill the groove behind the tool.
+class SlippingContacts {
+ public:
+  // The tool must outlive this. radius: of the pins.
+  SlippingContacts(const StampTool& tool, double radius) : tool_(tool), radius_(radius) {}
+
+  // Remembers, as if the tool had been there, what is nearer than `distance` to the tool at the step's end.
+  void hold_what_touches(const LiveSurface& surface, const StampStep& step, double distance);
+
+  // Returns the pins that push the surface out of the tool at the step's end; nothing where it is out.
+  std::optional<PinsStroke> pins(const LiveSurface& surface, const StampStep& step);
+
+ private:
+  bool is_near(const Vec3d& point, const std::vector<Intrusion>& moving) const;
+
+  const StampTool& tool_;
+  double radius_;
+  std::vector<Place> pressed_;  // where the tool has been; half as far apart as pins
+};
+
+}  // namespace knead::tool_detail
+
+// Stamping (paper, section 4.4; method, section 4): a closed tool presses its shape into the surface.
+namespace knead {
+
+// What a stamp did.
+struct StampResult {
+  double outer = 0;        // as given, or the default for this tool
+  double step = 0;         // likewise
+  std::size_t steps = 0;   // collision tests along the whole path
+  double penetration = 0;  // greatest depth of the surface inside the tool at the end
+  bool stopped = false;    // apply returned false; penetration is then not measured
+  std::vector<std::string> warnings;
+};
+
+// Moves the tool along the path and pushes the surface before it.
+//
+// - Each piece of the path is cut into steps of equal length, at most stroke.step. Pieces of length zero are skipped.
+// - Each step finds the contacts once, between the current surface and the tool at the end of the step, and moves them
+//   in four quarters. A place joins in the quarter in which the tool hits it. Without contacts a step moves nothing.
+// - Every motion goes to surface.apply as a PointsStroke.
+//   It holds the contacts, the stroke's exponent and one displacement for each quarter.
+// - A stamp that slips does neither. In each step, twice at most, it takes what is inside the tool the shortest way
+//   out, as a PinsStroke with the radius `outer`. What it has pressed so far is held by further pins. If stroke.outer
+//   is not given, so is what touches the tool where the path begins: a path may be pressed in pieces.
+// - These strokes, applied in order, repeat the stamp to the bit, for every number of threads (0: all).
+// - If the tool already intersects the surface at the start of the path, the part inside moves along but is not pushed
+//   out, and a warning says so. If the stamp slips, it is pushed out step by step.
+//
+// Throws InvalidInput, beginning with the key in quotes, for an invalid stroke and for a tool that is not closed and
+// oriented outwards; nothing has moved then. Cost, besides apply: about 10 us for each vertex in the tool's box at each
+// step, on one core.
+StampResult stamp(const StampStroke& stroke, const Mesh& tool, const LiveSurface& surface, int threads = 0);
+
+// Returns the greatest number of segments that a stamp becomes. Throws as stamp does.
+std::size_t stamp_segments(const StampStroke& stroke, const Mesh& tool);
+
+}  // namespace knead

@@ -1,0 +1,237 @@
+#include "knead/tools.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "field/grid.h"
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/vec.h"
+
+namespace knead {
+
+namespace {
+
+// As for carried normals: they leave about 1e-5 of a stretch to the errors of the path lines.
+constexpr double kTolerance = 1e-5;  // of the step
+constexpr std::size_t kPathLines = 7;
+// Of the mean speed of two opposite neighbours: how much they differ where the map is smooth at most. The flow of a
+// tool bends by less over 1e-4 of the shape.
+constexpr double kTorn = 0.5;
+constexpr std::size_t kMostWeights = 4'000'000;
+constexpr std::size_t kPointsAtOnce = 1024;
+constexpr std::size_t kMostSpeeds = 2000;
+constexpr std::size_t kSpeedsAtOnce = 64;
+constexpr int kMostSweeps = 30;
+constexpr double kNoArea = 1e-12;  // height over longest edge of a triangle, squared
+
+// Turns two columns so that they are perpendicular. Returns whether they were not.
+bool make_perpendicular(Vec3d& a, Vec3d& b) {
+  const double product = dot(a, b);
+  const double aa = norm2(a);
+  const double bb = norm2(b);
+  if (!(std::abs(product) > 1e-15 * std::sqrt(aa * bb))) return false;
+  const double zeta = (bb - aa) / (2 * product);
+  const double t = (zeta < 0 ? -1 : 1) / (std::abs(zeta) + std::sqrt(1 + zeta * zeta));
+  const double c = 1 / std::sqrt(1 + t * t);
+  const Vec3d old = a;
+  a = (old - b * t) * c;
+  b = (b + old * t) * c;
+  return true;
+}
+
+// One column of the Jacobian from a point's image and those of its neighbours on both sides. Near a barrel's border one
+// of them may have been torn off.
+Vec3d column_of(const Vec3d& before, const Vec3d& here, const Vec3d& after, double step) {
+  const Vec3d back = here - before;
+  const Vec3d forth = after - here;
+  const double least = std::min(norm(back), norm(forth));
+  if (norm(forth - back) <= kTorn * (norm(back) + norm(forth))) return (after - before) / (2 * step);
+  return (least == norm(back) ? back : forth) / step;
+}
+
+Stretches stretches_at(std::span<const Vec3d> images, double step) {
+  const bool is_finite =
+      std::all_of(images.begin(), images.end(), [](const Vec3d& p) { return std::isfinite(norm2(p)); });
+  if (!is_finite) return {std::numeric_limits<double>::infinity(), 1, 0};
+  const Vec3d x = column_of(images[1], images[0], images[2], step);
+  const Vec3d y = column_of(images[3], images[0], images[4], step);
+  const Vec3d z = column_of(images[5], images[0], images[6], step);
+  return stretches_of(Mat3d{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}});
+}
+
+// Whether the inner motion deforms, so that the inner region is stretched too.
+bool deforms(const Motion& motion) {
+  return !std::holds_alternative<Translation<double>>(motion) && !std::holds_alternative<Rotation<double>>(motion);
+}
+
+bool is_within(const SegmentBarrel& barrel, const Vec3d& p) {
+  const Vec3d d = p - barrel.point;
+  return norm2(d - barrel.direction * dot(d, barrel.direction)) <= barrel.radius * barrel.radius;
+}
+
+// How far r changes at a point while a half-space turns: the inner region turns as much against it.
+double turn_slack(const Region& region, const Vec3d& d) {
+  const auto* half_space = std::get_if<HalfSpace<double>>(&region);
+  if (half_space == nullptr || half_space->turn_angle == 0) return 0;
+  const double turn = std::min(std::abs(half_space->turn_angle), 0.5 * std::numbers::pi);
+  return std::abs(dot(cross(half_space->turn_axis, half_space->normal), d)) * sincos(turn).sin;
+}
+
+// Whether a field deforms a point at the beginning, or where the tool passes over it.
+bool is_deformed(const Segment& segment, const Field& field, const Vec3d& p) {
+  const Vec3d d = p - field.center;
+  const Vec3d by = displacement_of(segment, field);
+  const double slack = turn_slack(field.region, d);
+  for (const double t : {0.0, 0.5, 1.0}) {
+    const double r = region_value(field, d - by * t).value;
+    const double most = blend_weight(r - slack, field.thresholds).value;
+    const double least = blend_weight(r + slack, field.thresholds).value;
+    if (most > 0 && (least < 1 || deforms(field.motion))) return true;
+    if (by == Vec3d{0, 0, 0}) break;
+  }
+  return false;
+}
+
+bool is_deformed(const Segment& segment, const Vec3d& p) {
+  if (!segment.parts.empty()) {
+    return std::any_of(segment.parts.begin(), segment.parts.end(),
+                       [&](const Segment& part) { return is_deformed(part, p); });
+  }
+  if (!segment.grid.is_empty()) return detail::is_used(segment.grid, p);
+  if (segment.barrel && !is_within(*segment.barrel, p)) return false;
+  return std::any_of(segment.fields.begin(), segment.fields.end(),
+                     [&](const Field& field) { return is_deformed(segment, field, p); });
+}
+
+// The numbers of the candidates of greatest_stretch, ascending.
+std::vector<std::size_t> candidates(const Flow& flow, std::span<const Vec3d> positions, int threads) {
+  const std::size_t weights = flow.segments.size() * positions.size();
+  const std::size_t stride = weights / kMostWeights + 1;
+  const std::size_t count = (positions.size() + stride - 1) / stride;
+  std::vector<std::uint8_t> is_candidate(count);
+  parallel_for(count, kPointsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto deformed = [&](const Segment& segment) { return is_deformed(segment, positions[i * stride]); };
+      is_candidate[i] = std::any_of(flow.segments.begin(), flow.segments.end(), deformed) ? 1 : 0;
+    }
+  });
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < count; ++i) {
+    if (is_candidate[i] != 0) result.push_back(i * stride);
+  }
+  return result;
+}
+
+double badness(const Stretches& s) { return s.least > 0 ? std::max(s.greatest, 1 / s.least) : HUGE_VAL; }
+
+}  // namespace
+
+Stretches stretches_of(const Mat3d& gradient) {
+  std::array<Vec3d, 3> columns{gradient.column(0), gradient.column(1), gradient.column(2)};
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    const bool first = make_perpendicular(columns[0], columns[1]);
+    const bool second = make_perpendicular(columns[0], columns[2]);
+    const bool third = make_perpendicular(columns[1], columns[2]);
+    if (!first && !second && !third) break;
+  }
+  std::array<double, 3> values{norm(columns[0]), norm(columns[1]), norm(columns[2])};
+  std::sort(values.begin(), values.end());
+  return {values[2], values[1], values[0]};
+}
+
+std::vector<Stretches> stretches_of(const Flow& flow, std::span<const Vec3d> points, const StrainOptions& options) {
+  AdvectOptions advecting;
+  advecting.tolerance = absolute_tolerance(kTolerance * options.step, options.length);
+  advecting.precision = Precision::float64;
+  advecting.threads = options.threads;
+  const double step = options.step * options.length;
+  std::vector<Vec3d> lines;
+  lines.reserve(kPathLines * points.size());
+  for (const Vec3d& p : points) {
+    lines.push_back(p);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      Vec3d d{0, 0, 0};
+      d[axis] = step;
+      lines.insert(lines.end(), {p - d, p + d});
+    }
+  }
+  std::vector<Stretches> result(points.size());
+  const bool is_done = advect(flow, lines, advecting).status == AdvectStatus::done;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const std::span<const Vec3d> images = std::span(lines).subspan(kPathLines * i, kPathLines);
+    result[i] = is_done ? stretches_at(images, step) : Stretches{std::numeric_limits<double>::infinity(), 1, 0};
+  }
+  return result;
+}
+
+GreatestStretch greatest_stretch(const Flow& flow, std::span<const Vec3d> positions, const StrainOptions& options) {
+  const std::vector<std::size_t> found = candidates(flow, positions, options.threads);
+  std::vector<Vec3d> sample;
+  const std::size_t count = std::min(found.size(), options.samples);
+  for (std::size_t i = 0; i < count; ++i) sample.push_back(positions[found[i * found.size() / count]]);
+  GreatestStretch result;
+  double worst = 1;
+  result.samples = count;
+  const std::vector<Stretches> stretches = stretches_of(flow, sample, options);
+  for (std::size_t i = 0; i < count; ++i) {
+    result.greatest = std::max(result.greatest, stretches[i].greatest);
+    result.least = std::min(result.least, stretches[i].least);
+    if (i > 0 && badness(stretches[i]) <= worst) continue;
+    worst = badness(stretches[i]);
+    result.where = sample[i];
+  }
+  return result;
+}
+
+double relative_speed(const Flow& flow, std::span<const Vec3d> points, int threads) {
+  validate(flow);
+  if (flow.segments.empty() || flow.segments.front().fields.empty()) return 0;
+  const Field& field = flow.segments.front().fields.front();
+  const auto* translation = std::get_if<Translation<double>>(&field.motion);
+  if (translation == nullptr || !(norm2(translation->velocity) > 0)) return 0;
+  const std::size_t stride = points.size() / kMostSpeeds + 1;
+  std::vector<double> speeds((points.size() + stride - 1) / stride);
+  parallel_for(speeds.size(), kSpeedsAtOnce, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) speeds[i] = norm(velocity(field, points[i * stride] - field.center));
+  });
+  return speeds.empty() ? 0 : *std::max_element(speeds.begin(), speeds.end()) / norm(translation->velocity);
+}
+
+// The eigenvalues of G0^-1 G1, with the Gram matrices of two edges before and after.
+std::optional<double> triangle_stretch(const std::array<Vec3d, 3>& rest, const std::array<Vec3d, 3>& now) {
+  const Vec3d e = rest[1] - rest[0];
+  const Vec3d f = rest[2] - rest[0];
+  const Vec3d g = now[1] - now[0];
+  const Vec3d h = now[2] - now[0];
+  const double ee = norm2(e);
+  const double ff = norm2(f);
+  const double area2 = norm2(cross(e, f));
+  const double longest = std::max({ee, ff, norm2(f - e)});
+  if (!(area2 > kNoArea * longest * longest)) return std::nullopt;
+  const double half_trace = 0.5 * (ff * norm2(g) - 2 * dot(e, f) * dot(g, h) + ee * norm2(h)) / area2;
+  const double determinant = norm2(cross(g, h)) / area2;
+  return std::sqrt(half_trace + std::sqrt(std::max(half_trace * half_trace - determinant, 0.0)));
+}
+
+std::vector<float> vertex_stretches(std::span<const Triangle> triangles, std::span<const Vec3d> rest,
+                                    std::span<const Vec3d> now) {
+  if (rest.size() != now.size()) throw InvalidInput("give as many places at rest as now");
+  check_triangles(triangles, rest);
+  check_triangles(triangles, now);
+  std::vector<float> result(now.size());
+  for (const auto& [a, b, c] : triangles) {
+    const auto stretch = triangle_stretch({rest[a], rest[b], rest[c]}, {now[a], now[b], now[c]});
+    if (!stretch) continue;
+    for (const std::uint32_t v : {a, b, c}) result[v] = std::max(result[v], static_cast<float>(*stretch));
+  }
+  for (float& value : result) {
+    if (value == 0) value = 1;
+  }
+  return result;
+}
+
+}  // namespace knead

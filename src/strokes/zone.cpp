@@ -1,0 +1,363 @@
+// The zones of bends and twists, and what a shape wants of them.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <variant>
+
+#include "knead/error.h"
+#include "knead/flow.h"
+#include "knead/tools.h"
+#include "knead/vec.h"
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+constexpr std::size_t kSlices = 256;
+// Widths of a bend over angle times reach (method, section 10): at the first it stretches about 2 times, at the second
+// 3 times.
+constexpr double kSafeWidth = 2.4;
+constexpr double kLeastWidth = 1.6;
+// A twist with this shear stretches 2 times, as a bend of kSafeWidth does.
+constexpr double kSafeShear = 1.5;
+constexpr int kMostRounds = 64;  // of widening; each takes in at least one slice
+
+// What bends and twists have in common.
+struct Zone {
+  Vec3d center;
+  Vec3d normal;  // unit
+  Vec3d side{0, 0, 0};
+  std::optional<double> radius;
+  Thresholds<double> between;
+  double angle = 0;  // radians: of a bend; of a twist: over the zone
+
+  double width() const { return between.outer - between.inner; }
+  bool bends() const { return side != Vec3d{0, 0, 0}; }
+};
+
+// How steep the motion is at most, by the angle over the width: in a bend the slope of w, in a twist that of r w.
+double steepness(const Zone& zone, int falloff) {
+  if (zone.bends()) return falloff_facts(falloff).slope;
+  constexpr int kSamples = 256;
+  double most = 0;
+  for (int i = 0; i <= kSamples; ++i) {
+    const double r = zone.between.inner + zone.width() * i / kSamples;
+    const Weight<double> w = blend_weight(r, Thresholds<double>{zone.between.inner, zone.between.outer, falloff});
+    most = std::max(most, std::abs(w.value + r * w.derivative));
+  }
+  return most;
+}
+
+// The angle over the zone that stretches as much with the default falloff, for which the constants above hold.
+double default_angle(const Zone& zone) {
+  return zone.angle * steepness(zone, zone.between.falloff) / steepness(zone, kDefaultFalloff);
+}
+
+std::optional<Zone> zone_of(const Stroke& stroke) {
+  if (const auto* bend = std::get_if<BendStroke>(&stroke)) {
+    const Vec3d normal = unit(bend->normal);
+    const Vec3d side = normalized(cross(normal, unit(bend->axis)));
+    return Zone{bend->center,
+                normal,
+                side,
+                bend->radius,
+                bend_thresholds(*bend),
+                std::abs(bend->angle_deg) * kRadiansPerDegree};
+  }
+  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) {
+    Zone zone{twist->center,
+              unit(twist->normal.value_or(twist->axis)),
+              {},
+              twist->radius,
+              {twist->inner, twist->outer, twist->falloff}};
+    zone.angle = std::abs(twist->rate_deg) * kRadiansPerDegree * zone.width();
+    return zone;
+  }
+  return std::nullopt;
+}
+
+// A point in the coordinates of a profile.
+struct ZonePlace {
+  double r = 0;
+  double distance = 0;  // as the profile counts it
+  double from_line = 0;
+};
+
+ZonePlace place_of(const ZoneProfile& profile, const Vec3d& p) {
+  const Vec3d d = p - profile.center;
+  const double r = dot(profile.normal, d);
+  const double from_line = norm(d - profile.normal * r);
+  return {r, profile.side == Vec3d{0, 0, 0} ? from_line : std::abs(dot(profile.side, d)), from_line};
+}
+
+bool counts(const ZoneProfile& profile, const ZonePlace& place) {
+  return !profile.radius || place.from_line <= *profile.radius;
+}
+
+void add(ZoneProfile& profile, const ZonePlace& place) {
+  if (!counts(profile, place)) return;
+  const double slice = (place.r - profile.first) / profile.height;
+  const auto last = static_cast<double>(profile.reach.size() - 1);
+  double& reach = profile.reach[static_cast<std::size_t>(std::clamp(slice, 0.0, last))];
+  reach = std::max(reach, place.distance);
+}
+
+// Adds an edge where it goes from slice to slice, unless its ends are in neighbouring slices: they are added as points.
+void add_edge(ZoneProfile& profile, const Vec3d& a, const Vec3d& b) {
+  const double from = dot(profile.normal, a - profile.center);
+  const double to = dot(profile.normal, b - profile.center);
+  if (from > to) return add_edge(profile, b, a);
+  if (to - from <= profile.height) return;
+  const double first = std::floor((from - profile.first) / profile.height) + 1;
+  for (double slice = first; profile.first + slice * profile.height < to; ++slice) {
+    const double r = profile.first + slice * profile.height;
+    ZonePlace place = place_of(profile, a + (b - a) * ((r - from) / (to - from)));
+    for (const double here : {r - 0.5 * profile.height, r + 0.5 * profile.height}) {
+      place.r = here;
+      add(profile, place);
+    }
+  }
+}
+
+// The greatest distance of what lies between two heights, or comes there while the zone of a bend turns.
+double reach_within(const ZoneProfile& profile, double inner, double outer, double turn) {
+  double most = 0;
+  for (std::size_t i = 0; i < profile.reach.size(); ++i) {
+    const double reach = profile.reach[i];
+    const double begin = profile.first + static_cast<double>(i) * profile.height;
+    if (begin <= outer + reach * turn && begin + profile.height >= inner - reach * turn) most = std::max(most, reach);
+  }
+  return most;
+}
+
+// Against the zone the regions turn by half the angle.
+double turn_of(const Zone& zone) {
+  return zone.bends() ? sincos(std::min(0.5 * zone.angle, 0.5 * std::numbers::pi)).sin : 0;
+}
+
+double reach_of(const Zone& zone, const ZoneProfile& profile) {
+  // A twist shears its whole inner region.
+  const double inner = zone.bends() ? zone.between.inner : -std::numeric_limits<double>::infinity();
+  const double shift = dot(zone.normal, zone.center - profile.center);
+  return reach_within(profile, inner + shift, zone.between.outer + shift, turn_of(zone));
+}
+
+double safe_width(const Zone& zone, double reach) {
+  return zone.bends() ? kSafeWidth * default_angle(zone) * reach : default_angle(zone) * reach / kSafeShear;
+}
+
+// The same zone with another width.
+Zone widened(const Zone& zone, double width) {
+  Zone wider = zone;
+  const double factor = width / zone.width();
+  wider.between = {zone.between.inner * factor, zone.between.outer * factor, zone.between.falloff};
+  if (zone.radius) wider.center += zone.normal * (zone.between.outer - wider.between.outer);
+  return wider;
+}
+
+// Widening takes in more of the shape, which may reach farther; it ends because the shape does.
+Zone with_safe_width(Zone zone, const ZoneProfile& profile) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    const double width = safe_width(zone, reach_of(zone, profile));
+    if (width <= zone.width() * (1 + 1e-12)) break;
+    zone = widened(zone, width);
+  }
+  return zone;
+}
+
+bool fits(const Zone& zone, const ZoneProfile& profile) {
+  if (profile.reach.empty() || !(norm(zone.normal - profile.normal) < 1e-9)) return false;
+  if (!(norm(zone.side - profile.side) < 1e-9) || zone.radius != profile.radius) return false;
+  const Vec3d d = zone.center - profile.center;
+  return norm(d - zone.normal * dot(zone.normal, d)) <= 1e-9 * (profile.height * static_cast<double>(kSlices));
+}
+
+double stretch_of_shear(double gamma) { return 0.5 * gamma + std::sqrt(1 + 0.25 * gamma * gamma); }
+
+}  // namespace
+
+ZoneProfile zone_profile(const Stroke& stroke, std::span<const Vec3d> positions, std::span<const Triangle> triangles) {
+  check_triangles(triangles, positions);
+  const std::optional<Zone> zone = zone_of(stroke);
+  if (!zone || positions.empty()) return {};
+  ZoneProfile profile{zone->center, zone->normal, zone->side, zone->radius};
+  double least = std::numeric_limits<double>::infinity();
+  double most = -least;
+  for (const Vec3d& p : positions) {
+    const ZonePlace place = place_of(profile, p);
+    if (!counts(profile, place)) continue;
+    least = std::min(least, place.r);
+    most = std::max(most, place.r);
+  }
+  if (!(most > least)) return {};
+  profile.first = least;
+  profile.height = (most - least) / static_cast<double>(kSlices);
+  profile.reach.assign(kSlices, -1);
+  for (const Vec3d& p : positions) add(profile, place_of(profile, p));
+  for (const auto& [a, b, c] : triangles) {
+    add_edge(profile, positions[a], positions[b]);
+    add_edge(profile, positions[b], positions[c]);
+    add_edge(profile, positions[c], positions[a]);
+  }
+  return profile;
+}
+
+std::optional<ZoneCheck> check_zone(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<Zone> zone = zone_of(stroke);
+  if (!zone || !fits(*zone, profile)) return std::nullopt;
+  ZoneCheck check;
+  check.width = zone->width();
+  check.reach = reach_of(*zone, profile);
+  check.safe = with_safe_width(*zone, profile).width();
+  if (zone->bends()) {
+    check.is_too_thin = check.width < kLeastWidth * default_angle(*zone) * check.reach;
+  } else {
+    check.stretch = stretch_of_shear(default_angle(*zone) / check.width * check.reach);
+    check.is_too_thin = check.stretch > kStrongStretch;
+  }
+  return check;
+}
+
+Stroke with_safe_zone(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<Zone> zone = zone_of(stroke);
+  if (!zone || !fits(*zone, profile)) return stroke;
+  const Zone safe = with_safe_width(*zone, profile);
+  if (safe.width() == zone->width()) return stroke;
+  Stroke result = stroke;
+  if (auto* bend = std::get_if<BendStroke>(&result)) {
+    bend->center = safe.center;
+    if (auto* const extent = std::get_if<BendWidth>(&bend->extent)) {
+      extent->width = safe.width();
+    } else {
+      bend->extent = BendThresholds{safe.between.inner, safe.between.outer};
+    }
+  } else {
+    auto& twist = std::get<TwistStroke>(result);
+    twist.center = safe.center;
+    twist.inner = safe.between.inner;
+    twist.outer = safe.between.outer;
+    twist.rate_deg *= zone->width() / safe.width();
+  }
+  return result;
+}
+
+double most_turn_of_an_edge_deg(const Stroke& stroke, std::span<const Vec3d> positions,
+                                std::span<const Triangle> triangles) {
+  const std::optional<Zone> zone = zone_of(stroke);
+  if (!zone || !(zone->width() > 0)) return 0;
+  const auto height = [&](const Vec3d& p) {
+    const Vec3d d = p - zone->center;
+    const double r = dot(d, zone->normal);
+    const bool is_within = !zone->radius || norm2(d - zone->normal * r) <= *zone->radius * *zone->radius;
+    return is_within ? std::clamp(r, zone->between.inner, zone->between.outer)
+                     : std::numeric_limits<double>::quiet_NaN();
+  };
+  double most = 0;
+  for (const Triangle& t : triangles) {
+    const std::array<double, 3> heights{height(positions[t[0]]), height(positions[t[1]]), height(positions[t[2]])};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double reach = std::abs(heights[k] - heights[(k + 1) % 3]);
+      if (reach > most) most = reach;  // false for NaN
+    }
+  }
+  return zone->angle * most / zone->width() / kRadiansPerDegree;
+}
+
+std::optional<std::string> zone_warning(const Stroke& stroke, const ZoneProfile& profile) {
+  const std::optional<ZoneCheck> check = check_zone(stroke, profile);
+  if (!check || !check->is_too_thin) return std::nullopt;
+  if (const auto* twist = std::get_if<TwistStroke>(&stroke)) {
+    return fmt::format(
+        "the twist stretches a part that reaches {:.3g} from its line about {:.2g} times; use a \"rate_deg\" of {:.3g} "
+        "or less",
+        check->reach, check->stretch, std::abs(twist->rate_deg) * check->width / check->safe);
+  }
+  return fmt::format(
+      "the zone of the bend is {:.3g} wide, too thin for {:.4g} degrees and a part that reaches {:.3g} from its axis: "
+      "the part is stretched more than 3 times and may become a sheet; make the zone {:.3g} wide or wider, or bend "
+      "less",
+      check->width, std::get<BendStroke>(stroke).angle_deg, check->reach, check->safe);
+}
+
+namespace {
+
+// Of a stroke whose `outer` is a distance from its tool; else null.
+double* outer_of(Stroke& stroke) {
+  if (auto* implicit = std::get_if<ImplicitStroke>(&stroke)) return &implicit->outer;
+  if (auto* points = std::get_if<PointsStroke>(&stroke)) return &points->outer;
+  if (auto* rotate = std::get_if<RotateStroke>(&stroke)) return &rotate->outer;
+  if (auto* stretch = std::get_if<StretchStroke>(&stroke)) return &stretch->outer;
+  return nullptr;
+}
+
+std::vector<Vec3d> resting(const Stroke& stroke, std::span<const Vec3d> points, int threads) {
+  Box box;
+  for (const Vec3d& p : points) box.extend(p);
+  if (points.empty() || !(box.diagonal() > 0)) return {};
+  std::vector<Vec3d> moved(points.begin(), points.end());
+  AdvectOptions options;
+  options.tolerance = absolute_tolerance(kDefaultRelativeTolerance, box.diagonal());
+  options.threads = threads;
+  if (advect(flow_of(stroke), moved, options).status != AdvectStatus::done) return {};
+  std::vector<Vec3d> result;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (moved[i] == points[i]) result.push_back(points[i]);
+  }
+  return result;
+}
+
+bool misses_all(const Stroke& stroke, std::span<const Vec3d> points, int threads) {
+  const FlowReach reach(flow_of(stroke));
+  std::atomic<bool> misses{true};
+  parallel_for(points.size(), 1024, threads, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && misses; ++i) {
+      if (reach.may_move(points[i], 0)) misses = false;
+    }
+  });
+  return misses;
+}
+
+double rounded_down(double x) {
+  const double scale = std::pow(10.0, 2 - std::floor(std::log10(x)));
+  return scale >= 1 ? std::floor(x * scale) / scale : std::floor(x * scale) * std::round(1 / scale);
+}
+
+}  // namespace
+
+std::optional<double> widest_outer(const Stroke& stroke, std::span<const Vec3d> boundary, int threads) {
+  constexpr double least_gain = 1.05;
+  constexpr int most_doublings = 40;
+  constexpr int halvings = 12;
+  Stroke wider = stroke;
+  double* const outer = outer_of(wider);
+  if (outer == nullptr) return std::nullopt;
+  const double now = *outer;
+  const std::vector<Vec3d> rest = resting(stroke, boundary, threads);
+  const auto fits = [&](double tried) {
+    *outer = tried;
+    return misses_all(wider, rest, threads);
+  };
+  if (rest.empty() || !fits(least_gain * now)) return std::nullopt;
+  double good = least_gain * now;
+  double bad = 2 * now;
+  for (int i = 0; i < most_doublings && fits(bad); ++i) {
+    good = bad;
+    bad *= 2;
+  }
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (good + bad);
+    (fits(middle) ? good : bad) = middle;
+  }
+  const double result = rounded_down(good);
+  return result < least_gain * now ? std::nullopt : std::optional(result);
+}
+
+}  // namespace knead

@@ -1,0 +1,1 @@
+s|^\( *\)strokes/strain.cpp|&\n\1strokes/toy.cpp|

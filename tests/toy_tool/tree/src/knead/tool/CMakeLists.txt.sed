@@ -1,1 +1,0 @@
-s/^\( *\)surface_point.cpp/&\n\1toy.cpp/

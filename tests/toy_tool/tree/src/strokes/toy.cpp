@@ -1,0 +1,31 @@
+#include "strokes/describe.h"
+
+namespace knead {
+
+namespace {
+
+using namespace tool_detail;
+
+std::vector<StrokeKey> keys(ToyStroke& s) {
+  return {{"center", Quantity::finite, &s.center},
+          {"push", Quantity::direction, &s.push},
+          {"outer", Quantity::positive, &s.outer, Presence::required, kOuterHelp},
+          {"sharpness", Quantity::other, &s.sharpness, Presence::optional, "inner over outer radius"}};
+}
+
+void validate(const ToyStroke& stroke) { require_distance_thresholds(stroke.sharpness * stroke.outer, stroke.outer); }
+
+Flow flow_of(const ToyStroke& stroke) {
+  const Thresholds<double> thresholds{stroke.sharpness * stroke.outer, stroke.outer};
+  return {
+      {carried_segment({stroke.center, Translation<double>{stroke.push}, Ball<double>{}, thresholds}, stroke.push)}};
+}
+
+}  // namespace
+
+const Tool& ToyStroke::tool() {
+  static const Tool kTool = describe<ToyStroke>("toy", {keys, validate, flow_of});
+  return kTool;
+}
+
+}  // namespace knead
